@@ -79,7 +79,7 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
         FileInfo as FileInfo,
         info as info,
     )
-    from geosurf.read.model3d_units import read_units as read_units
+    from geosurf.read.sealed_model import read_units as read_units
     from geosurf.rebuild import (
         trim_sheets as trim_sheets,
         rebuild_surfaces as rebuild_surfaces,

@@ -18,11 +18,10 @@ from geosurf.intersect import intersect_surfaces
 from geosurf.measure.section import ragged
 from geosurf.read import FAULT_FORMATS, GRID_FORMATS, read_fault, read_horizon
 from geosurf.read._common import collected, otherwise
-from geosurf.read._detect import detect
 from geosurf.read.features import features
 from geosurf.read.file_info import kind_of_file
 from geosurf.read.netcdf import holds_fault
-from geosurf.read.registry import MESH_FORMATS, TITLES
+from geosurf.read.registry import MESH_FORMATS, TITLES, detect
 from geosurf.read.resqml.surfaces import function_of
 from geosurf.triangulate import triangulate_fault, triangulate_horizon, triangulate_sticks
 from geosurf.write import write

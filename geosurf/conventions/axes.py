@@ -181,10 +181,7 @@ def _compare_diagonals(rising: np.ndarray, falling: np.ndarray) -> int:
 
     Where the two agree to a part in a million, the diagonals that run more to the north win.
     """
-    terms = (
-        (rising[0] * rising[1], falling[0] * falling[1]),
-        (rising[1] ** 2, falling[1] ** 2),
-    )
+    terms = ((rising[0] * rising[1], falling[0] * falling[1]), (rising[1] ** 2, falling[1] ** 2))
     # The scale of a part in a million.
     size = float((rising**2).sum() + (falling**2).sum())
     # First the diagonal that runs more to the north-east, then the one more to the north.

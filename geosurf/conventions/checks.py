@@ -150,10 +150,7 @@ def is_number(value: Any) -> bool:
     >>> is_number(25), is_number(np.float32(0.5)), is_number("25"), is_number(float("nan"))
     (True, True, False, False)
     """
-    plain = type(value) in (
-        float,
-        int,
-    )  # the usual case, and a faster check
+    plain = type(value) in (float, int)  # the usual case, and a faster check
     excluded = (bool, np.timedelta64)  # both count as numbers in Python
     known = plain or (isinstance(value, Real) and not isinstance(value, excluded))
     try:

@@ -351,9 +351,8 @@ def checked(grid: CornerPointGrid) -> CornerPointGrid:
     if len(bad):
         k, j, i = bad[0].tolist()
         raise InvariantError(
-            f"{len(bad)} cells of the grid are inside out, the first at I {i + 1}, J {j + 1}, "
-            f"K {k + 1}. "
-            "Report it with the surfaces. Until then take vertical pillars, min_dip=None."
+            f"{len(bad)} cells of the grid are inside out, the first at I {i + 1}, J {j + 1}, K "
+            f"{k + 1}. Report it with the surfaces. Until then take vertical pillars, min_dip=None."
         )
     return grid
 

@@ -373,9 +373,7 @@ def piece_numbers(piece: str, path: Path, first: int, what: str) -> np.ndarray:
 
 
 def block_numbers(
-    blocks: TextBlocks,
-    expected: int,
-    take: Callable[[str, int], np.ndarray],
+    blocks: TextBlocks, expected: int, take: Callable[[str, int], np.ndarray]
 ) -> tuple[np.ndarray, int]:
     """
     Return the numbers of a text, block by block, without lists of their parts.
@@ -472,8 +470,7 @@ def agreed_sign(stated: str | None, requested: str | None, what: str) -> float:
     ):
         raise InputError(
             f"{what}: the file has positive={stated!r}, but the argument is "
-            f"positive={requested!r}. "
-            "Leave the argument out, or correct the file."
+            f"positive={requested!r}. Leave the argument out, or correct the file."
         )
     sign = elevation_sign(stated if stated is not None else requested, what)
     noted("sign", f"positive {stated}, stated by the file" if stated else "open: give positive=")
@@ -495,9 +492,8 @@ def agreed_scale(
     if stated is not None and requested is not None:
         if metres_per_unit(stated, what) != metres_per_unit(requested, what):
             raise InputError(
-                f"{what}: the file has the length unit {stated!r}, but "
-                f"length_unit={requested!r} was "
-                "given. Leave the argument out, or correct the file."
+                f"{what}: the file has the length unit {stated!r}, but length_unit={requested!r} "
+                "was given. Leave the argument out, or correct the file."
             )
         return metres_per_unit(stated, what)
     found = f"{stated}, stated by the file" if stated else f"open: {default} unless length_unit="

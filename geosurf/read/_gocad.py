@@ -129,9 +129,8 @@ class Header:
         deep = self.axis_names[order[2]].lower() in DEPTHS if self.axis_names else False
         if self.positive is None and request.positive is None and deep:
             raise InputError(
-                f"{what}: the third axis is called {self.axis_names[order[2]]!r}, and "
-                "ZPOSITIVE is missing. Pass positive='down' for depths or positive='up' for "
-                "elevations."
+                f"{what}: the third axis is called {self.axis_names[order[2]]!r}, and ZPOSITIVE is "
+                "missing. Pass positive='down' for depths or positive='up' for elevations."
             )
         direction = (
             request.positive if request.positive is not None or self.positive is not None else "up"

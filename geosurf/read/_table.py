@@ -146,29 +146,37 @@ class Draft:
         return Table(np.concatenate(self.points), np.concatenate(self.lines), more[0], more[1])
 
 
-def checked_columns(columns: Any, most: int = 3) -> Columns:
-    """Return three names in lower case or three numbers from 1, or the reason why not.
+def checked_columns(
+    columns: Any, titles: Sequence[str], example: str, more: Sequence[str] = ()
+) -> Columns:
+    """
+    Return the columns that a caller names: names in lower case or numbers from 1, or None.
 
-    Lines take up to five: x, y, z, the number of the line, the name of its fault.
+    Parameters
+    ----------
+    columns : sequence of str or of int, or None
+    titles, more : sequence of str
+        What has to be named, and what may follow.
+    example : str
+        Names as a caller would write them.
+
+    Raises
+    ------
+    InputError
     """
     if columns is None:
         return None
-    how = "give three names or numbers"
+    # one word alone is listed as one, which is too few
     one = isinstance(columns, str | int)
-    # One word alone is listed as one, which is too few.
+    how = f"give {len(titles)} names or numbers"
     words = (columns,) if one else listed(columns, "columns are words or numbers", how)
     names = all(isinstance(word, str) for word in words)
     counts = all(type(word) is int and word > 0 for word in words)
-
-    if not 3 <= len(words) <= most or not (names or counts):
-        more = (
-            ""
-            if most == 3
-            else " The number of the stick and the name of the fault may follow: (4, 5, 6, 8, 7)."
-        )
+    if not len(titles) <= len(words) <= len(titles) + len(more) or not (names or counts):
+        after = f" {' and '.join(more)} may follow: (4, 5, 6, 8, 7)." if more else ""
         raise InputError(
-            f"columns is {columns!r}. Give three names of the header, as in columns=('X', 'Y', "
-            f"'TVDSS'), or three numbers counted from 1, as in columns=(3, 4, 5).{more}"
+            f"columns is {columns!r}. Give {len(titles)} names of the header, those of "
+            f"{', '.join(titles)}, as in columns={example}, or numbers counted from 1.{after}"
         )
     return tuple(word.strip().lower() if isinstance(word, str) else word for word in words)
 
@@ -218,8 +226,7 @@ def numbered_places(draft: Draft, i: int) -> list[int]:
     if any(isinstance(word, str) for word in columns):
         raise FormatError(
             f"{draft.path}, line {i}: the file has no header with the columns "
-            f"{', '.join(map(str, columns))}. Give column numbers instead, as in columns=(1, "
-            "2, 3)."
+            f"{', '.join(map(str, columns))}. Give column numbers instead, as in columns=(1, 2, 3)."
         )
     return [int(k) - 1 for k in columns[:3]]
 
@@ -359,8 +366,9 @@ def read_table(
     ------
     FormatError, InputError
     """
-    most = 3 + (len(more) if titles is OF_LINES else 0)
-    given = checked_columns(columns, most)
+    further = titles if titles is OF_LINES and more else ()
+    axes = ("easting", "northing", "z")
+    given = checked_columns(columns, axes, "('X', 'Y', 'TVDSS') or columns=(3, 4, 5)", further)
     draft = Draft(path, given, checked_decimal(decimal), spellings=more, titles=titles)
     draft.find_more(None)
 

@@ -14,11 +14,17 @@ import numpy as np
 from geosurf.errors import GeosurfError
 from geosurf.model.expected import path_of
 from geosurf.read._common import collected, noted, otherwise
-from geosurf.read._detect import detect, head_of
 from geosurf.read._guard import is_zarr, opened, size_of_store
 from geosurf.read.grids.node_lists import looks_like_ijxyz
 from geosurf.read.las import holds_tops
-from geosurf.read.registry import GRID_FORMATS, MESH_FORMATS, OF_ONE_FUNCTION, TITLES
+from geosurf.read.registry import (
+    GRID_FORMATS,
+    MESH_FORMATS,
+    OF_ONE_FUNCTION,
+    TITLES,
+    detect,
+    head_of,
+)
 from geosurf.read.wells import heads_of, holds_heads, holds_wells
 
 END_MARK = re.compile(rb"^\s*999(?:\.0*)?[\s,;]+999(?:\.0*)?[\s,;]+999(?:\.0*)?\s*$", re.M)

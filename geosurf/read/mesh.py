@@ -20,8 +20,7 @@ from geosurf.conventions.packages import need
 from geosurf.errors import FormatError
 from geosurf.model import TriSurface
 from geosurf.read._common import Request
-from geosurf.read._guard import damaged, opened, read_bytes, reading_with, same_file
-from geosurf.read._hdf5 import refuse_bombs
+from geosurf.read._guard import damaged, opened, read_bytes, reading_with, refuse_bombs, same_file
 from geosurf.read._placed import split_quads, surface_from_mesh
 from geosurf.read.vtp import read_vtu, xml_of
 

@@ -21,14 +21,16 @@ from geosurf.conventions.packages import need
 from geosurf.errors import FormatError
 from geosurf.read._common import Request, agreed_scale
 from geosurf.read._guard import (
+    COPIES,
     damaged,
     opened,
     reading_with,
     refuse_beyond_memory,
+    refuse_bombs,
+    refuse_empty,
     refuse_large,
     same_file,
 )
-from geosurf.read._hdf5 import COPIES, refuse_bombs, refuse_empty
 from geosurf.read._placed import AXES
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -265,8 +267,7 @@ def read_netcdf_fault(path: Path, request: Request) -> xr.Dataset:
             shape = {str(word): dataset[word].dims for word in dataset.data_vars}
             raise FormatError(
                 f"{path}: expected one variable {key!r} with dims {FAULT_DIMS}, found {shape}. "
-                "Rename variables and dimensions. If this is a gridded horizon, use "
-                "read_horizon."
+                "Rename variables and dimensions. If this is a gridded horizon, use read_horizon."
             )
         found[key] = dataset[words[0]].transpose(*FAULT_DIMS)
 

@@ -656,9 +656,8 @@ def _terminated(path: Path, table: Table) -> list[Part]:
     ends = np.flatnonzero((points == END_MARK).all(axis=1))
     if len(ends) == 0 or ends[-1] != len(points) - 1:
         raise FormatError(
-            f"{path}, line {lines[-1]}: the last line is not '999 999 999', so the last "
-            "polyline may be truncated. Export the file again, or add that line if the file is "
-            "complete."
+            f"{path}, line {lines[-1]}: the last line is not '999 999 999', so the last polyline "
+            "may be truncated. Export the file again, or add that line if the file is complete."
         )
 
     # each polyline begins after the end mark before it

@@ -1,17 +1,21 @@
-"""A sealed model that was read: parts of surfaces and the regions between them, as units.
+"""Sealed models in files: parts of surfaces and the regions between them, as units.
 
 A region lists the parts around it; vertices with equal coordinates are one. The shell of each
-region has to be closed, edge by edge. Files are GOCAD Model3d (`geosurf.read.model3d_units`) and
-RESQML (`geosurf.read.resqml.units`).
+region has to be closed, edge by edge. Files are GOCAD Model3d, where ``LAYER`` states the zone of a
+region and ``FAULT_BLOCK`` its block, and RESQML, whose sealed volume framework lists the patches
+around each region. Models that geosurf wrote hold all labels of their units.
 """
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from os import PathLike
 from pathlib import Path
 from typing import Any
+from xml.etree.ElementTree import Element
 
 import numpy as np
 
@@ -19,11 +23,31 @@ from geosurf.conventions import counted, frame_origin, place, shift_is_exact
 from geosurf.errors import FormatError
 from geosurf.kernels.meshes.mesh import weld
 from geosurf.kernels.meshes.shells import count_open_edges
-from geosurf.model import TriSurface, Unit, Units
+from geosurf.model import ROLES, TriSurface, Unit, Units
 from geosurf.model.base import in_crs_of
+from geosurf.model.expected import path_of
 from geosurf.model.pieces import FREE, PAIRED, Pieces
+from geosurf.read._common import Request, read_text
 from geosurf.read._guard import damaged
-from geosurf.read.model3d import volume_inside
+from geosurf.read.gocad import read_tsurf
+from geosurf.read.model3d import (
+    own_lines,
+    part_counts,
+    region_lists,
+    roles_of,
+    surfaces_of,
+    volume_inside,
+    welded,
+)
+from geosurf.read.registry import detect
+from geosurf.read.resqml.package import Package, every, find, kind, open_package, values_of
+from geosurf.read.resqml.representations import (
+    FRAMEWORK,
+    MESH,
+    Representation,
+    mesh_of,
+    representations,
+)
 
 LABELS = (
     "name", "zone", "zone_index", "block", "contact", "beneath", "fault_sides", "compartment_of",
@@ -106,11 +130,7 @@ def labels_of(path: Path, own: Sequence[Any], n_region: int, where: str) -> list
     if not all(_are_labels(one) for one in found):
         raise damaged(f"{path}: {where} describes units of geosurf with damaged labels")
     return [
-        {
-            **one,
-            "beneath": tuple(one["beneath"]),
-            "fault_sides": tuple(one["fault_sides"]),
-        }
+        {**one, "beneath": tuple(one["beneath"]), "fault_sides": tuple(one["fault_sides"])}
         for one in found
     ]
 
@@ -292,3 +312,278 @@ def _units(own: Sequence[Any], found: list[Unit], pieces: Pieces, sides: np.ndar
     for unit in found:
         in_crs_of(unit, pieces.sources)
     return in_crs_of(units, pieces.sources)
+
+
+def read_units(
+    path: str | PathLike[str], *, positive: str | None = None, length_unit: str | None = None
+) -> Units:
+    """
+    Read the units of a sealed model: GOCAD Model3d (``.ml``), or RESQML 2.0.1 (``.epc``).
+
+    Parameters
+    ----------
+    path : path-like
+    positive : {"up", "down"}, optional
+        For ``.ml`` without ZPOSITIVE; default ``"up"``, the default of GOCAD.
+    length_unit : str, optional
+        Unit of elevations, for ``.ml`` without AXIS_UNIT; default ``"m"``. RESQML states both.
+
+    Returns
+    -------
+    Units
+        One for each region but ``Universe``, in the order of the file. ``zone`` is the layer of the
+        region and ``block`` its fault block; the region's own name stands where the file has none.
+        RESQML names the zone of a region only.
+        Models that geosurf wrote come back with all labels.
+
+    Raises
+    ------
+    FormatError
+        If the file is neither of both, has no regions, or a region is not closed; or a line cannot
+        be understood.
+    InputError
+        If `positive` or `length_unit` contradicts the file or is unknown.
+    DependencyError
+        If the file is RESQML and h5py is not installed.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import geosurf as gs
+    >>> world = gs.synthetic.tilted_planes(n=5)
+    >>> units = gs.Scene(world.horizons, world.faults, world.box).units
+    >>> (file,) = gs.write(units, pathlib.Path(tempfile.mkdtemp()) / "model.ml")
+    >>> list(read_units(file)) == list(units)
+    True
+    """
+    path = path_of(path, "read_units")
+    if detect(path) == "resqml":
+        return units_of(resqml_model(path, Request(positive=positive, length_unit=length_unit)))
+    return units_of(_model(path, Request(positive=positive, length_unit=length_unit)))
+
+
+def _model(path: Path, request: Request) -> SealedModel:
+    """What a Model3d states."""
+    lines = read_text(path, final_line_end=False).split("\n")
+    roles = roles_of(path, lines)
+    regions = [(name, signed) for name, signed, _ in region_lists(path, lines)]
+    if not any(name != "Universe" for name, _ in regions):
+        raise FormatError(
+            f"{path}: the model has no regions. Read its surfaces with "
+            "geosurf.read.model3d.read_model3d and build a Scene of them."
+        )
+    tsurfs = read_tsurf(path, request)
+    sources = list(surfaces_of(path, lines, roles, tsurfs).values())
+    counts = part_counts(path, lines, sum(len(one.triangles) for one in tsurfs))
+    inside = [(name, signed) for name, signed in regions if name != "Universe"]
+    own = own_lines(path, lines, "model")
+    labels = _labels(path, lines, inside)
+    box = own[0] if own else ()
+    return SealedModel(path, tsurfs, sources, counts, inside, labels, box, "TFACE")
+
+
+def _labels(
+    path: Path, lines: list[str], regions: list[tuple[str, list[int]]]
+) -> list[dict[str, Any]]:
+    """Labels of each unit."""
+    own = own_lines(path, lines, "unit")
+    if own:
+        return labels_of(path, own, len(regions), "the header")
+    return _labels_of_groups(lines, [name for name, _ in regions])
+
+
+def _labels_of_groups(lines: list[str], names: list[str]) -> list[dict[str, Any]]:
+    """Labels of units by the layers and fault blocks of the file."""
+    zones, blocks = _groups(lines, "LAYER"), _groups(lines, "FAULT_BLOCK")
+    pairs = [
+        (zones.get(number, name), blocks.get(number, "whole"))
+        for number, name in zip(_region_numbers(lines), names, strict=True)
+    ]
+    order = list(dict.fromkeys(zone for zone, _ in pairs))
+    return [
+        {
+            "name": name,
+            "zone": zone,
+            "zone_index": order.index(zone),
+            # regions that share layer and block have their own names as blocks
+            "block": block if pairs.count((zone, block)) == 1 else name,
+        }
+        for name, (zone, block) in zip(names, pairs, strict=True)
+    ]
+
+
+def _region_numbers(lines: list[str]) -> list[int]:
+    """Number of each region but ``Universe``."""
+    words = (line.split(maxsplit=2) for line in lines if line.startswith("REGION "))
+    return [int(w[1]) for w in words if len(w) == 3 and w[2].strip() != "Universe"]
+
+
+def _groups(lines: list[str], key: str) -> dict[int, str]:
+    """Name of the LAYER or FAULT_BLOCK that lists each number."""
+    found: dict[int, str] = {}
+    title = None
+    for line in lines:
+        words = line.split()
+        if words == ["END"]:
+            break
+        if words[:1] == [key]:
+            title = " ".join(words[1:])
+        elif title is not None and all(word.isdecimal() for word in words):
+            found.update((int(word), title) for word in words if word != "0")
+            title = None if "0" in words else title
+        else:
+            title = None
+    return found
+
+
+# a surface with what geosurf wrote about it, and the number of its first part by index of patch
+Listed = tuple[TriSurface, str, str, dict[int, int]]
+
+
+def resqml_model(path: Path, request: Request) -> SealedModel:
+    """
+    Read the sealed volume framework of a package.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+    request : Request
+        `positive`, `length_unit`: What a caller states: it has to agree with the file.
+
+    Raises
+    ------
+    FormatError
+        If there is not exactly one framework, or it names what is not in the package.
+    InputError
+        If `positive` or `length_unit` contradicts the file.
+    DependencyError
+        If h5py is not installed.
+    """
+    with open_package(path) as package:
+        framework = _framework(package)
+        counts: list[int] = []
+        surfaces = [_surface(package, one, request, counts) for one in _meshes(package, framework)]
+        regions = _regions(package, framework, [one[3] for one in surfaces])
+        own = _metadata(package, framework, "unit")
+        box = _metadata(package, framework, "model")
+    labels = (
+        labels_of(path, own, len(regions), "its metadata")
+        if own
+        else _labels_of_zones([zone for zone, _ in regions])
+    )
+    return SealedModel(
+        path,
+        [mesh for mesh, *_ in surfaces],
+        [welded(mesh, role).renamed(name, role) for mesh, name, role, _ in surfaces],
+        counts,
+        [(one["name"], signed) for one, (_, signed) in zip(labels, regions, strict=True)],
+        labels,
+        box[0] if box and isinstance(box[0], list) else (),
+        "patch",
+    )
+
+
+def _framework(package: Package) -> Element:
+    """The only sealed volume framework."""
+    found = [node for node in package.objects.values() if kind(node) == FRAMEWORK]
+    if len(found) != 1:
+        raise FormatError(
+            f"{package.path}: the package has {len(found)} sealed volume frameworks, expected 1. "
+            "Read its surfaces with read_horizon and read_fault, and build a Scene of them."
+        )
+    return found[0]
+
+
+def _meshes(package: Package, framework: Element) -> list[Representation]:
+    """The surfaces that the frameworks list, in their order."""
+    listed = every(package.referred(framework, "BasedOn"), "Representation")
+    by_node = {id(one.node): one for one in representations(package)}
+    found = []
+    for one in listed:
+        node = package.referred(one)
+        mesh = by_node.get(id(node))
+        if mesh is None or mesh.kind != MESH:
+            raise FormatError(
+                f"{package.path}: the sealed framework is made of {kind(node)}; geosurf reads "
+                f"those of {MESH}. Export the model as triangles."
+            )
+        found.append(mesh)
+    return found
+
+
+def _surface(package: Package, one: Representation, request: Request, counts: list[int]) -> Listed:
+    """A surface, its name and role, and the number of each of its patches; counts grow."""
+    own = _metadata(package, one.node, "surface")
+    name, role = own[0] if own and _are_words(own[0]) else (one.title, one.role or "surface")
+    part_of_patch = {}
+    for patch in every(one.node, "TrianglePatch"):
+        part_of_patch[package.count(patch, "PatchIndex")] = len(counts) + 1
+        counts.append(values_of(package, package.need(patch, "Triangles")).size // 3)
+    return mesh_of(package, one, request, role), name, role, part_of_patch
+
+
+def _are_words(value: Any) -> bool:
+    """Whether a value is a name and a role."""
+    return (
+        isinstance(value, list)
+        and len(value) == 2
+        and isinstance(value[0], str)
+        and value[1] in ROLES
+    )
+
+
+def _regions(
+    package: Package, framework: Element, parts: list[dict[int, int]]
+) -> list[tuple[str, list[int]]]:
+    """Zone of each region, and the parts around it, positive where their front faces it."""
+    found: list[tuple[str, list[int]]] = []
+    for region in every(framework, "Regions"):
+        zone = package.text(region, "Represents", "Title")
+        signed = []
+        for shell in [package.need(region, "ExternalShell"), *every(region, "InternalShells")]:
+            for face in every(shell, "MacroFaces"):
+                which = package.count(face, "RepresentationIndex")
+                patch = package.count(face, "PatchIndexOfRepresentation")
+                if which >= len(parts) or patch not in parts[which]:
+                    raise package.damaged(
+                        f"region {len(found)} names patch {patch} of surface {which}, which is "
+                        "not in the framework"
+                    )
+                front = package.text(face, "SideIsPlus").lower() in ("true", "1")
+                signed.append(parts[which][patch] * (1 if front else -1))
+        found.append((zone, signed))
+    if not found:
+        raise package.damaged("the sealed volume framework has no regions")
+    return found
+
+
+def _metadata(package: Package, node: Element, name: str) -> list[Any]:
+    """What geosurf wrote about an object, in the order of the file."""
+    found: list[Any] = []
+    for one in every(node, "ExtraMetadata"):
+        key = find(one, "Name")
+        if key is None or key.text != f"geosurf.{name}":
+            continue
+        try:
+            found.append(json.loads(package.text(one, "Value")))
+        except (ValueError, RecursionError) as error:
+            raise package.damaged(f"the metadata {key.text!r} is damaged") from error
+    return found
+
+
+def _labels_of_zones(zones: list[str]) -> list[dict[str, Any]]:
+    """Labels of regions that state their zone only."""
+    order = list(dict.fromkeys(zones))
+    labels = []
+    for k, zone in enumerate(zones):
+        alone = zones.count(zone) == 1
+        nth = zones[: k + 1].count(zone)
+        labels.append(
+            {
+                "name": zone if alone else f"{zone} {nth}",
+                "zone": zone,
+                "zone_index": order.index(zone),
+                "block": "whole" if alone else str(nth),
+            }
+        )
+    return labels

@@ -11,7 +11,7 @@ import numpy as np
 
 from geosurf.conventions import counted, did_you_mean, elevation_sign
 from geosurf.errors import FormatError, GeosurfWarning, InputError
-from geosurf.model.expected import listed, path_of
+from geosurf.model.expected import path_of
 from geosurf.read._common import (
     COMMA,
     Otherwise,
@@ -23,11 +23,11 @@ from geosurf.read._common import (
     number,
     otherwise,
 )
-from geosurf.read._detect import detect, refuse_foreign
 from geosurf.read._guard import damaged
-from geosurf.read._table import checked_decimal
+from geosurf.read._table import checked_columns, checked_decimal
 from geosurf.read._tops_layout import Layout, layout_of, plain_name, unit_in_name
 from geosurf.read.las import tops_of_las
+from geosurf.read.registry import detect, refuse_foreign
 from geosurf.warning import warn
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -77,13 +77,6 @@ def paths_with_depths(wells: Any) -> Paths:
     return found
 
 
-def metres_of_depths(path: Path, layout: Layout, place: int, length_unit: str | None) -> float:
-    """Metres in a unit of the column of measured depths."""
-    own = unit_in_name(layout.header[place]) if layout.header else None
-    unit = own or layout.length_unit
-    return agreed_scale(unit, length_unit, "m", f"{path.name}: measured depths")
-
-
 def place_along(path: Path, line: int, well: str, md: float, paths: Paths) -> np.ndarray | None:
     """
     Return easting, northing and elevation at a measured depth; None beyond the path.
@@ -120,6 +113,7 @@ OF_PATHS = {
     "md": ("md", "mdrkb", "measureddepth"),
     "horizon": USUAL["horizon"],
 }
+PLACES = ("x", "y", "z")
 MEASURED = ("md", "mdrkb", "measureddepth", "tvd", "tvdrkb")  # depths along or below the rig
 # what programs write for an undefined value
 UNDEFINED = (-999.0, -999.25, -9999.0, -99999.0, 1e20, 1e30, 9999900.0)
@@ -195,15 +189,17 @@ def read_tops(
         elevation_sign(positive, f"{path.name}: well tops")
     sign = checked_decimal(decimal)
     if detect(path) == "las":
-        return _of_las(path, Request(positive=positive, length_unit=length_unit, columns=columns))
+        request = Request(positive=positive, length_unit=length_unit, columns=columns)
+        return _as_dataset(path, *tops_of_las(path, request))
     refuse_foreign(path)
     layout = layout_of(path, sign)
     if wells is not None:
         paths = paths_with_depths(wells)
-        places = _places(path, layout, _checked_columns(columns, OF_PATHS), OF_PATHS)
-        scale = metres_of_depths(path, layout, places["md"], length_unit)
+        places = _places(path, layout, columns, OF_PATHS)
+        unit = _declared_unit(layout, places["md"])
+        scale = agreed_scale(unit, length_unit, "m", f"{path.name}: measured depths")
         return _dataset(path, layout, places, scale, sign, paths)
-    places = _places(path, layout, _checked_columns(columns))
+    places = _places(path, layout, columns)
     what = f"{path.name}: well tops"
 
     # Petrel writes elevations; nobody else states it
@@ -219,97 +215,61 @@ def read_tops(
 
 
 # ---------------------------------------------------------------------- columns
-def _checked_columns(
-    columns: Any, usual: Usual = USUAL
-) -> tuple[str, ...] | tuple[int, ...] | None:
-    """Names or numbers from 1, one for each column, or the reason why not."""
-    if columns is None:
-        return None
-    how = f"give {len(usual)} names or numbers"
-    one = isinstance(columns, str | int)
-    words = (columns,) if one else listed(columns, "columns are words or numbers", how)
-    names = all(isinstance(word, str) for word in words)
-    counts = all(type(word) is int and word > 0 for word in words)
-    if len(words) != len(usual) or not (names or counts):
-        wanted = "well, easting, northing, z and horizon: five names"
-        example = "('Well', 'X', 'Y', 'TVDSS', 'Surface'), or five"
-        if usual is OF_PATHS:
-            wanted = "well, measured depth and horizon: three names"
-            example = "('Well', 'MD', 'Surface'), or three"
-        raise InputError(
-            f"columns is {columns!r}. Give {wanted} of the header, as in columns={example} numbers "
-            "counted from 1."
+def _places(path: Path, layout: Layout, columns: Any, usual: Usual = USUAL) -> Places:
+    """Where the columns are: by their usual names, or the caller's names or numbers from 1."""
+    titles = ["measured depth" if key == "md" else key for key in usual]
+    example = "('Well', 'X', 'Y', 'TVDSS', 'Surface')"
+    example = "('Well', 'MD', 'Surface')" if usual is OF_PATHS else example
+    given = checked_columns(columns, titles, example)
+    if given is not None and not isinstance(given[0], str):
+        # without a header the shortest row bounds the columns
+        rows = [layout.header] if layout.header else [words for _, words in layout.rows]
+        width = min(map(len, rows))
+        if max(given) > width:
+            raise FormatError(
+                f"{path}: a line has {width} values, but columns={given}. Columns are counted "
+                "from 1."
+            )
+        return {key: int(k) - 1 for key, k in zip(usual, given, strict=True)}
+    if layout.header is None:
+        line, words = layout.rows[0]
+        raise FormatError(
+            f"{path}, line {line}: the file has no header, and the line has {len(words)} values. "
+            f"Give the columns of {', '.join(titles)}, counted from 1, as in columns="
+            f"{tuple(range(1, len(titles) + 1))}."
         )
-    return tuple(words)
-
-
-def _places(path: Path, layout: Layout, columns: tuple | None, usual: Usual = USUAL) -> Places:
-    """Where the columns are, by their usual names or the caller's."""
-    if layout.header is None or (columns and isinstance(columns[0], int)):
-        return _numbered(path, layout, columns, usual)
-    spelled: dict[str, tuple[str, ...]]
-    if columns is not None:
-        # names from the caller are matched as they stand; usual ones without unit and punctuation
+    # names from the caller are matched as they stand; usual ones without unit and punctuation
+    if given is not None:
         words = [word.strip().lower() for word in layout.header]
-        given = [word.strip().lower() for word in columns]
-        spelled = {key: (word,) for key, word in zip(usual, given, strict=True)}
+        spelled: Usual = {key: (str(word),) for key, word in zip(usual, given, strict=True)}
     else:
         words = [plain_name(word) for word in layout.header]
-
-        # "name" is the well only where no better column is there
-        spelled = {**usual}
+        spelled = dict(usual)
         if not any(word in usual["well"] for word in words):
-            spelled["well"] = ("name",)
+            spelled["well"] = ("name",)  # only where no better column is there
     found = {}
     for key, spellings in spelled.items():
         at = [k for k, word in enumerate(words) if word in spellings]
+        below = key in PLACES and not at and any(word in MEASURED for word in words)
+        names = ", ".join(layout.header)
+        if below:
+            raise FormatError(
+                f"{path}: the file has depths below the rig (MD or TVD), but no places with "
+                f"elevation or depth below sea level; its columns are {names}. Export the tops "
+                "with X, Y and Z or TVDSS. If they have MD, pass wells=gs.read_wells(...)."
+            )
         if len(at) != 1:
-            raise FormatError(_why_not(path, layout, key, len(at), spellings, words))
+            raise FormatError(
+                f"{path}: found {len(at)} columns for {key} in {names}; expected one of "
+                f"{', '.join(spellings)}.{'' if at else did_you_mean(spellings[0], words)} Set "
+                f"columns=, as in columns={example}."
+            )
         found[key] = at[0]
     return found
 
 
-def _numbered(path: Path, layout: Layout, columns: tuple | None, usual: Usual) -> Places:
-    """Columns that the caller counted, of a file with or without a header."""
-    if columns is None or not isinstance(columns[0], int):
-        line, words = layout.rows[0]
-        raise FormatError(
-            f"{path}, line {line}: the file has no header, so the columns are unknown; the line "
-            f"has {len(words)} values. Give the columns of well, easting, northing, z and horizon, "
-            "counted from 1, as in columns=(1, 2, 3, 4, 5)."
-        )
-
-    # without a header the shortest row bounds the columns
-    width = len(layout.header) if layout.header else min(len(words) for _, words in layout.rows)
-    if max(columns) > width:
-        raise FormatError(
-            f"{path}: a line has {width} values, but columns={columns}. Columns are counted from 1."
-        )
-    return {key: int(k) - 1 for key, k in zip(usual, columns, strict=True)}
-
-
-def _why_not(
-    path: Path, layout: Layout, key: str, n: int, spellings: tuple[str, ...], words: list[str]
-) -> str:
-    """Say which column is missing or there twice, and what to do."""
-    names = ", ".join(layout.header or ())
-    if key in ("x", "y", "z") and n == 0 and any(word in MEASURED for word in words):
-        return (
-            f"{path}: the file has depths below the rig (MD or TVD), but no places with elevation "
-            f"or depth below sea level; its columns are {names}. Export the tops with X, Y and Z "
-            "or TVDSS. If they have MD, pass wells=gs.read_wells(...) with the paths of the wells."
-        )
-    how = f"expected one of {', '.join(spellings)} (upper or lower case)"
-    return (
-        f"{path}: found {n} columns for {key} in {names}; {how}."
-        f"{did_you_mean(spellings[0], words) if n == 0 else ''} Set columns=, as in "
-        "columns=('Well', 'X', 'Y', 'TVDSS', 'Surface')."
-    )
-
-
 def _declared_unit(layout: Layout, place: int) -> str | None:
-    """Unit of z that the file declares: in a comment of Petrel, or in brackets after the name."""
-    # the unit next to the name of the column goes before that of the whole file
+    """Unit of a column: in brackets after its name, else that of the whole file."""
     own = unit_in_name(layout.header[place]) if layout.header else None
     return own or layout.length_unit
 
@@ -357,31 +317,22 @@ def _dataset(
             seen.add(row)
             names.append((well, horizon))
             points.append([value for value in values if value is not None])
-    if not points:
-        first = f": {unused[0]}" if unused else ""
-        raise damaged(f"{path}: the file has no well tops{first}")
-    _warn_of_unused(path, unused, len(points) + len(unused))
     # 0.0 is added to z so that depths of 0 do not become -0.0
     factor = scale if paths is None else 1.0  # paths are in metres, positive up
-    return _as_dataset(path, names, np.array(points) * [1.0, 1.0, factor] + 0.0, unused)
-
-
-def _of_las(path: Path, request: Request) -> xr.Dataset:
-    """Tops of LAS 3, along the path of the well in the same file."""
-    names, points, unused = tops_of_las(path, request)
-    if not names:
-        first = f": {unused[0]}" if unused else ""
-        raise damaged(f"{path}: the file has no well tops{first}")
-    _warn_of_unused(path, unused, len(points) + len(unused))
-    return _as_dataset(path, names, points, unused)
+    moved = np.array(points).reshape(-1, 3) * [1.0, 1.0, factor] + 0.0
+    return _as_dataset(path, names, moved, unused)
 
 
 def _as_dataset(
     path: Path, names: list[tuple[str, str]], points: np.ndarray, unused: list[str]
 ) -> xr.Dataset:
-    """Tops with their names and places in metres."""
+    """Tops with their names and places in metres; rows that are not used are named."""
     import xarray as xr
 
+    if not names:
+        first = f": {unused[0]}" if unused else ""
+        raise damaged(f"{path}: the file has no well tops{first}")
+    _warn_of_unused(path, unused, len(names) + len(unused))
     metre = {"units": "m"}
     return xr.Dataset(
         {

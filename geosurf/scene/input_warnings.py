@@ -101,9 +101,9 @@ def _of_file(path: Path) -> str | None:
     """The system of a file of features or of GOCAD lines; other outlines have none."""
     if not path.is_file():
         return None
-    from geosurf.read._detect import detect
     from geosurf.read.features import features
     from geosurf.read.gocad import crs_of_gocad_lines
+    from geosurf.read.registry import detect
 
     key = detect(path)
     if key == "pline":

@@ -57,11 +57,7 @@ _KINDS: dict[str, dict[str, tuple]] = {
 
 @checked
 def faulted(
-    kind: str = "graben",
-    n: int = 33,
-    *,
-    tilt: float = 1.5,
-    offset: Offset = (0.0, 0.0, 0.0),
+    kind: str = "graben", n: int = 33, *, tilt: float = 1.5, offset: Offset = (0.0, 0.0, 0.0)
 ) -> World:
     """Three plane horizons and the plane faults that are to move them.
 

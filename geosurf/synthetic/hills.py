@@ -174,13 +174,7 @@ def hills(
     heights = {}
     for layer in range(horizons):
         name = f"H{layer + 1}"
-        heights[name] = make_horizon(
-            name,
-            _BOX,
-            n,
-            _height_of(layer, n, noise),
-            offset,
-        )
+        heights[name] = make_horizon(name, _BOX, n, _height_of(layer, n, noise), offset)
 
     sheets = {}
     for k in range(faults):

@@ -15,11 +15,7 @@ _ORIGIN = (0.0, 0.0, 0.0)
 
 @checked
 def listric(
-    n: int = 33,
-    *,
-    radius: float = 2500.0,
-    tilt: float = 2.0,
-    offset: Offset = _ORIGIN,
+    n: int = 33, *, radius: float = 2500.0, tilt: float = 2.0, offset: Offset = _ORIGIN
 ) -> World:
     """A listric fault, an arc of a circle in section, through a tilted plane.
 
@@ -110,9 +106,7 @@ def listric(
     return World("listric", {"Top": height}, {"F1": fault}, shifted(box, offset), truth, formula)
 
 
-def _circle_integrals(
-    radius: float,
-) -> tuple[Callable[[float], float], Callable[[float], float]]:
+def _circle_integrals(radius: float) -> tuple[Callable[[float], float], Callable[[float], float]]:
     """First and second antiderivative of ``sqrt(radius^2 - u^2)``."""
 
     def first(u: float) -> float:

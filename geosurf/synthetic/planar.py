@@ -221,13 +221,7 @@ def tilted_planes(
 
 
 @checked
-def graben(
-    n: int = 33,
-    *,
-    dip: float = 60.0,
-    tilt: float = 1.0,
-    offset: Offset = _ORIGIN,
-) -> World:
+def graben(n: int = 33, *, dip: float = 60.0, tilt: float = 1.0, offset: Offset = _ORIGIN) -> World:
     """Three plane horizons between two faults that dip towards each other.
 
     The horizons run through without throw: three blocks per zone, four zones.

@@ -100,11 +100,7 @@ def with_parts(
     if (np.abs(covered[split] - 1.0) > 1e-6).any():
         raise InvariantError("a face of the model is not in the mesh; please report this with it.")
     return replace(
-        boundary,
-        x=x,
-        faces=found,
-        sides=boundary.sides[parents],
-        surface=boundary.surface[parents],
+        boundary, x=x, faces=found, sides=boundary.sides[parents], surface=boundary.surface[parents]
     )
 
 

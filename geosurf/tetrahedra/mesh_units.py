@@ -199,11 +199,7 @@ def refined(boundary: Boundary, size: float = math.inf) -> Boundary:
         parent, parts = parent[source], replace(parts, of_face=parts.of_face[source])
         faces = flipped(x, faces, parts)
     return replace(
-        boundary,
-        x=x,
-        faces=faces,
-        sides=boundary.sides[parent],
-        surface=boundary.surface[parent],
+        boundary, x=x, faces=faces, sides=boundary.sides[parent], surface=boundary.surface[parent]
     )
 
 
@@ -713,8 +709,7 @@ def _run(boundary: Boundary, options: dict[str, Any], patience: float) -> dict[s
             )  # fmt: skip
             raise GeometryError(
                 f"{what}: it did not end within {patience / 60:.0f} minutes, nor before in other "
-                f"orders of the vertices. {other}; "
-                "or build the model from coarser surfaces."
+                f"orders of the vertices. {other}; or build the model from coarser surfaces."
             ) from None
         except OSError as error:
             raise DependencyError(f"TetGen cannot be started in a process: {error}.") from error

@@ -29,11 +29,7 @@ def main() -> None:
         Path("error.txt").write_text(str(error), encoding="utf-8")
         return
     np.savez(
-        "mesh.npz",
-        node=run.node,
-        elem=run.elem,
-        trifaces=run.trifaces,
-        markers=run.triface_markers,
+        "mesh.npz", node=run.node, elem=run.elem, trifaces=run.trifaces, markers=run.triface_markers
     )
 
 

@@ -21,15 +21,7 @@ from geosurf.conventions.crs import are_same, crs_of, label
 from geosurf.errors import OutputError
 from geosurf.model.base import Noun
 from geosurf.model.expected import name_of, path_of
-from geosurf.write.registry import (
-    INSTEAD,
-    KEEP_CRS,
-    SETS,
-    WITH_PRJ,
-    WITH_SUFFIX,
-    WRITERS,
-    kind_of,
-)
+from geosurf.write.registry import INSTEAD, KEEP_CRS, SETS, WITH_PRJ, WITH_SUFFIX, WRITERS, kind_of
 from geosurf.write.written import Loss, Written, commit, commit_folder, commit_set, prj_of
 
 __all__ = ["Loss", "Written", "write"]
@@ -140,9 +132,8 @@ def _refuse_suffix(obj: Any, kind: str, path: Path, suffix: str) -> None:
     # a DataArray over other dimensions is a table, and no grid format holds it
     if kind == "horizon (DataArray)" and getattr(obj, "ndim", 2) != 2:
         raise OutputError(
-            f"{path}: a DataArray over {tuple(obj.dims)} is not a horizon and cannot be "
-            "written. Write scene.units (.csv, .nc) for the table of volumes, or "
-            "da.to_dataset() (.nc)."
+            f"{path}: a DataArray over {tuple(obj.dims)} is not a horizon and cannot be written. "
+            "Write scene.units (.csv, .nc) for the table of volumes, or da.to_dataset() (.nc)."
         )
     known = WRITERS[kind]
     if suffix not in known:
@@ -200,8 +191,7 @@ def _lost_crs(crs: str | None, suffix: str) -> list[Loss]:
         return []
     return [
         Loss(
-            "crs",
-            f"The format does not store the coordinate reference system (CRS), {label(crs)}.",
+            "crs", f"The format does not store the coordinate reference system (CRS), {label(crs)}."
         )
     ]
 

@@ -9,7 +9,7 @@ import numpy as np
 from geosurf.errors import DependencyError, InputError
 from geosurf.model import Curves, FaultSticks
 from geosurf.write.points_and_lines import crs_of_any, line_set, lines_in_space
-from geosurf.write.regular_grid import regular_grid
+from geosurf.write.text_grids import regular_grid
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray

@@ -18,8 +18,8 @@ from geosurf.conventions import elevation_sign, metres_per_unit
 from geosurf.conventions.crs import crs_of, epsg_of
 from geosurf.conventions.packages import need
 from geosurf.errors import DependencyError, OutputError
-from geosurf.write.regular_grid import refuse_odd_nodes
 from geosurf.write.table import TABLE_ONLY
+from geosurf.write.text_grids import refuse_odd_nodes
 from geosurf.write.vtp import AXES
 
 if TYPE_CHECKING:  # pragma: no cover - types only

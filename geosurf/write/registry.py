@@ -32,24 +32,20 @@ WRITERS: dict[str, dict[str, tuple[str, str]]] = {
         ".ts": ("gocad", "tsurf"),
         ".vtp": ("vtp", "vtp_of_surface"),
         **dict.fromkeys(MESHES, ("mesh", "mesh_of_surface")),
-        **dict.fromkeys((".glb", ".gltf"), ("gltf", "gltf_of_surface")),
+        **dict.fromkeys((".glb", ".gltf"), ("mesh", "gltf_of_surface")),
         **RESQML,
     },
-    "Curves": {
-        ".pl": ("gocad", "pline"),
-        ".vtp": ("vtp", "vtp_of_curves"),
-        **LINES,
-    },
+    "Curves": {".pl": ("gocad", "pline"), ".vtp": ("vtp", "vtp_of_curves"), **LINES},
     "Patches": {
         ".vtp": ("vtp", "vtp_of_patches"),
         ".vtu": ("mesh", "mesh_of_patches"),
-        **dict.fromkeys((".glb", ".gltf"), ("gltf", "gltf_of_patches")),
+        **dict.fromkeys((".glb", ".gltf"), ("mesh", "gltf_of_patches")),
     },
     "Unit": {
         ".vtp": ("vtp", "vtp_of_unit"),
         ".ts": ("gocad", "tsurf_of_unit"),
         **dict.fromkeys((".stl", ".vtu", ".obj", ".ply"), ("mesh", "mesh_of_unit")),
-        **dict.fromkeys((".glb", ".gltf"), ("gltf", "gltf_of_unit")),
+        **dict.fromkeys((".glb", ".gltf"), ("mesh", "gltf_of_unit")),
     },
     "Units": {
         ".vtm": ("vtp", "vtm_of_units"),
@@ -58,7 +54,7 @@ WRITERS: dict[str, dict[str, tuple[str, str]]] = {
         ".csv": ("table", "csv_of_units"),
         ".parquet": ("table", "parquet_of_units"),
         ".nc": ("netcdf", "netcdf_of_units"),
-        **dict.fromkeys((".glb", ".gltf"), ("gltf", "gltf_of_units")),
+        **dict.fromkeys((".glb", ".gltf"), ("mesh", "gltf_of_units")),
     },
     "TetMesh": {
         **dict.fromkeys((".vtu", ".msh", ".inp"), ("mesh", "mesh_of_tets")),
@@ -92,10 +88,7 @@ WRITERS: dict[str, dict[str, tuple[str, str]]] = {
         ".vti": ("vtp", "vti_of_grid"),
     },
     "Dataset": {".nc": ("netcdf", "netcdf_of_dataset"), **TABLE},
-    "DataFrame": {
-        ".csv": ("table", "csv_of_frame"),
-        ".parquet": ("table", "parquet_of_frame"),
-    },
+    "DataFrame": {".csv": ("table", "csv_of_frame"), ".parquet": ("table", "parquet_of_frame")},
     "list of lines": LINES,
     "CornerPointGrid": {
         ".grdecl": ("grdecl", "grdecl_of_grid"),

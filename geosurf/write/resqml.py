@@ -24,10 +24,11 @@ import numpy as np
 
 from geosurf.conventions import elevation_sign, metres_per_unit
 from geosurf.conventions.crs import are_same, crs_of, epsg_of, label
-from geosurf.errors import DependencyError, OutputError
+from geosurf.conventions.packages import need
+from geosurf.errors import OutputError
 from geosurf.model import TriSurface
 from geosurf.model.base import Noun
-from geosurf.write.regular_grid import refuse_odd_nodes
+from geosurf.write.text_grids import refuse_odd_nodes
 from geosurf.write.written import FileSet, Loss
 
 # ---- resqml xml ----------------------------------------
@@ -87,51 +88,61 @@ class Part:
     @property
     def xml(self) -> str:
         """The whole object."""
+        about = (
+            f"<eml:Title>{escape(self.title)}</eml:Title><eml:Originator>geosurf</eml:Originator>"
+            f"<eml:Creation>{CREATED}</eml:Creation><eml:Format>geosurf</eml:Format>"
+        )
         return (
             f'{HEAD}<{self.prefix}:{self.kind} {NAMESPACES} schemaVersion="2.0" '
             f'uuid="{self.uuid}" xsi:type="{self.prefix}:obj_{self.kind}">'
-            f"<eml:Citation><eml:Title>{escape(self.title)}</eml:Title>"
-            "<eml:Originator>geosurf</eml:Originator>"
-            f"<eml:Creation>{CREATED}</eml:Creation><eml:Format>geosurf</eml:Format>"
-            f"</eml:Citation>{self.body}</{self.prefix}:{self.kind}>\n"
+            f"<eml:Citation>{about}</eml:Citation>{self.body}</{self.prefix}:{self.kind}>\n"
         )
 
 
-def reference(tag: str, part: Part) -> str:
+def tag(name: str, *values: object, kind: str = "", more: str = "") -> str:
+    """An element of RESQML with a number, a word, or other elements; perhaps of a stated kind."""
+    stated = f' xsi:type="{kind if ":" in kind else f"resqml2:{kind}"}"' if kind else ""
+    return f"<resqml2:{name}{stated}{more}>{''.join(map(str, values))}</resqml2:{name}>"
+
+
+def reference(name: str, part: Part) -> str:
     """An element that refers to another object."""
     return (
-        f'<{tag} xsi:type="eml:DataObjectReference">'
+        f'<{name} xsi:type="eml:DataObjectReference">'
         f"<eml:ContentType>{part.content_type}</eml:ContentType>"
-        f"<eml:Title>{escape(part.title)}</eml:Title><eml:UUID>{part.uuid}</eml:UUID></{tag}>"
+        f"<eml:Title>{escape(part.title)}</eml:Title><eml:UUID>{part.uuid}</eml:UUID></{name}>"
     )
 
 
-def dataset(tag: str, path: str, proxy: Part) -> str:
+def dataset(name: str, path: str, proxy: Part) -> str:
     """An element that names an array in the HDF5 file."""
-    return (
-        f'<{tag} xsi:type="eml:Hdf5Dataset"><eml:PathInHdfFile>{path}</eml:PathInHdfFile>'
-        f"{reference('eml:HdfProxy', proxy)}</{tag}>"
-    )
+    where = f"<eml:PathInHdfFile>{path}</eml:PathInHdfFile>{reference('eml:HdfProxy', proxy)}"
+    return tag(name, where, kind="eml:Hdf5Dataset")
 
 
 def crs_body(epsg: int | None, label: str | None) -> str:
     """Local coordinate system: metres, elevation positive up, no offset, no rotation."""
+    unknown = "<eml:Unknown>{}</eml:Unknown>".format
     projected = (
-        f'<resqml2:ProjectedCrs xsi:type="eml:ProjectedCrsEpsgCode"><eml:EpsgCode>{epsg}'
-        "</eml:EpsgCode></resqml2:ProjectedCrs>"
-        if epsg is not None
-        else '<resqml2:ProjectedCrs xsi:type="eml:ProjectedUnknownCrs"><eml:Unknown>'
-        f"{escape(label or 'unknown')}</eml:Unknown></resqml2:ProjectedCrs>"
+        tag("ProjectedCrs", unknown(escape(label or "unknown")), kind="eml:ProjectedUnknownCrs")
+        if epsg is None
+        else tag(
+            "ProjectedCrs", f"<eml:EpsgCode>{epsg}</eml:EpsgCode>", kind="eml:ProjectedCrsEpsgCode"
+        )
     )
-    return (
-        "<resqml2:YOffset>0</resqml2:YOffset><resqml2:ZOffset>0</resqml2:ZOffset>"
-        '<resqml2:ArealRotation uom="rad">0</resqml2:ArealRotation>'
-        "<resqml2:ProjectedAxisOrder>easting northing</resqml2:ProjectedAxisOrder>"
-        "<resqml2:ProjectedUom>m</resqml2:ProjectedUom><resqml2:VerticalUom>m</resqml2:VerticalUom>"
-        "<resqml2:XOffset>0</resqml2:XOffset>"
-        "<resqml2:ZIncreasingDownward>false</resqml2:ZIncreasingDownward>"
-        '<resqml2:VerticalCrs xsi:type="eml:VerticalUnknownCrs"><eml:Unknown>unknown</eml:Unknown>'
-        f"</resqml2:VerticalCrs>{projected}"
+    return "".join(
+        [
+            tag("YOffset", 0),
+            tag("ZOffset", 0),
+            tag("ArealRotation", 0, more=' uom="rad"'),
+            tag("ProjectedAxisOrder", "easting northing"),
+            tag("ProjectedUom", "m"),
+            tag("VerticalUom", "m"),
+            tag("XOffset", 0),
+            tag("ZIncreasingDownward", "false"),
+            tag("VerticalCrs", unknown("unknown"), kind="eml:VerticalUnknownCrs"),
+            projected,
+        ]
     )
 
 
@@ -140,33 +151,33 @@ def lattice_points(
 ) -> str:
     """Points of a grid along the axes: origin, steps to the east and north, elevations."""
     # the slower axis first: rows go north
-    offsets = "".join(
-        f"<resqml2:Offset><resqml2:Offset>{_point(*way, 0.0)}</resqml2:Offset>"
-        '<resqml2:Spacing xsi:type="resqml2:DoubleConstantArray">'
-        f"<resqml2:Value>{step!r}</resqml2:Value><resqml2:Count>{max(n - 1, 1)}</resqml2:Count>"
-        "</resqml2:Spacing></resqml2:Offset>"
-        for way, step, n in zip(((0.0, 1.0), (1.0, 0.0)), steps[::-1], shape, strict=True)
-    )
-    return (
-        '<resqml2:Points xsi:type="resqml2:Point3dZValueArray">'
-        '<resqml2:SupportingGeometry xsi:type="resqml2:Point3dLatticeArray">'
-        f"<resqml2:Origin>{_point(*origin, 0.0)}</resqml2:Origin>{offsets}"
-        "</resqml2:SupportingGeometry>"
-        f'<resqml2:ZValues xsi:type="resqml2:DoubleHdf5Array">{values}</resqml2:ZValues>'
-        "</resqml2:Points>"
+    offsets = ""
+    for way, step, n in zip(((0.0, 1.0), (1.0, 0.0)), steps[::-1], shape, strict=True):
+        count = tag("Value", repr(step)), tag("Count", max(n - 1, 1))
+        spacing = tag("Spacing", *count, kind="DoubleConstantArray")
+        offsets += tag("Offset", tag("Offset", _point(*way, 0.0)), spacing)
+    lattice = tag("Origin", _point(*origin, 0.0)), offsets
+    return tag(
+        "Points",
+        tag("SupportingGeometry", *lattice, kind="Point3dLatticeArray"),
+        tag("ZValues", values, kind="DoubleHdf5Array"),
+        kind="Point3dZValueArray",
     )
 
 
 def explicit_points(values: str) -> str:
     """Points of which all coordinates are in the HDF5 file."""
-    return f'<resqml2:Points xsi:type="resqml2:Point3dHdf5Array">{values}</resqml2:Points>'
+    return tag("Points", values, kind="Point3dHdf5Array")
+
+
+def whole_numbers(name: str, path: str, proxy: Part) -> str:
+    """An element with whole numbers of the HDF5 file."""
+    values = dataset("Values", path, proxy)
+    return tag(name, tag("NullValue", -1), values, kind="IntegerHdf5Array")
 
 
 def _point(*coordinates: float) -> str:
-    return "".join(
-        f"<resqml2:Coordinate{k}>{value!r}</resqml2:Coordinate{k}>"
-        for k, value in enumerate(coordinates, 1)
-    )
+    return "".join(tag(f"Coordinate{k}", repr(v)) for k, v in enumerate(coordinates, 1))
 
 
 def package(parts: Sequence[Part], h5_name: str) -> dict[str, str]:
@@ -201,20 +212,22 @@ def package(parts: Sequence[Part], h5_name: str) -> dict[str, str]:
 
 def _of_part(part: Part, parts: Sequence[Part], h5_name: str) -> str:
     """Relations of an object, in both directions."""
-    found = []
+    found = ""
     if part.prefix == "eml":
-        found.append(
+        found = (
             f'<Relationship Id="Hdf5File" Type="{RELATION}/externalResource" '
             f'Target="{escape(h5_name, {chr(34): "&quot;"})}" TargetMode="External"/>'
         )
     for other in part.uses:
-        word = "mlToExternalPartProxy" if other.prefix == "eml" else "destinationObject"
-        found.append(_relation(word, other))
+        found += _relation(
+            "mlToExternalPartProxy" if other.prefix == "eml" else "destinationObject", other
+        )
     for other in parts:
         if part in other.uses:
-            word = "externalPartProxyToMl" if part.prefix == "eml" else "sourceObject"
-            found.append(_relation(word, other))
-    return "".join(found)
+            found += _relation(
+                "externalPartProxyToMl" if part.prefix == "eml" else "sourceObject", other
+            )
+    return found
 
 
 def _relation(word: str, other: Part) -> str:
@@ -394,20 +407,19 @@ def pattern_of(*names: str) -> re.Pattern[str]:
     return re.compile("|".join(map(re.escape, names)))
 
 
+DOMAIN = tag("Domain", "depth")
+
+
 def interpretation(title: str, role: str, fresh: Iterator[str]) -> list[Part]:
     """Feature and interpretation of a horizon or fault; nothing for other surfaces."""
-    kinds = {
-        "horizon": ("GeneticBoundaryFeature", "GeneticBoundaryKind", "HorizonInterpretation"),
-        "fault": ("TectonicBoundaryFeature", "TectonicBoundaryKind", "FaultInterpretation"),
-    }
+    kinds = {"horizon": ("Genetic", "Horizon"), "fault": ("Tectonic", "Fault")}
     if role not in kinds:
         return []
-    feature_kind, word, kind = kinds[role]
-    body = f"<resqml2:{word}>{role}</resqml2:{word}>"
-    feature = Part(feature_kind, next(fresh), title, body)
-    domain = "<resqml2:Domain>depth</resqml2:Domain>"
-    body = domain + reference("resqml2:InterpretedFeature", feature)
-    return [feature, Part(kind, next(fresh), title, body, (feature,))]
+    boundary, meant = kinds[role]
+    body = tag(f"{boundary}BoundaryKind", role)
+    feature = Part(f"{boundary}BoundaryFeature", next(fresh), title, body)
+    body = DOMAIN + reference("resqml2:InterpretedFeature", feature)
+    return [feature, Part(f"{meant}Interpretation", next(fresh), title, body, (feature,))]
 
 
 def _representation(
@@ -415,42 +427,36 @@ def _representation(
 ) -> tuple[str, str, dict[str, np.ndarray]]:
     """Kind, XML and arrays of a grid or a mesh."""
     local = reference("resqml2:LocalCrs", system)
-    role = "<resqml2:SurfaceRole>map</resqml2:SurfaceRole>"
+    first, patch = tag("PatchIndex", 0), tuple[str, ...]()
     if "points" in held:
         points, triangles = held["points"], held["triangles"]
         to = {f"{folder}/points_patch0": points, f"{folder}/triangles_patch0": triangles}
         at_points, at_triangles = to
-        body = (
-            f"{role}<resqml2:TrianglePatch><resqml2:PatchIndex>0</resqml2:PatchIndex>"
-            f"<resqml2:Count>{len(triangles)}</resqml2:Count>"
-            f"<resqml2:NodeCount>{len(points)}</resqml2:NodeCount>"
-            '<resqml2:Triangles xsi:type="resqml2:IntegerHdf5Array">'
-            "<resqml2:NullValue>-1</resqml2:NullValue>"
-            f"{dataset('resqml2:Values', at_triangles, proxy)}</resqml2:Triangles>"
-            f'<resqml2:Geometry xsi:type="resqml2:PointGeometry">{local}'
-            f"{explicit_points(dataset('resqml2:Coordinates', at_points, proxy))}"
-            "</resqml2:Geometry></resqml2:TrianglePatch>"
+        nodes = explicit_points(dataset("Coordinates", at_points, proxy))
+        name, patch = (
+            "Triangle",
+            (
+                tag("Count", len(triangles)),
+                tag("NodeCount", len(points)),
+                whole_numbers("Triangles", at_triangles, proxy),
+            ),
         )
-        return "TriangulatedSetRepresentation", body, to
-
-    x, y, z = held["x"], held["y"], held["z"]
-    n_row, n_col = z.shape
-    steps = _steps(x, y)
-    if steps is not None:
-        to = {f"{folder}/zvalues": z}
-        values = dataset("resqml2:Values", f"{folder}/zvalues", proxy)
-        nodes = lattice_points((float(x[0, 0]), float(y[0, 0])), steps, (n_row, n_col), values)
     else:
-        to = {f"{folder}/points": np.stack([x, y, z], axis=-1)}
-        nodes = explicit_points(dataset("resqml2:Coordinates", f"{folder}/points", proxy))
-    body = (
-        f"{role}<resqml2:Grid2dPatch><resqml2:PatchIndex>0</resqml2:PatchIndex>"
-        f"<resqml2:FastestAxisCount>{n_col}</resqml2:FastestAxisCount>"
-        f"<resqml2:SlowestAxisCount>{n_row}</resqml2:SlowestAxisCount>"
-        f'<resqml2:Geometry xsi:type="resqml2:PointGeometry">{local}{nodes}</resqml2:Geometry>'
-        "</resqml2:Grid2dPatch>"
-    )
-    return "Grid2dRepresentation", body, to
+        x, y, z = held["x"], held["y"], held["z"]
+        n_row, n_col = z.shape
+        steps = _steps(x, y)
+        if steps is not None:
+            to = {f"{folder}/zvalues": z}
+            values = dataset("Values", f"{folder}/zvalues", proxy)
+            nodes = lattice_points((float(x[0, 0]), float(y[0, 0])), steps, (n_row, n_col), values)
+        else:
+            to = {f"{folder}/points": np.stack([x, y, z], axis=-1)}
+            nodes = explicit_points(dataset("Coordinates", f"{folder}/points", proxy))
+        name, patch = "Grid2d", (tag("FastestAxisCount", n_col), tag("SlowestAxisCount", n_row))
+    geometry = tag("Geometry", local, nodes, kind="PointGeometry")
+    body = tag("SurfaceRole", "map") + tag(f"{name}Patch", first, *patch, geometry)
+    kind = "TriangulatedSet" if name == "Triangle" else name
+    return f"{kind}Representation", body, to
 
 
 def _steps(x: np.ndarray, y: np.ndarray) -> tuple[float, float] | None:
@@ -465,12 +471,9 @@ def _steps(x: np.ndarray, y: np.ndarray) -> tuple[float, float] | None:
 
 def hdf5(arrays: dict[str, np.ndarray], proxy: str) -> bytes:
     """An HDF5 file of all arrays."""
-    try:
-        import h5py
-    except ImportError as error:
-        raise DependencyError(
-            'RESQML needs h5py, which is not installed. Install it with: pip install "geosurf[io]"'
-        ) from error
+    need("RESQML needs", "h5py")
+    import h5py
+
     held = io.BytesIO()
     with h5py.File(held, "w") as file:
         file.create_group("RESQML").attrs["uuid"] = proxy

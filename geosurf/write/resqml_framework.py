@@ -22,6 +22,7 @@ from geosurf.kernels.meshes.mesh import weld
 from geosurf.model import TriSurface, Units
 from geosurf.write.model3d import Parts, parts_of, unit_labels
 from geosurf.write.resqml import (
+    DOMAIN,
     Part,
     crs_body,
     dataset,
@@ -33,6 +34,8 @@ from geosurf.write.resqml import (
     package,
     pattern_of,
     reference,
+    tag,
+    whole_numbers,
     zipped,
 )
 from geosurf.write.written import FileSet, Loss
@@ -142,8 +145,7 @@ def _chains(kinds: dict[Edge, tuple[int, ...]]) -> Iterator[list[int]]:
             yield chain
 
 
-DOMAIN = "<resqml2:Domain>depth</resqml2:Domain>"
-ORDER = "<resqml2:OrderingCriteria>apparent depth</resqml2:OrderingCriteria>"
+ORDER = tag("OrderingCriteria", "apparent depth")
 
 
 def resqml_of_units(units: Units, path: Path, name: str | None, crs: str | None) -> FileSet:
@@ -214,15 +216,10 @@ def _identifiers(units: Units, parts: Parts, title: str, crs: str | None) -> Ite
     return identifiers(digest.hexdigest())
 
 
-def _tag(name: str, value: object) -> str:
-    """An element of RESQML with a number, a word, or other elements."""
-    return f"<resqml2:{name}>{value}</resqml2:{name}>"
-
-
 def _metadata(name: str, values: object) -> str:
     """What only geosurf reads; other programs keep it."""
     word = escape(json.dumps(values))
-    return _tag("ExtraMetadata", _tag("Name", f"geosurf.{name}") + _tag("Value", word))
+    return tag("ExtraMetadata", tag("Name", f"geosurf.{name}") + tag("Value", word))
 
 
 class _Framework:
@@ -293,7 +290,7 @@ class _Framework:
         body = (
             _metadata("surface", [surface.name, surface.role])
             + reference("resqml2:RepresentedInterpretation", meant)
-            + _tag("SurfaceRole", "map")
+            + tag("SurfaceRole", "map")
         )
         for k in np.flatnonzero(self.parts.surface == i).tolist():
             a, b = self.parts.first_vertex[k : k + 2].tolist()
@@ -301,15 +298,16 @@ class _Framework:
             patch = self.patch_of_part[k]
             nodes = self.array(f"{own}/points_patch{patch}", self.parts.vertices[a:b])
             corners = self.parts.triangles[s:t] - self.first_node[k]
-            body += _tag(
+            points = explicit_points(dataset("Coordinates", nodes, self.proxy))
+            body += tag(
                 "TrianglePatch",
-                _tag("PatchIndex", patch)
-                + _tag("Count", t - s)
-                + _tag("NodeCount", b - a)
-                + self.numbers("Triangles", f"{own}/triangles_patch{patch}", corners)
-                + f'<resqml2:Geometry xsi:type="resqml2:PointGeometry">{local}'
-                + explicit_points(dataset("resqml2:Coordinates", nodes, self.proxy))
-                + "</resqml2:Geometry>",
+                tag("PatchIndex", patch)
+                + tag("Count", t - s)
+                + tag("NodeCount", b - a)
+                + whole_numbers(
+                    "Triangles", self.array(f"{own}/triangles_patch{patch}", corners), self.proxy
+                )
+                + tag("Geometry", local, points, kind="PointGeometry"),
             )
         uses = (self.proxy, self.system, meant)
         return Part("TriangulatedSetRepresentation", own, surface.name, body, uses)
@@ -319,18 +317,10 @@ class _Framework:
         self.arrays[f"/RESQML/{path}"] = values
         return f"/RESQML/{path}"
 
-    def numbers(self, name: str, path: str, values: np.ndarray) -> str:
-        """An element with whole numbers of the HDF5 file."""
-        where = dataset("resqml2:Values", self.array(path, values), self.proxy)
-        return (
-            f'<resqml2:{name} xsi:type="resqml2:IntegerHdf5Array">'
-            f"{_tag('NullValue', -1)}{where}</resqml2:{name}>"
-        )
-
     def structure(self, surfaces: Sequence[TriSurface], meant: Sequence[Part]) -> list[Part]:
         """The faults, horizons and walls of the model."""
         feature = self.made(
-            "OrganizationFeature", self.title, _tag("OrganizationKind", "structural")
+            "OrganizationFeature", self.title, tag("OrganizationKind", "structural")
         )
         pairs = list(zip(surfaces, meant, strict=True))
         body = DOMAIN + reference("resqml2:InterpretedFeature", feature) + ORDER
@@ -339,9 +329,9 @@ class _Framework:
                 body += reference("resqml2:Faults", one)
         horizons = [one for surface, one in pairs if surface.role == "horizon"]
         for k, one in enumerate(horizons):
-            body += _tag(
+            body += tag(
                 "Horizons",
-                _tag("Index", k) + _tag("StratigraphicRank", 0) + reference("resqml2:Horizon", one),
+                tag("Index", k) + tag("StratigraphicRank", 0) + reference("resqml2:Horizon", one),
             )
         for name, word in (("", "Sides"), ("top", "TopFrontier"), ("bottom", "BottomFrontier")):
             for surface, one in pairs:
@@ -357,24 +347,23 @@ class _Framework:
         own = next(self.fresh)
         body = (
             reference("resqml2:RepresentedInterpretation", structure)
-            + _tag("IsHomogeneous", "true")
+            + tag("IsHomogeneous", "true")
             + "".join(reference("resqml2:Representation", mesh) for mesh in meshes)
         )
         for number, line in enumerate(self.lines):
             patches = ""
             for side, (k, vertices) in enumerate(zip(line.parts, line.vertices, strict=True)):
                 nodes = vertices - self.first_node[k]
-                where = f"{own}/contact{number}_patch{side}"
-                patches += _tag(
+                where = self.array(f"{own}/contact{number}_patch{side}", nodes)
+                patches += tag(
                     "Contact",
-                    _tag("PatchIndex", side)
-                    + _tag("Count", len(nodes))
-                    + _tag("RepresentationIndex", self.of_part[k])
-                    + self.numbers("SupportingRepresentationNodes", where, nodes),
+                    tag("PatchIndex", side)
+                    + tag("Count", len(nodes))
+                    + tag("RepresentationIndex", self.of_part[k])
+                    + whole_numbers("SupportingRepresentationNodes", where, self.proxy),
                 )
-            same = _tag("IdentityKind", "colocation")
-            name = "resqml2:SealedContactRepresentation"
-            body += f'<{name} xsi:type="{name}Part">{_tag("Index", number)}{same}{patches}</{name}>'
+            same, name = tag("IdentityKind", "colocation"), "SealedContactRepresentation"
+            body += tag(name, tag("Index", number), same, patches, kind=f"{name}Part")
         uses = (self.proxy, structure, *meshes)
         kind = "SealedSurfaceFrameworkRepresentation"
         return Part(kind, own, self.title, body, uses)
@@ -383,12 +372,12 @@ class _Framework:
     def strata(self) -> list[Part]:
         """The zones from top to base: features, interpretations, and their order, which is last."""
         feature = self.made(
-            "OrganizationFeature", self.title, _tag("OrganizationKind", "stratigraphic")
+            "OrganizationFeature", self.title, tag("OrganizationKind", "stratigraphic")
         )
         ranked = sorted({(unit.zone_index, unit.zone) for unit in self.units.values()})
         zones = list(dict.fromkeys(zone for _, zone in ranked))
         found, body = [feature], DOMAIN + reference("resqml2:InterpretedFeature", feature)
-        body += ORDER + _tag("Index", 0)
+        body += ORDER + tag("Index", 0)
         meant = []
         for k, zone in enumerate(zones):
             rock = self.made("StratigraphicUnitFeature", zone, "")
@@ -396,8 +385,8 @@ class _Framework:
             one = self.made("StratigraphicUnitInterpretation", zone, words, (rock,))
             found += [rock, one]
             meant.append(one)
-            unit = _tag("Index", k) + reference("resqml2:Unit", one)
-            body += _tag("StratigraphicUnits", unit)
+            unit = tag("Index", k) + reference("resqml2:Unit", one)
+            body += tag("StratigraphicUnits", unit)
         kind = "StratigraphicColumnRankInterpretation"
         rank = self.made(kind, self.title, body, (feature, *meant))
         column = reference("resqml2:Ranks", rank)
@@ -414,35 +403,35 @@ class _Framework:
         body = _metadata("model", [self.title, *box])
         body += "".join(_metadata("unit", unit_labels(unit)) for unit in units.values())
         body += reference("resqml2:RepresentedInterpretation", rank)
-        body += _tag("IsHomogeneous", "true")
+        body += tag("IsHomogeneous", "true")
         body += "".join(reference("resqml2:Representation", mesh) for mesh in meshes)
         body += reference("resqml2:BasedOn", sealed)
         shells = shells_of(self.parts, self.lines, len(units))
         for k, faces in enumerate(shells[-1]):
-            body += _tag("Shells", self.shell(f"outside {k}", faces))
+            body += tag("Shells", self.shell(f"outside {k}", faces))
         for k, (name, unit) in enumerate(units.items()):
             outer, *inner = shells[k]
-            body += _tag(
+            body += tag(
                 "Regions",
-                _tag("PatchIndex", k)
+                tag("PatchIndex", k)
                 + "".join(
-                    _tag("InternalShells", self.shell(f"{name} {i}", faces))
+                    tag("InternalShells", self.shell(f"{name} {i}", faces))
                     for i, faces in enumerate(inner, 1)
                 )
                 + reference("resqml2:Represents", zones[unit.zone])
-                + _tag("ExternalShell", self.shell(name, outer)),
+                + tag("ExternalShell", self.shell(name, outer)),
             )
         uses = (rank, sealed, *meshes, *zones.values())
         return self.made("SealedVolumeFrameworkRepresentation", self.title, body, uses)
 
     def shell(self, name: str, faces: Sequence[tuple[int, bool]]) -> str:
         """Patches with their sides."""
-        return _tag("ShellUid", escape(name)) + "".join(
-            _tag(
+        return tag("ShellUid", escape(name)) + "".join(
+            tag(
                 "MacroFaces",
-                _tag("PatchIndexOfRepresentation", self.patch_of_part[k])
-                + _tag("RepresentationIndex", self.of_part[k])
-                + _tag("SideIsPlus", "true" if front else "false"),
+                tag("PatchIndexOfRepresentation", self.patch_of_part[k])
+                + tag("RepresentationIndex", self.of_part[k])
+                + tag("SideIsPlus", "true" if front else "false"),
             )
             for k, front in faces
         )

@@ -45,10 +45,7 @@ def planes():
 
 
 def test_flat_layers_without_a_fault_are_exact():
-    scene = gs.Scene(
-        {"Top": plane(-1970, 0.01), "Base": plane(-2030, -0.01, 0.005)},
-        box=BOX,
-    )
+    scene = gs.Scene({"Top": plane(-1970, 0.01), "Base": plane(-2030, -0.01, 0.005)}, box=BOX)
     grid = gs.build_grid(scene, cell=(130, 70), layers={"Top/Base": 7})
     table = grid.table
     np.testing.assert_allclose(table.volume, table.exact, rtol=1e-9)

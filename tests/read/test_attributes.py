@@ -7,7 +7,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.errors import FormatError, InputError
-from geosurf.read._detect import SIGNATURES
+from geosurf.read.registry import SIGNATURES
 
 RMS = 'Float dip\nString "fault"\nDiscrete n\n1 2 30 5.5 "F 1" 7\n3 4 50 UNDEF F2 8\n'
 PETREL = (

@@ -11,7 +11,7 @@ import pytest
 import geosurf as gs
 from geosurf.errors import FormatError, InputError
 from geosurf.read._common import numbers
-from geosurf.read._detect import SIGNATURES, detect, head_of
+from geosurf.read.registry import SIGNATURES, detect, head_of
 
 # one map in all formats: 3 columns x 2 rows, steps 10 and 20, from (500, 1000); one undefined node
 Z = np.array([[1.25, 2.5, 3.0], [4.0, np.nan, 6.125]])

@@ -10,7 +10,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.errors import FormatError, GeosurfWarning, InputError
-from geosurf.read._detect import SIGNATURES
+from geosurf.read.registry import SIGNATURES
 
 LINE = [[461000.1, 5932000.5, 1500.25], [461050, 5932000, 1600]]
 OTHER = [[461500, 5932000, 1500], [461550, 5932040, 1550], [461590, 5932090, 1700]]

@@ -11,7 +11,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.errors import FormatError, InputError
-from geosurf.read._detect import SIGNATURES
+from geosurf.read.registry import SIGNATURES
 
 POINTS = np.array([[461000.125, 5932000.5, -1600], [461100, 5932000, -1650], [461000, 5932100, -1]])
 QUAD = np.array([[0, 0, 0], [9, 0, 0], [9, 9, 0], [0, 9, 3.5]])

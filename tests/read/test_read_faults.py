@@ -221,7 +221,7 @@ def test_a_header_says_which_column_is_which(tmp_path, suffix):
     assert named.equals(points)
     with pytest.raises(FormatError, match=r"found 0 columns for z.*expected one of tvd "):
         gs.read_points(path, positive="down", columns=("x", "Y2", "tvd"))
-    with pytest.raises(InputError, match=r"columns is 'x'. Give three names of the header"):
+    with pytest.raises(InputError, match=r"columns is 'x'. Give 3 names of the header"):
         gs.read_points(path, positive="down", columns="x")
 
 

@@ -51,10 +51,7 @@ def test_rotated_grid_keeps_every_node_and_is_right_handed(tmp_path, yinc, rotat
     found = {
         z: (x, y)
         for x, y, z in zip(
-            top.easting.values.ravel(),
-            top.northing.values.ravel(),
-            top.values.ravel(),
-            strict=True,
+            top.easting.values.ravel(), top.northing.values.ravel(), top.values.ravel(), strict=True
         )
     }
     for row in range(2):

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import geosurf as gs
 from geosurf.errors import FormatError, InputError
-from geosurf.read._detect import SIGNATURES
+from geosurf.read.registry import SIGNATURES
 
 CHARISMA = (
     "INLINE-   1201  3405  461000.10 5932000.50  1500.25 F1 1\n"

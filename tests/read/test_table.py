@@ -104,11 +104,7 @@ def test_law_decimal_commas_are_refused_or_read(tmp_path_factory, rows, sign):
         ("a.dat", "815 1210 777574.2 6736507.8 1000.0\n", r"line 1: found 5 numbers.*columns=\(3"),
         ("a.dat", "1 460000 5930000 1700\n", r"line 1: found 4 numbers and no header"),
         ("a.dat", "A1 1 2 3\n17 1 2 3\n", r"line 2: found 4 numbers"),
-        (
-            "a.dat",
-            "A1 1 2 3\n1 2 3 A\n",
-            r"line 2: numbers .* \[1, 2, 3\].*\[2, 3, 4\]",
-        ),
+        ("a.dat", "A1 1 2 3\n1 2 3 A\n", r"line 2: numbers .* \[1, 2, 3\].*\[2, 3, 4\]"),
         ("a.dat", "460000,25 5930000,5 1700,1\n", r"the comma in '460000,25'.*decimal=','"),
         ("a.dat", "460,000.25 5,930,000.5 1,700.1\n", r"the comma in '460,000.25'"),
         ("a.csv", 'X,Y,Z\n"1,5","2,5","3,5"\n', r"line 2: found '1,5'.*decimal=','"),

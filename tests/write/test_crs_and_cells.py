@@ -63,8 +63,7 @@ def results(scene):
 
 
 @pytest.mark.parametrize(
-    ("kind", "suffix"),
-    [(kind, suffix) for kind in WRITERS for suffix in WRITERS[kind]],
+    ("kind", "suffix"), [(kind, suffix) for kind in WRITERS for suffix in WRITERS[kind]]
 )
 def test_law_a_reference_system_is_in_the_file_or_in_the_losses(results, tmp_path, kind, suffix):
     if suffix in (".egrid", ".roff"):

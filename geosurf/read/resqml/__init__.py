@@ -4,6 +4,5 @@
 |---|---|
 | `package` | opens the zip file, its objects and its arrays |
 | `representations` | which objects there are, what each holds, and its places in metres |
-| `wells` | paths of wells: control points of trajectories |
-| `surfaces` | what callers read: horizons, faults, points, polygons |
+| `surfaces` | what callers read: horizons, faults, points, polygons, paths of wells |
 """

@@ -29,10 +29,10 @@ from geosurf.read._guard import (
     opened,
     read_bytes,
     reading_with,
+    refuse_bombs,
     refuse_large,
     same_file,
 )
-from geosurf.read._hdf5 import refuse_bombs
 from geosurf.read.vtp import xml_of
 
 if TYPE_CHECKING:  # pragma: no cover - types only

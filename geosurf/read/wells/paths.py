@@ -13,13 +13,13 @@ from geosurf.conventions import counted, elevation_sign, metres_per_unit
 from geosurf.errors import FormatError, InputError
 from geosurf.model.expected import path_of
 from geosurf.read._common import Request, agreed_scale, agreed_sign, noted
-from geosurf.read._detect import detect, refuse_foreign
 from geosurf.read._guard import damaged
 from geosurf.read._placed import points_dataset, refuse_columns
 from geosurf.read._table import checked_decimal
 from geosurf.read._tops_layout import plain_name, unit_in_name
 from geosurf.read.las import path_of_las
-from geosurf.read.resqml.wells import wells_of_resqml
+from geosurf.read.registry import detect, refuse_foreign
+from geosurf.read.resqml.surfaces import wells_of_resqml
 from geosurf.read.wells.columns import (
     PLACES,
     SURVEY,
@@ -393,9 +393,8 @@ def _check_rise(path: Path, trace: Trace, name: str, at: np.ndarray, md: np.ndar
     if len(falls):
         line = trace.rows[int(at[falls[0] + 1])][0]
         raise FormatError(
-            f"{path}, line {line}: the measured depth of well {name!r} falls from "
-            f"{md[falls[0]]:g} m to {md[falls[0] + 1]:g} m. Sort its rows; a side track needs a "
-            "name of its own."
+            f"{path}, line {line}: the measured depth of well {name!r} falls from {md[falls[0]]:g} "
+            f"m to {md[falls[0] + 1]:g} m. Sort its rows; a side track needs a name of its own."
         )
 
 

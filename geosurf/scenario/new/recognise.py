@@ -32,9 +32,9 @@ from geosurf.read import (
     read_tsurf,
 )
 from geosurf.read._common import is_number, read_text
-from geosurf.read._detect import detect
 from geosurf.read.netcdf import holds_fault
 from geosurf.read.polylines import NAMED_LINES, fault_names
+from geosurf.read.registry import detect
 from geosurf.read.resqml.representations import LINES, MESH, POINTS
 from geosurf.read.resqml.surfaces import surfaces_of
 from geosurf.scenario.new.judge import OUT, Found, mean_dip, name_from, plane_dip, thinned
