@@ -62,7 +62,7 @@ from geosurf.model import FluidContact, Patches, Unit, Units, check_column
 from geosurf.model.base import in_crs_of
 from geosurf.model.column import Remnant, separators
 from geosurf.model.expected import expect
-from geosurf.model.slivers import MergedSliver, SliverSettings, sliver_settings
+from geosurf.model.units import MergedSliver, SliverSettings, sliver_settings
 
 Box = tuple[float, float, float, float, float, float]
 

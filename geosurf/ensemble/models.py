@@ -12,7 +12,7 @@ import numpy as np
 
 from geosurf.ensemble.change import Change, stream_of
 from geosurf.ensemble.horizon_data import HorizonData
-from geosurf.ensemble.throws import Factor
+from geosurf.ensemble.uncertain_faults import Factor
 from geosurf.errors import InputError
 from geosurf.model import Sheet, TriSurface
 from geosurf.model.sheets import TearPlan

@@ -14,9 +14,9 @@ from importlib.util import find_spec
 from typing import Any
 
 from geosurf.arrangement.threads import n_threads, on_one_core
-from geosurf.ensemble.contact_levels import ContactLevel
 from geosurf.ensemble.plan import Plan
 from geosurf.ensemble.record import Record
+from geosurf.ensemble.uncertain import ContactLevel
 from geosurf.ensemble.worker_processes import (
     Workers,
     dumps,

@@ -14,10 +14,8 @@ from geosurf import __version__
 from geosurf.conventions import counted
 from geosurf.conventions.running import silence
 from geosurf.ensemble.change import Change, Draws, Prepared, Uncertainty
-from geosurf.ensemble.juxtapositions import areas_of
-from geosurf.ensemble.maps import Layers
 from geosurf.ensemble.models import add_to
-from geosurf.ensemble.record import Record, UnitKey
+from geosurf.ensemble.record import Layers, Record, UnitKey, areas_of
 from geosurf.errors import GeosurfError, InputError
 from geosurf.scene import Scene
 from geosurf.scene.scene import keep_results_apart, volumes_by_unit
@@ -80,7 +78,7 @@ class Plan:
     def distributions(self) -> list[str]:
         """Distribution of each of them, in words."""
         # For the store: workers need no tables of reports.
-        from geosurf.ensemble.described import words_of_uncertainty
+        from geosurf.ensemble.uncertain import words_of_uncertainty
 
         return [words_of_uncertainty(one) for one in self.uncertain]
 

@@ -2,14 +2,274 @@
 
 from __future__ import annotations
 
+import hashlib
 import io
 import json
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from geosurf.carve.column import names_of_zones
 from geosurf.errors import InputError
+from geosurf.measure.thickness import nodes_of, thickness_map
+from geosurf.scene import Scene
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
+
+
+# ---- maps ----------------------------------------
+# Maps of one realisation: the thickness of each layer on nodes that all realisations share.
+
+
+@dataclass(frozen=True, eq=False)
+class Layers:
+    """
+    Zones, and their parts between fluid contacts, on the nodes of a map.
+
+    Attributes
+    ----------
+    names : tuple of str
+        ``"Top/Base"``, ``"Top/Base above OWC"`` ...
+    zones, contacts : tuple of str
+        Of each layer; the contact interval is empty for a whole zone.
+    easting, northing : ndarray of float64
+        Nodes of the map [m], one-dimensional.
+
+    Examples
+    --------
+    >>> from geosurf.synthetic import tilted_planes
+    >>> world = tilted_planes(n=9)
+    >>> scene = Scene(world.horizons, world.faults, world.box, contacts={"OWC": -2000.0})
+    >>> layers = Layers.of(scene, 500.0)
+    >>> layers.names
+    ('Top/Base', 'Top/Base above OWC', 'Top/Base below OWC')
+    >>> layers.thickness(scene).shape
+    (3, 6, 8)
+    """
+
+    names: tuple[str, ...]
+    zones: tuple[str, ...]
+    contacts: tuple[str, ...]
+    easting: np.ndarray
+    northing: np.ndarray
+
+    @classmethod
+    def of(cls, scene: Scene, grid: Any) -> Layers:
+        """Return the layers of a scene; zones above the first and below the last horizon are not.
+
+        Parameters
+        ----------
+        scene : Scene
+        grid : float or xarray object
+            As for `Scene.thickness`: the width of cells [m], or a grid with unrotated axes.
+        """
+        # True stands for the default width of cells.
+        nodes = nodes_of(None if grid is True else grid, scene.box)
+        if len(nodes.shape) != 2 or nodes.coords["easting"][1].ndim != 1:
+            raise InputError(
+                "maps= has rotated or curved axes. Give the width of a cell [m], or a grid with "
+                "northing and easting of one dimension each."
+            )
+        found = []
+        # The outermost zones have no second horizon, hence no thickness.
+        for zone in names_of_zones(scene.horizon_names)[1:-1]:
+            found.append((zone, zone, ""))
+            # A contact may be given for some zones only.
+            fluids = [one for one in scene.contacts if not one.zones or zone in one.zones]
+            parts = _intervals(list(dict.fromkeys(one.name for one in fluids)))
+            found += [(f"{zone} {part}", zone, part) for part in parts]
+        names, zones, contacts = (tuple(row[k] for row in found) for k in range(3))
+        return cls(names, zones, contacts, nodes.coords["easting"][1], nodes.coords["northing"][1])
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Number of layers, rows and columns."""
+        return len(self.names), len(self.northing), len(self.easting)
+
+    @property
+    def identity(self) -> str:
+        """A hash of layers and nodes."""
+        # Names and nodes: an ensemble with other layers cannot be continued.
+        digest = hashlib.sha256(repr(("juxtaposition", self.names)).encode())
+        digest.update(self.easting.tobytes() + self.northing.tobytes())
+        return digest.hexdigest()
+
+    def thickness(self, scene: Scene) -> np.ndarray:
+        """Return the vertical thickness of each layer (n_layer, n_row, n_col) [m], 0 if absent."""
+        import xarray as xr
+
+        # One grid for all realisations, so that maps can be summed.
+        grid = xr.DataArray(
+            np.empty(self.shape[1:]),
+            coords={"northing": self.northing, "easting": self.easting},
+            dims=("northing", "easting"),
+        )
+        made = np.zeros(self.shape, dtype=np.float32)
+        # What is absent in this realisation has thickness 0 there, and is not computed.
+        there = {(unit.zone, unit.contact) for unit in scene.units.values()}
+        for k, (zone, part) in enumerate(zip(self.zones, self.contacts, strict=True)):
+            if part and (zone, part) not in there:
+                continue
+            if not any(zone == other for other, _ in there):
+                continue
+            found = thickness_map(scene.units, zone, grid, contact=part or None)
+            # Blocks are summed: a layer is one map.
+            made[k] = np.nan_to_num(found.values).sum(axis=0)
+        return made
+
+
+def _intervals(names: list[str]) -> list[str]:
+    """Intervals between fluid contacts from the top down, as units call them."""
+    if not names:
+        return []
+    # The names that units have.
+    between = [f"{a}/{b}" for a, b in pairwise(names)]
+    return [f"above {names[0]}", *between, f"below {names[-1]}"]
+
+
+# ---- juxtapositions ----------------------------------------
+# Zones that face each other across faults, realisation by realisation: how likely, and how large.
+#
+# Areas are stored like volumes: one column for each fault and pair of zones, in the order in which
+# realisations have them.
+
+
+AREA, COLUMNS = "juxtaposed_area", "region_pairs"
+PAIRS = 64  # columns of a chunk
+
+
+def areas_of(scene: Scene) -> dict[PairKey, float]:
+    """
+    Return the area of contact of each pair of zones across each fault of a scene [m2].
+
+    Examples
+    --------
+    >>> from geosurf.synthetic import tilted_planes
+    >>> world = tilted_planes(n=3)
+    >>> found = areas_of(Scene(world.horizons, world.faults, world.box))
+    >>> [*found][0]
+    PairKey(fault='F1', hanging_zone='above Top', foot_zone='above Top')
+    """
+    areas: dict[PairKey, float] = {}
+    for fault in scene.faults_inside:  # one that has left the model has no area in it
+        found = scene.juxtaposition(fault)
+        sides = (found.zone_plus.values, found.zone_minus.values, found.area.values)
+        for plus, minus, area in zip(*(side.tolist() for side in sides), strict=True):
+            key = PairKey(fault, str(plus), str(minus))
+            areas[key] = areas.get(key, 0.0) + area
+    return areas
+
+
+class PairAreas:
+    """The columns of areas in the store of an ensemble.
+
+    Parameters
+    ----------
+    group : zarr.Group
+        Of the ensemble.
+    base : dict of PairKey to float
+        Of the base case: its pairs come first.
+    n, n_region : int
+        Numbers of realisations and regions.
+    whole : int
+        Regions that are written.
+    """
+
+    def __init__(
+        self, group: Any, base: dict[PairKey, float], n: int, n_region: int, whole: int
+    ) -> None:
+        self.group = group
+        columns = [group[name][:].tolist() for name in PairKey._fields]
+        known = int(group[COLUMNS][whole - 1]) if whole else 0
+        self.keys = [PairKey(*row) for row in zip(*(c[:known] for c in columns), strict=True)]
+        group[AREA].resize((n, group[AREA].shape[1]))
+        group[COLUMNS].resize((n_region,))
+        self._add(base)
+
+    @staticmethod
+    def create(new: Callable[..., Any], region: int) -> None:
+        """Create the arrays; `new` creates one of the store."""
+        new(AREA, "f8", ("realization", "pair"), (region, PAIRS), units="m2")
+        new(COLUMNS, "i4", ("region",), (1,))
+        for name in PairKey._fields:
+            new(name, str, ("pair",), (PAIRS,))
+
+    def write(self, region: int, at: slice, records: list[Record]) -> None:
+        """Write the areas of a region: NaN where a realisation failed, 0 for an absent pair."""
+        for record in records:
+            self._add(record.juxtaposed)
+        if self.keys:
+            self.group[AREA][at] = np.array(
+                [
+                    [np.nan if r.reason else r.juxtaposed.get(key, 0.0) for key in self.keys]
+                    for r in records
+                ]
+            )
+        self.group[COLUMNS][region] = len(self.keys)
+
+    def _add(self, keys: Iterable[PairKey]) -> None:
+        """Give new pairs a column; those of an interrupted region are written again."""
+        known = set(self.keys)
+        self.keys += [key for key in keys if key not in known]
+        n = len(self.keys)
+        for i, name in enumerate(PairKey._fields):
+            self.group[name].resize((n,))
+            if n:
+                self.group[name][:] = np.array([key[i] for key in self.keys], dtype=object)
+        area = self.group[AREA]
+        if area.shape[1] != n:
+            area.resize((area.shape[0], n))
+
+
+def juxtaposition(result: xarray.Dataset) -> xarray.Dataset:
+    """
+    Return how likely zones face each other across each fault, and over what area.
+
+    Parameters
+    ----------
+    result : xarray.Dataset
+        Of `run_ensemble` with maps.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``pair``, with ``fault``, ``hanging_zone`` and ``foot_zone``: ``probability``, the
+        share of the realisations in which the area is above 0, and ``P90``, ``P50``, ``P10`` and
+        ``mean`` of the area [m2].
+
+    Raises
+    ------
+    InputError
+        If the ensemble has no areas, or no realisation was built.
+
+    Examples
+    --------
+    >>> import geosurf as gs
+    >>> world = gs.synthetic.tilted_planes(n=5)
+    >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+    >>> shift = gs.ensemble.DepthShift("Top", gs.ensemble.Uniform(-9.0, 9.0))
+    >>> result = gs.run_ensemble(scene, 3, uncertain=[shift], maps=500.0, progress=False)
+    >>> float(juxtaposition(result).probability.max())
+    1.0
+    """
+    import xarray as xr
+
+    expect_ensemble(result, "juxtaposition")
+    if AREA not in result.data_vars:
+        raise InputError("this ensemble has no areas of juxtaposition. Run it with maps=True.")
+    values = result[AREA].values[result.status.values == 1]
+    if not len(values):
+        raise InputError("no realisation of this ensemble has been built, so it has no areas.")
+    area = {"units": "m2"}
+    data: dict[str, Any] = {"probability": ("pair", (values > 0).mean(axis=0), {"units": "1"})}
+    for key, share in (("P90", 0.1), ("P50", 0.5), ("P10", 0.9)):
+        data[key] = ("pair", np.quantile(values, share, axis=0), area)
+    data["mean"] = ("pair", values.mean(axis=0), area)
+    return xr.Dataset(data, {name: ("pair", result[name].values) for name in PairKey._fields})
 
 
 class UnitKey(NamedTuple):

@@ -13,8 +13,7 @@ import numpy as np
 from geosurf.conventions import counted
 from geosurf.conventions.packages import need_plots
 from geosurf.conventions.running import running
-from geosurf.ensemble.juxtapositions import juxtaposition
-from geosurf.ensemble.record import expect_ensemble
+from geosurf.ensemble.record import expect_ensemble, juxtaposition
 from geosurf.ensemble.results import LEAST, convergence, quantiles, tornado, volumes_by
 from geosurf.errors import OutputError
 from geosurf.files.atomic import write_whole

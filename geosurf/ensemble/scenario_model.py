@@ -10,12 +10,10 @@ from typing import Any
 
 from geosurf.conventions.checks import are_points
 from geosurf.ensemble.change import Change, Uncertainty
-from geosurf.ensemble.contact_levels import ContactLevel
-from geosurf.ensemble.depths import TOPS, DepthError, DepthShift
-from geosurf.ensemble.fault_moves import FaultDip, FaultShift
 from geosurf.ensemble.horizon_data import HorizonData
 from geosurf.ensemble.models import SceneModel, add_to
-from geosurf.ensemble.throws import Factor, Throw
+from geosurf.ensemble.uncertain import TOPS, ContactLevel, DepthError, DepthShift
+from geosurf.ensemble.uncertain_faults import Factor, FaultDip, FaultShift, Throw
 from geosurf.errors import InputError
 from geosurf.model import Sheet, TriSurface
 from geosurf.scenario import read_scenario

@@ -18,10 +18,8 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from geosurf.ensemble.juxtapositions import PairAreas
-from geosurf.ensemble.maps import Layers
 from geosurf.ensemble.plan import Plan, vector
-from geosurf.ensemble.record import Record, UnitKey
+from geosurf.ensemble.record import Layers, PairAreas, Record, UnitKey
 from geosurf.errors import InputError, OutputError
 from geosurf.files.atomic import write_whole
 from geosurf.files.folders import Lock

@@ -27,7 +27,7 @@ from geosurf.conventions import place
 from geosurf.errors import GeometryError, SurfaceError
 from geosurf.kernels.meshes.mesh import edges, pieces
 from geosurf.model import Patches
-from geosurf.model.exact import exact_normal
+from geosurf.model.surfaces import exact_normal
 
 _BOUND = 2e-15  # of the sum of magnitudes: the rounding of a determinant of normals
 _TINY = 1e-250

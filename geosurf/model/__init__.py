@@ -13,8 +13,6 @@ from geosurf.lazy import lazily
 from geosurf.model.base import frozen as frozen
 
 if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type checkers
-    from geosurf.model.certificate import Certificate as Certificate
-    from geosurf.model.certificate import Check as Check
     from geosurf.model.column import RULES as RULES
     from geosurf.model.column import Clipped as Clipped
     from geosurf.model.column import FluidContact as FluidContact
@@ -46,6 +44,8 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
     from geosurf.model.surfaces import ROLES as ROLES
     from geosurf.model.surfaces import FaultSticks as FaultSticks
     from geosurf.model.surfaces import TriSurface as TriSurface
+    from geosurf.model.units import Certificate as Certificate
+    from geosurf.model.units import Check as Check
     from geosurf.model.units import Unit as Unit
     from geosurf.model.units import Units as Units
 else:

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from geosurf.errors import GeosurfWarning
-from geosurf.model.certificate import Certificate
 from geosurf.model.column import FluidContact, VirtualWall
 from geosurf.model.curves import Curves, VoxelSearch
 from geosurf.model.faults import Extension, Truncation
@@ -22,7 +21,7 @@ from geosurf.model.patches import Patches
 from geosurf.model.sheets import Sheet
 from geosurf.model.surfaces import TriSurface
 from geosurf.model.tops import Tops
-from geosurf.model.units import Units
+from geosurf.model.units import Certificate, Units
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray

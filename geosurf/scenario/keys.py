@@ -16,8 +16,8 @@ from geosurf.conventions import METRES_PER_UNIT
 from geosurf.faults.rules import BOTH, KEEP
 from geosurf.model import RULES
 from geosurf.model.faults import SIDES
-from geosurf.model.slivers import SliverSettings
 from geosurf.model.tops import RANGE, TOLERANCE, TieSettings
+from geosurf.model.units import SliverSettings
 from geosurf.scenario import values
 from geosurf.scenario.output_keys import (
     EnsembleSettings,

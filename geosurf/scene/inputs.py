@@ -22,8 +22,8 @@ from geosurf.model import Sheet, check_column
 from geosurf.model.column import read_compartments
 from geosurf.model.expected import box_of_sides, flag_of, name_of
 from geosurf.model.faults import filling_by_horizon
-from geosurf.model.slivers import sliver_settings
 from geosurf.model.tops import tie_settings
+from geosurf.model.units import sliver_settings
 from geosurf.triangulate.neighbours import own_form
 
 Box = tuple[float, float, float, float, float, float]

@@ -46,7 +46,6 @@ from geosurf.model import (
     ThrowReport,
     TriSurface,
 )
-from geosurf.model.certificate import Check
 from geosurf.model.expected import path_of
 from geosurf.model.sheets import (
     BaseHeights,
@@ -57,6 +56,7 @@ from geosurf.model.sheets import (
     TearPlan,
 )
 from geosurf.model.surfaces import Sector
+from geosurf.model.units import Check
 from geosurf.scene.memory import fingerprint
 from geosurf.scene.scene import Scene
 from geosurf.warning import collected, issue, warn

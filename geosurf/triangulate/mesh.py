@@ -11,7 +11,7 @@ from geosurf.conventions import HORIZON_DIMS, metres_per_unit, place
 from geosurf.errors import HorizonError, InputError, SurfaceError
 from geosurf.model import Lattice, TriSurface
 from geosurf.model.base import in_crs_of
-from geosurf.model.exact import exact_normal
+from geosurf.model.surfaces import exact_normal
 
 # ---- degenerate ----------------------------------------
 # Triangles without area, found exactly.

@@ -21,8 +21,8 @@ from geosurf.ensemble import (
     quantiles,
     report_ensemble,
 )
-from geosurf.ensemble.described import words_of_distribution
 from geosurf.ensemble.report import detail_chart, map_chart
+from geosurf.ensemble.uncertain import words_of_distribution
 from geosurf.errors import InputError, OutputError
 from geosurf.report.page import number
 

@@ -20,8 +20,8 @@ from geosurf.ensemble import (
     realize,
     run_ensemble,
 )
-from geosurf.ensemble.fault_moves import shifted, turned
 from geosurf.ensemble.run import planned
+from geosurf.ensemble.uncertain_faults import shifted, turned
 from geosurf.errors import InputError
 from tests.ensemble.worlds import AREA, fault, layer_cake, plane
 

@@ -1,21 +1,262 @@
-"""Uncertain horizons: shifted as a whole, or by an error that is correlated in the map."""
+"""Uncertain depths of horizons and fluid contacts; every uncertainty in words."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import counted
-from geosurf.ensemble.change import Change, Given, names_among
+from geosurf.conventions import counted, is_number
+from geosurf.ensemble.change import Change, Given, Uncertainty, names_among
 from geosurf.ensemble.fields import Covariance, FieldGrid, GaussianField
 from geosurf.ensemble.horizon_data import HorizonData
 from geosurf.errors import GeosurfWarning, InputError
-from geosurf.model.distributions import Distribution, distribution_of, reach_of
+from geosurf.model import FluidContact, TriSurface
+from geosurf.model.distributions import (
+    Constant,
+    Discrete,
+    Distribution,
+    Normal,
+    OfScipy,
+    Triangular,
+    Uniform,
+    distribution_of,
+    reach_of,
+)
 from geosurf.model.tops import tops_of
+from geosurf.report.page import number
 from geosurf.warning import warn
+
+# ---- described ----------------------------------------
+# What is uncertain, in words with units: for the store and the report of an ensemble.
+
+
+# Where uncertainties keep their distribution. A factor comes before the shape that it multiplies.
+PLACES = ("by", "factor", "throw", "elevation", "shift")
+MOST_VALUES = 5  # of a discrete distribution
+
+
+def words_of_uncertainty(uncertain: Uncertainty) -> str:
+    """
+    Return the distribution of an uncertainty, with units.
+
+    Parameters
+    ----------
+    uncertain : Uncertainty
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> from geosurf.ensemble import Throw
+    >>> words_of_uncertainty(Throw("F1", Normal(60.0, 10.0, low=0.0)))
+    'normal: mean 60 m, standard deviation 10 m, at least 0 m'
+    >>> words_of_uncertainty(DepthError("Top", sd=8.0, range=900.0))
+    'correlated field (gaussian): mean 0 m, standard deviation 8 m, range 900 m'
+    """
+    if isinstance(uncertain, DepthError):
+        return (
+            f"correlated field ({uncertain.model}): mean 0 m, standard deviation "
+            f"{_number(uncertain.sd)} m, range {_number(uncertain.range)} m"
+        )
+    for place in PLACES:
+        given = getattr(uncertain, place, None)
+        if given is not None:
+            return words_of_distribution(given, uncertain.unit)
+    return "drawn by a function"
+
+
+def words_of_distribution(given: Any, unit: str) -> str:
+    """
+    Return a distribution with the unit of its values.
+
+    Parameters
+    ----------
+    given : distribution, float or shape
+        Whatever an uncertainty takes.
+    unit : str
+        ``"1"``: none.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> words_of_distribution(Uniform(0.5, 5.0), "m")
+    'uniform: 0.5 to 5 m'
+    >>> words_of_distribution(Discrete([1.0, 2.0], [1, 3]), "1")
+    'one of 1, 2; weights 1, 3'
+    """
+    after = "" if unit == "1" else f" {unit}"
+    try:
+        made: Any = distribution_of(given, "distribution")
+    except InputError:  # a profile, a map or an ellipse: a throw that is certain
+        return f"certain: {type(given).__name__}"
+    if isinstance(made, Constant):
+        return f"certain: {_number(made.value)}{after}"
+    if isinstance(made, Normal):
+        ends = (("at least", made.low), ("at most", made.high))
+        limits = "".join(f", {w} {_number(v)}{after}" for w, v in ends if v is not None)
+        middle = f"mean {_number(made.mean)}{after}"
+        return f"normal: {middle}, standard deviation {_number(made.sd)}{after}{limits}"
+    if isinstance(made, Uniform):
+        return f"uniform: {_number(made.low)} to {_number(made.high)}{after}"
+    if isinstance(made, Triangular):
+        ends_of = f"{_number(made.low)} to {_number(made.high)}{after}"
+        return f"triangular: {ends_of}, most likely {_number(made.mode)}{after}"
+    if isinstance(made, Discrete):
+        weights = tuple(made.weights or ())
+        same = len(set(weights)) == 1
+        return f"one of {_listed(made.values, after)}" + (
+            "" if same else f"; weights {_listed(weights, '')}"
+        )
+    return f"{_name(made)}: median {_number(made.quantile(0.5))}{after}"
+
+
+def _name(made: Any) -> str:
+    """What a distribution of the user's, or of scipy, is called."""
+    if isinstance(made, OfScipy):
+        return f"scipy.stats.{getattr(getattr(made.made, 'dist', None), 'name', 'distribution')}"
+    return type(made).__name__
+
+
+def _listed(values: Any, after: str) -> str:
+    """The first values with their unit, and how many more there are."""
+    shown = ", ".join(map(_number, values[:MOST_VALUES]))
+    more = len(values) - MOST_VALUES
+    return f"{shown}{after}" + (f" and {more} more" if more > 0 else "")
+
+
+def _number(value: float) -> str:
+    """A number as tables show it, with as many decimals as it needs, at most six."""
+    text = f"{value:.6f}".rstrip("0").rstrip(".")
+    return number(value, len(text.partition(".")[2]))
+
+
+# ---- contact levels ----------------------------------------
+# Uncertain fluid contacts: their elevation, or a shift of it.
+
+
+@dataclass(frozen=True)
+class ContactLevel:
+    """
+    A fluid contact at an uncertain elevation.
+
+    Parameters
+    ----------
+    contact : str
+        Its name in ``Scene(contacts=)``.
+    elevation : distribution or float, optional
+        [m], positive up, in place of the given one. For a contact that is the same in all blocks.
+    shift : distribution or float, optional
+        [m], positive up, added to the given elevation, or to a gridded contact, in all blocks.
+    name : str, optional
+        Of the parameter in all results; default ``"contact OWC"``.
+
+    Raises
+    ------
+    InputError
+        If not exactly one of `elevation` and `shift` is given.
+
+    Examples
+    --------
+    >>> ContactLevel("OWC", shift=-3.0).parameter
+    'contact OWC'
+    """
+
+    contact: str
+    elevation: Any = None
+    shift: Any = None
+    name: str = ""
+
+    unit = "m"
+
+    def __post_init__(self) -> None:
+        # Both would contradict each other, neither would change nothing.
+        if (self.elevation is None) == (self.shift is None):
+            raise InputError(f"{self.parameter}: give either elevation= or shift=.")
+
+    @property
+    def parameter(self) -> str:
+        """Name of the parameter."""
+        return self.name or of_names("contact", self.contact)
+
+    def prepare(self, given: Given) -> PreparedContact:
+        """Check names and distribution."""
+        names_among(self.contact, tuple(given.contacts), "fluid contact")
+        value = given.contacts[self.contact]
+        # One elevation can replace only one: contacts of several blocks differ.
+        absolute = self.elevation is not None
+        if absolute and _count(value) > 1:
+            raise InputError(
+                f"{self.parameter}: the contact is given for several blocks or zones. Give shift= "
+                "in place of elevation=."
+            )
+        found = distribution_of(self.elevation if absolute else self.shift, self.parameter)
+        return PreparedContact(self.parameter, self.contact, found, absolute)
+
+
+@dataclass(frozen=True)
+class PreparedContact:
+    """A `ContactLevel` of a given model."""
+
+    parameter: str
+    contact: str
+    level: Distribution
+    absolute: bool
+
+    def reach(self) -> float:
+        """Return how far horizons may move [m]."""
+        return 0.0
+
+    def apply(self, change: Change) -> None:
+        """Move the contact."""
+        level = change.numbers[self.parameter] = change.draws.number(self.parameter, self.level)
+        # As other uncertainties have left it, else as given.
+        value = change.contacts.get(self.contact, change.given.contacts[self.contact])
+
+        def at(old: Any) -> Any:
+            """The new place of one contact: a number, or a surface."""
+            if self.absolute:
+                return level
+            # A level contact is a number, a gridded one moves node by node.
+            if is_number(old):
+                return float(old) + level
+            data = HorizonData.of(self.contact, old)
+            return data.moved(np.full(len(data.points), level))
+
+        change.contacts[self.contact] = _each(value, at)
+
+
+def _each(value: Any, at: Callable[[Any], Any]) -> Any:
+    """A contact with each of its elevations replaced; see ``Scene(contacts=)`` for its forms."""
+    # Recursive: a list may hold contacts, and a mapping may have lists.
+    if isinstance(value, FluidContact):
+        return replace(value, at=_each(value.at, at))
+    if isinstance(value, list | tuple):
+        return [_each(one, at) for one in value]
+    # A surface is one contact, not a mapping of blocks.
+    if isinstance(value, Mapping) and not isinstance(value, TriSurface):
+        return {block: _each(one, at) for block, one in value.items()}
+    return at(value)
+
+
+def _count(value: Any) -> int:
+    """How many elevations a contact has."""
+    # The same walk as for changes, with a function that only looks.
+    seen: list[Any] = []
+    _each(value, seen.append)
+    return len(seen)
+
+
+# ---- depths ----------------------------------------
+# Uncertain horizons: shifted as a whole, or by an error that is correlated in the map.
+
 
 TOPS = "tops"
 FAR = 6.0  # standard deviations: no field of a few million nodes leaves them
