@@ -13,7 +13,7 @@ OLDEST := .venv-oldest/bin
 TESTED_OLDEST := $(wildcard $(addprefix tests/,arrangement carve faults files intersect measure model \
 	read rebuild render report scenario scene synthetic triangulate write))
 
-.PHONY: help demo test test-oldest stress lint docs gallery wheel clean
+.PHONY: help demo test test-long test-oldest stress lint docs gallery wheel clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-11s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))
@@ -23,9 +23,13 @@ demo: $(DEMO) $(WARM) ## build the faulted reservoir: volumes, pictures and a re
 	@$(BIN)/geosurf run $(SCENARIO) -o out/demo
 	@echo "Volumes, pictures and the report are in out/demo."
 
-test: $(READY) $(WARM) ## run all tests, with lint, types and the import comb among them
+test: $(READY) $(WARM) ## run the tests, with style and the import comb among them
 	@echo "Running the tests ..."
 	@$(BIN)/python -m pytest -n auto --dist loadfile
+
+test-long: $(READY) $(WARM) ## run also what tests documents, packaging and types
+	@echo "Running the tests of documents, packaging and types ..."
+	@$(BIN)/python -m pytest -n auto --dist loadfile -m long tests
 
 test-oldest: ## run most tests with the oldest dependencies that are allowed, in .venv-oldest
 	@$(PYTHON) -m venv .venv-oldest

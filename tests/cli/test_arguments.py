@@ -1,10 +1,9 @@
 """Arguments: mistakes in one sentence each, options that mean the same everywhere, completion."""
 
-# ruff: noqa: E501 - the mistakes are a table, one case per line
+# ruff: noqa: E501 - the table has one case per line
 
 from __future__ import annotations
 
-import argparse
 import json
 import shlex
 import shutil
@@ -15,48 +14,25 @@ import pytest
 
 import geosurf as gs
 from geosurf import cli
-from geosurf.cli.arguments import SHELLS, commands_of, completion_script, options_of
-from geosurf.cli.scenario_commands import FILES
-from geosurf.scenario.output_keys import FORMATS
+from geosurf.cli.arguments import commands_of, completion_script, options_of
 
 COMMANDS = commands_of(cli.build_parser())
 MISTAKES = {
     "": "geosurf: COMMAND is missing. See geosurf --help.",
     "--verison": "geosurf: unknown option --verison. Did you mean '--version'?",
     "rnu": "geosurf: unknown command 'rnu'. Did you mean 'run'? Commands are new, run,",
-    "zzz": "geosurf: unknown command 'zzz'. Commands are new, run,",
     "run": "geosurf run: scenario and -o/--out are missing. See geosurf run --help.",
-    "run a.toml": "geosurf run: -o/--out is missing.",
     "run a.toml -o": "geosurf run: -o/--out needs a value.",
     "run a.toml -o b c": "geosurf run: 'c' is one argument too many. Put names with blanks between quotes.",
     "run a.toml -o b --no-pics": "geosurf run: unknown option --no-pics. Did you mean '--no-pictures'?",
-    "run a.toml -o b --cache=c": "geosurf run: unknown option --cache.",
     "run a.toml -o b --only cvs": "geosurf run: --only: 'cvs' is not known. Give vtm, vtp, csv,",
-    "run a.toml -o b --set": "geosurf run: --set needs a value.",
-    "validate": "geosurf validate: scenario is missing.",
-    "validate a.toml --jsn": "geosurf validate: unknown option --jsn. Did you mean '--json'?",
-    "check": "geosurf check: scenario is missing.",
     "render a.toml -o b.png --exaggeration two": "geosurf render: --exaggeration: 'two' is not a number. Give one, such as 2.5.",
-    "render a.toml -o b.png --veiw top": "geosurf render: unknown option --veiw. Did you mean '--view'?",
-    "ensemble a.toml -o b -n ten": "geosurf ensemble: -n: 'ten' is not a whole number of 1 or more.",
     "ensemble a.toml -o b -n 0": "geosurf ensemble: -n: '0' is not a whole number of 1 or more.",
-    "ensemble a.toml -o b --workers -1": "geosurf ensemble: --workers: '-1' is not a whole number of 1 or more.",
-    "ensemble a.toml -o b --seed x": "geosurf ensemble: --seed: 'x' is not a whole number of 0 or more.",
-    "curves a": "geosurf curves: second and -o/--out are missing.",
     "curves a b -o c --positive dwon": "geosurf curves: --positive: 'dwon' is not known. Give up or down. Did you mean 'down'?",
-    "convert a": "geosurf convert: TARGET is missing.",
-    "convert a b --as pints": "geosurf convert: --as: 'pints' is not known. Give horizon, fault, points, polygons, tops or wells. Did you mean 'points'?",
-    "info": "geosurf info: FILE is missing.",
-    "new": "geosurf new: FOLDER and FILES are missing.",
-    "new a --example grid": "geosurf new: --example: 'grid' is not known. Give grids, points or network. Did you mean 'grids'?",
-    "completion": "geosurf completion: SHELL is missing.",
-    "completion tcsh": "geosurf completion: SHELL: 'tcsh' is not known. Give bash, zsh or fish.",
-    "RUN a.toml": "geosurf: unknown command 'RUN'. Did you mean 'run'?",
     "--help=1": "geosurf: --help takes no value.",
     "run a.toml -o b --no-pictures=yes": "geosurf run: --no-pictures takes no value.",
     "render a.toml -o b.png --wells W1=none.xyz": "geosurf render: --wells: none.xyz is not there. Give a name and a file",
     "run a.toml -o b --only csv,": "geosurf run: --only: 'csv,' has a comma with no word next to it. Write the words without blanks: csv,",
-    "run a.toml -o b -q": "geosurf run: unknown option -q. Did you mean '--quiet'?",
     "new --example field": "geosurf new: --example: 'field' is not known. Give grids, points or network. The folder comes first: geosurf new field --example.",
     "convert a.gri b.gri --length-unit feeet": "geosurf convert: --length-unit: 'feeet' is not known. Give m, metre,",
 }
@@ -128,11 +104,8 @@ def test_a_dry_run_lists_files_and_writes_nothing(scenario, tmp_path, capsys):
     ("setting", "sentence"),
     [
         ("title", "--set 'title' is not key=value. Write for example --set tear.trim_cells=2."),
-        ("titel=A", "unknown key 'titel'"),
         ("tolerance_m=-1", "tolerance_m is -1"),
         ("horizons.Tpo.file=a", "no table is named 'Tpo'. Names are 'Top', 'Base'. Did you mean 'Top'?"),
-        ("horizons.Top=a", "--set horizons.Top names a table. Add a key of it: --set horizons.Top.file=..."),
-        ("a b=1", "--set 'a b' is not a key of TOML"),
         ("horizons.Top.file=New.nc", "New.nc"),
         ("contacts.OWC.elevation_m=-2000", "the scenario has no [[contacts]]. --set changes tables that are there"),
         ("output.maps=no", "output.maps is 'no'; it must be true or false"),
@@ -146,46 +119,6 @@ def test_settings_that_cannot_be(scenario, capsys, setting, sentence):
     assert cli.main(["validate", str(scenario), "--set", setting]) == 2
 
 
-def test_words_of_files_and_folders(scenario, tmp_path, capsys):
-    """A file where a folder belongs, a folder where a file belongs, and names without a file."""
-    note, empty = tmp_path / "note.txt", tmp_path / "empty.gri"
-    note.write_text("hello\n")
-    empty.write_text("")
-    folder, top = scenario.parent, scenario.parent / "Top.nc"
-    out = f"{note}: results cannot be written there ({note} is a file, not a folder). Choose"
-    for words, sentence in {
-        ("run", scenario, "-o", note): out,
-        ("report", scenario, "-o", note): out,
-        ("run", scenario, "-o", note / "out"): f"({note} is a file, not a folder). Choose",
-        ("run", folder, "-o", tmp_path / "o"): f"Did you mean '{scenario}'?",
-        ("check", folder / "scenario.tml"): "Check the path. Did you mean 'scenario.toml'?",
-        ("new", note, top): f"cannot be written ({note} is a file, not a folder). Give another",
-        ("new", tmp_path / "o", f"{tmp_path}/*.zmap"): "*.zmap: no file has such a name.",
-        ("convert", top, tmp_path): f"{tmp_path}: this is a folder. Give the name of a file in it.",
-        ("curves", empty, top, "-o", tmp_path / "a.vtp"): "the file is empty (0 bytes).",
-    }.items():
-        assert cli.main([*map(str, words)]) == 2, words
-        said = capsys.readouterr()
-        assert sentence in said.err, words
-        assert len(said.err.splitlines()) == 1
-
-    # what is readable is shown, whatever the others are
-    assert cli.main(["info", str(top), str(tmp_path / "none.gri"), str(note)]) == 2
-    said = capsys.readouterr()
-    assert "none.gri: cannot be read" in said.err
-    assert "Top.nc: NetCDF" in said.out
-    assert "geosurf knows no format with this content or suffix" in said.out
-
-
-def test_a_run_lists_all_mistakes(scenario, capsys):
-    words = ["run", str(scenario), "-o", "o", "--set", "title=3", "--set", "tear.noise_m=-1"]
-    assert cli.main(words) == 2
-    assert [line.split(": ")[2] for line in capsys.readouterr().err.splitlines()] == [
-        "title is 3; it must be text between quotes.",
-        "tear.noise_m is -1; it must be a number, 0 or above.",
-    ]
-
-
 def test_a_mistake_that_was_set_has_no_line_of_the_file(scenario, capsys):
     words = ["validate", str(scenario), "--json", "--set", "title=3", "--set", "box.top=1"]
     assert cli.main([*words, "--set", "faults.F1.lengthen_m=-1"]) == 2
@@ -193,10 +126,6 @@ def test_a_mistake_that_was_set_has_no_line_of_the_file(scenario, capsys):
     assert {row["line"] for row in found} == {None}
     assert any("title is 3" in row["mistake"] for row in found)
     assert any("lengthen_m is -1" in row["mistake"] for row in found)
-
-
-def test_results_of_only_are_those_of_scenarios():
-    assert set(FILES) == set(FORMATS)
 
 
 def test_verbose_lists_steps_on_stderr_and_leaves_stdout(scenario, capsys):
@@ -229,14 +158,3 @@ def test_bash_completes_commands_options_and_files(tmp_path):
         cwd=tmp_path, capture_output=True, text=True, check=True,
     )  # fmt: skip
     assert said.stdout.splitlines() == list(asked.values())
-
-
-@pytest.mark.parametrize("shell", SHELLS)
-def test_scripts_of_all_shells_have_every_option(shell):
-    parser = cli.build_parser()
-    script = completion_script(parser, shell)
-    for name, command in COMMANDS.items():
-        assert name in script
-        for action in command._actions:
-            if isinstance(action, argparse._StoreAction) and action.option_strings:
-                assert action.option_strings[-1].lstrip("-") in script

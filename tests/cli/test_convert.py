@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -53,32 +52,11 @@ def test_depths_stay_depths_and_the_target_states_it(convert):
     assert "Values are elevation in m" in out
 
 
-def test_losses_as_json(convert):
-    code, out, _ = convert("turned.gri", "a.gri", "--json", "--positive", "down")
-    found = json.loads(out)
-    assert (code, found["format"], found["files"]) == (0, "irap", ["a.gri"])
-    assert [one["what"] for one in found["lost"]] == ["direction"]
-    code, out, _ = convert("Top.gri", "a.ts", "--json", "--positive", "down")
-    assert [one["what"] for one in json.loads(out)["lost"]] == ["grid"]
-
-
 def test_sticks_and_maps_become_surfaces(convert):
     assert convert("F1.pol", "F1.ts", "--positive", "down")[0] == 0
     assert gs.read_fault("F1.ts").n_triangle == 2
     code, out, _ = convert("turned.gri", "a.glb", "--positive", "down")
     assert (code, "3 triangles" in out or "triangles: rows, columns" in out) == (0, True)
-
-
-def test_names_of_lines_come_along(convert):
-    words = ("--positive", "down", "--crs", "EPSG:23031")
-    assert convert("F1.pol", "a.geojson", *words)[0] == 0
-    assert convert("a.geojson", "a.csv")[0] == 0
-    one, other = (
-        gs.read_polygons("F1.pol", positive="down"),
-        gs.read_polygons("a.csv", positive="up"),
-    )
-    for a, b in zip(one, other, strict=True):
-        np.testing.assert_array_equal(a, b)
 
 
 def test_a_sealed_model_becomes_units(convert):
@@ -150,9 +128,3 @@ def test_wells_with_directions_and_their_heads(convert, tmp_path):
     code, _, err = convert("survey.csv", "b.csv", *words, "1,2")
     assert code == 2
     assert "--columns of wells are pairs, as in --columns md=DEPT,well=3" in err
-
-
-def test_words_that_have_no_effect_are_refused(convert):
-    code, _, err = convert("Top.gri", "a.zmap", "--heads", "heads.csv")
-    assert code == 2
-    assert "--heads has no effect on read_horizon" in err

@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from geosurf import (
     FluidContact,
@@ -18,10 +17,9 @@ from geosurf import (
     synthetic,
     tear_horizon,
 )
-from geosurf.errors import GeometryError, GeosurfWarning, InputError
+from geosurf.errors import GeometryError
 from geosurf.measure import allan_diagram, juxtaposition_table, separation
 from geosurf.measure.cutoffs import wall_lines
-from geosurf.model import Units
 from tests.measure.worlds import BOX, NORTH, SOUTH, faulted, level, slope
 
 ROOT2 = math.sqrt(2.0)
@@ -66,14 +64,6 @@ def test_areas_of_juxtaposed_zones_by_hand():
     assert found.attrs["area"] == pytest.approx(40 * 30 * ROOT2, rel=1e-13)
 
 
-def test_a_throw_that_grows_makes_triangles():
-    # above Top lies against Top/Base between z = -10 and the cut-off of the hanging wall
-    found = faulted((0.0, 8.5)).juxtaposition("F1").to_dataframe()
-    mine = found[(found.zone_plus == "above Top") & (found.zone_minus == "Top/Base")]
-    throw = [8.5 * (y - SOUTH) / (NORTH - SOUTH) for y in (0.0, 30.0)]
-    assert mine.area.sum() == pytest.approx(ROOT2 * 30 * sum(throw) / 2, rel=1e-13)
-
-
 def test_areas_add_up_to_the_fault():
     world = synthetic.faulted_reservoir(n=25)
     scene = Scene(world.horizons, world.faults, world.box)
@@ -90,20 +80,6 @@ def test_a_fault_that_dies_inside_faces_itself():
     found = scene.juxtaposition("F1")
     assert set(found.kind.values) == {"within one unit"}
     np.testing.assert_allclose(sorted(found.area), [10 * 10 * ROOT2, 30 * 10 * ROOT2], rtol=1e-13)
-
-
-def test_surfaces_that_coincide_have_their_own_sides():
-    """F2 is F1, turned over: what is in front of the one is behind the other."""
-    surfaces = [*faulted().surfaces, turned_over(slope(), "F2"), *build_walls(BOX)]
-    patches = rebuild_surfaces(surfaces)  # a scene would turn F2 back
-    units = carve_units(patches)
-    a, b = (juxtaposition_table(patches, units, name).to_dataframe() for name in ("F1", "F2"))
-    there = {(r.unit_plus, r.unit_minus): r.area for r in a.itertuples()}
-    back = {(r.unit_minus, r.unit_plus): r.area for r in b.itertuples()}
-    assert set(there) == set(back)
-    assert len(there) == 5
-    for pair, area in there.items():
-        assert area == pytest.approx(back[pair], rel=1e-14)
 
 
 @pytest.mark.parametrize("turned", [False, True])
@@ -136,15 +112,6 @@ def test_the_hanging_wall_of_each_of_two_faults_that_coincide_in_part(turned, or
         found = allan_diagram(patches, units, name)
         for label, side in zip(found.label.values, found.side.values, strict=True):
             assert label not in units or f"{name}{side}" in units[label].fault_sides
-
-
-def test_order_of_surfaces_does_not_matter():
-    world = synthetic.graben(n=9)
-    a = Scene(world.horizons, world.faults, world.box)
-    b = Scene(world.horizons, dict(reversed(world.faults.items())), world.box)
-    xr.testing.assert_allclose(a.juxtaposition("F1"), b.juxtaposition("F1"), rtol=1e-14)
-    one, two = a.fault_polygons("Top"), b.fault_polygons("Top")
-    assert sorted(one.fault.values) == sorted(two.fault.values) == ["F1", "F2"]
 
 
 # ---- Allan diagram -------------------------------------------------------------------
@@ -227,25 +194,6 @@ def test_a_contact_of_one_block_ends_where_another_fault_meets_the_wall():
     assert len(levels) == 1
     assert len(levels[0]) >= 2
     np.testing.assert_allclose(levels[0], -15.0)
-
-
-def test_contacts_that_meet_at_a_fault_are_both_there():
-    """Two contacts at one level: above the one goes straight to below the other."""
-    plain = faulted().replace(contacts={"GOC": -16.0, "OWC": -16.0}).allan("F1")
-    names = plain.label.values[plain.kind.values == "contact"].tolist()
-    assert sorted(names) == ["GOC", "GOC", "OWC", "OWC"]
-
-
-def test_a_ring_around_a_hole():
-    """A lens of another zone leaves a hole, whose ring runs the other way."""
-    from geosurf.measure.section import rings_of
-
-    x = np.array([[i, j, 0.0] for j in range(4) for i in range(4)])
-    cells = [(i, j) for j in range(3) for i in range(3) if (i, j) != (1, 1)]
-    t = [[4 * j + i, 4 * j + i + 1, 4 * j + i + 5] for i, j in cells]
-    t += [[4 * j + i, 4 * j + i + 5, 4 * j + i + 4] for i, j in cells]
-    areas = sorted(ring_area(*x[ring, :2].T) for ring in rings_of(np.array(t), x))
-    assert areas == [-1.0, 9.0]
 
 
 # ---- cut-offs and polygons -----------------------------------------------------------
@@ -399,20 +347,6 @@ def test_throw_of_a_torn_sheet_is_that_of_its_truth(kind):
     assert scene.fault_polygons("Top").kind.item() == ("gap" if kind == "through" else "overlap")
 
 
-@pytest.mark.parametrize(
-    ("line", "error", "message"),
-    [
-        ([[0, 0, 0], [0, 5, 0], [1, 3, 0], [1, 9, 0]], GeometryError,
-         r"cut-off line of the footwall turns back along the strike at \(E 1, .*Split"),
-        ([[0, 0, 0]], InputError, r"footwall has shape \(1, 3\), expected \(n, 3\)"),
-        ([[0, 0, 0], [0, np.nan, 0]], InputError, r"values that are not finite; leave such"),
-    ],
-)  # fmt: skip
-def test_lines_that_make_no_profile(line, error, message):
-    with pytest.raises(error, match=message):
-        separation([[[0, 0, 0], [0, 9, 0]]], [line], 90.0)
-
-
 # ---- dips ----------------------------------------------------------------------------
 
 
@@ -443,19 +377,6 @@ def test_a_flat_horizon_has_no_azimuth():
 # ---- scene ---------------------------------------------------------------------------
 
 
-def test_measures_are_remembered_and_explained():
-    scene = faulted()
-    assert scene.juxtaposition("F1") is scene.juxtaposition("F1")
-    assert scene.thickness("Top/Base", 5.0) is scene.thickness("Top/Base", 5.0)
-    assert scene.thickness("Top/Base", 5.0) is not scene.thickness("Top/Base", 6.0)
-    told = [(s.subject, s.outcome) for s in scene.steps if s.stage == "measure"]
-    assert told[:3] == [
-        ("juxtaposition F1", "ran"),
-        ("juxtaposition F1", "from memory"),
-        ("isochore Top/Base", "ran"),
-    ]
-
-
 def test_pairs_of_lines_follow_the_strike_in_whatever_order_they_come():
     """Once they came by their easting: a profile of a fault in two pieces ran backwards."""
     lines = [[[x, y, z], [x, y + 30.0, z]] for y in (50.0, 0.0) for x, z in ((10.0, -50.0),)]
@@ -465,38 +386,6 @@ def test_pairs_of_lines_follow_the_strike_in_whatever_order_they_come():
     assert found_at.tolist() == [0.0, 30.0, 50.0, 80.0]
     assert (np.diff(found.along_strike.values) > 0).all()
     assert (np.diff(found.pair.values) >= 0).all()
-
-
-def test_every_variable_has_units_or_is_a_label():
-    scene = faulted()
-    results = [
-        scene.juxtaposition("F1"), scene.allan("F1"), scene.fault_polygons("Top"),
-        scene.throw("Top", "F1"), scene.orientation("F1"), scene.thickness("Top/Base").to_dataset(),
-    ]  # fmt: skip
-    for found in results:
-        for name, values in found.data_vars.items():
-            assert values.attrs.get("long_name"), name
-            if values.dtype.kind == "f":
-                assert values.attrs.get("units"), name
-
-
-def test_names_that_are_not_there():
-    scene = faulted()
-    with pytest.raises(InputError, match=r"no fault has the name 'Top'. Names are \['F1'\]"):
-        scene.juxtaposition("Top")
-    with pytest.raises(InputError, match=r"no horizon has the name 'Tip'. .*Did you mean 'Top'\?"):
-        scene.fault_polygons("Tip")
-    with pytest.raises(InputError, match=r"side is 'left', expected one of \('\+', '-'"):
-        scene.cutoffs("Top", "F1", "left")
-    far = slope("F2")
-    far = TriSurface("F2", "fault", far.vertices + np.array([0.0, 900.0, 0.0]), far.triangles)
-    other = scene.replace(faults={"F2": far})
-    with pytest.warns(GeosurfWarning, match=r"'F2' lies 868 m north of the model box"):
-        _ = other.units
-    with pytest.raises(GeometryError, match=r"'F2' lies outside the model.*Enlarge the box"):
-        other.allan("F2")
-    with pytest.raises(InputError, match="these units have no patches"):
-        _ = Units([], BOX).sides
 
 
 def test_a_flat_fault_has_no_strike():

@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 
 import geosurf as gs
 from geosurf.errors import GeometryError, InputError
-from geosurf.measure import sample_units
 from geosurf.measure.locate import locator_of
 from tests.measure.rays import unit_by_rays
 from tests.strategies import BOX, UTM, faulted_worlds, sheet
@@ -164,36 +163,19 @@ def test_a_horizon_belongs_to_the_zone_below(scene):
     assert set(scene.sample(up).zone.values) == {"above Top"}
 
 
-def test_nothing_and_outside(scene):
-    assert scene.sample(np.empty((0, 3))).unit.shape == (0,)
-    far = scene.sample([[1e9, 0.0, 0.0], [-1e9, 1e7, -1e12]])
-    assert far.unit.values.tolist() == ["", ""]
-    assert scene.sample([1e9, 0, 0], codes=True).zone.item() == -1
-
-
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
         ({}, "sample takes either places or cell="),
         ({"where": [[1.0, 2.0]]}, "the last size must be 3"),
-        ({"where": "here"}, "places are not numbers"),
         ({"where": [[1.0, 2.0, np.nan]]}, "place 0 has a coordinate that is not finite"),
-        ({"where": {"easting": [1], "northing": [2]}}, "the table has no column 'elevation'"),
         ({"cell": (0, 1, 1)}, "give three sizes above 0"),
-        ({"cell": (1e-3, 1e-3, 1e-3)}, "Give larger ones"),
         ({"where": xr.Dataset(coords={"x": [1]})}, "no 'easting' and no 'northing'"),
-        ({"where": [1, 2, 3], "codes": "yes"}, "codes is 'yes'"),
     ],
 )
 def test_refusals_say_what_to_type(scene, arguments, words):
     with pytest.raises(InputError, match=words):
         scene.sample(**arguments)
-
-
-def test_units_without_patches_are_refused(scene):
-    units = gs.Units(scene.units.values(), scene.box)
-    with pytest.raises(InputError, match="no patches"):
-        sample_units(units, [1, 2, 3])
 
 
 def test_distances_are_those_to_all_triangles(scene):
@@ -280,18 +262,6 @@ class TestWells:
         assert len(set(found.block.values)) == 1
         assert found.elevation.values.tolist() == [[5.0, 0.0], [0.0, -5.0]]
 
-    def test_outside_is_an_interval_of_its_own(self, scene):
-        w, e, s, n, low, high = scene.box
-        x, y = 0.4 * w + 0.6 * e, 0.3 * s + 0.7 * n
-        table = {
-            "easting": [x, x], "northing": [y, y], "elevation": [high + 50, low - 50],
-            "md": [100.0, 100.0 + 2 * (high - low + 100)],
-        }  # fmt: skip
-        found = scene.well_intervals(table)
-        assert found.unit.values[[0, -1]].tolist() == ["", ""]
-        assert found.md.values[0].tolist() == pytest.approx([100.0, 200.0])
-        assert found.elevation.values[0, 1] == high
-
     def test_many_are_one_table(self, scene, tmp_path):
         """A mapping, a table and one call for each well agree; csv has one row per interval."""
         w, e, s, n, low, high = scene.box
@@ -315,37 +285,18 @@ class TestWells:
         assert rows.well.tolist() == found.well.values.tolist()
         assert rows.md_exit_m.tolist() == found.md.sel(end="exit").values.tolist()
 
-    def test_a_path_reversed_has_the_same_units(self, scene):
-        """From the bottom up: the same units in the opposite order, and the same lengths."""
-        w, e, s, n, low, high = scene.box
-        path = np.array([[w, s, high], [e, n, low]]) * 0.8 + 0.2 * np.array([w, n, low])
-        down, up = scene.well_intervals(path), scene.well_intervals(path[::-1])
-        assert up.unit.values[::-1].tolist() == down.unit.values.tolist()
-        lengths = [np.diff(one.md.values, axis=1).ravel() for one in (down, up)]
-        assert np.allclose(lengths[0], lengths[1][::-1], rtol=0, atol=1e-6)
-
     @pytest.mark.parametrize(
         ("path", "md", "words"),
         [
             ({}, None, "wells have no names"),
-            ({5: [[0, 0, 0], [0, 0, 1]]}, None, "wells have no names"),
             ({"W": [[0, 0, 0]]}, None, "well 'W': the path of a well needs"),
-            ({"W": [[0, 0, 0], [0, 0, 1]]}, [0, 1], "md= is for one well"),
             (
                 {"well": ["W", None], "easting": [0, 0], "northing": [0, 0], "elevation": [0, 1]},
                 None,
                 "row 2 has none",
             ),
-            (
-                {"well": ["W", "W"], "easting": [0], "northing": [0, 0], "elevation": [0, 1]},
-                None,
-                "different lengths",
-            ),
             ([[0, 0, 0]], None, "at least two different points"),
-            ([[0, 0, 0], [0, 0, 0]], None, "at least two different points"),
             ([[0, 0, 0], [0, 0, 1]], [1, 0], "md does not rise from point 0 to 1"),
-            ([[0, 0, 0], [0, 0, 1]], [1], "md has 1 values for 2 points"),
-            (np.zeros((2, 2, 3)), None, "give its points in order"),
         ],
     )
     def test_refusals(self, scene, path, md, words):

@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 import geosurf as gs
 from geosurf.errors import InputError
 from geosurf.measure import vertical_section
-from geosurf.measure.section import _area, _clipped, _within
 from tests.measure.worlds import BOX, faulted
 
 WEST, EAST, SOUTH, NORTH, BOTTOM, TOP = BOX
@@ -121,17 +120,6 @@ def _share_inside(a, b):
 MODELS = [faulted((4.0, 4.0))]
 
 
-def test_rings_and_lines_end_where_a_leg_does():
-    ring = np.array([[-2.0, 0], [4, 0], [4, 3], [-2, 3]])
-    assert _area(_clipped(ring, 3.0)) == 9.0
-    assert len(_clipped(ring - [9.0, 0.0], 3.0)) == 0
-    zigzag = np.array([[-1.0, 0], [1, 2], [5, 2], [5, 4], [1, 4]])
-    parts = _within(zigzag, 3.0)
-    assert [part.tolist() for part in parts] == [
-        [[0.0, 1.0], [1.0, 2.0], [3.0, 2.0]], [[3.0, 4.0], [1.0, 4.0]],
-    ]  # fmt: skip
-
-
 @pytest.mark.parametrize(
     ("line", "words"),
     [
@@ -152,11 +140,3 @@ def test_a_section_can_be_written_and_is_remembered(scene, tmp_path):
     gs.write(scene.section(line), tmp_path / "section.nc")
     assert scene.section(line) is scene.section(line)
     assert scene.section([(WEST, 16.0), (EAST, 15.0)]) is not scene.section(line)
-
-
-def test_sections_along_nearly_the_same_line_are_told_apart(scene):
-    """Printed, the first two are alike, and so are long lines that differ in their middle."""
-    line = np.array([(WEST, 15.0), (EAST, 15.0)])
-    near = np.array([(WEST, 15.0), (EAST, np.nextafter(15.0, 16.0))])
-    assert repr(near) == repr(line)
-    assert scene.section(near) is not scene.section(line)

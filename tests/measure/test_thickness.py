@@ -46,15 +46,6 @@ def test_nodes_beside_a_unit_have_none_of_it():
     assert np.isnan(one_block.sel(block="F1+")).all()
 
 
-@pytest.mark.parametrize(("zone", "expected"), [("Top/Middle", 70.0), ("Middle/Base", 100.0)])
-def test_parallel_planes_are_as_thick_everywhere(graben, zone, expected):
-    found = graben.thickness(zone, 130.0)
-    assert found.dims == ("block", "northing", "easting")
-    assert set(found.block.values) == {"F1-", "F1+ F2+", "F2-"}
-    total = found.sum("block", min_count=1)
-    np.testing.assert_allclose(total, expected, rtol=0, atol=2e-12)
-
-
 def test_isopach_of_parallel_planes_is_their_distance(graben):
     p = math.tan(math.radians(1.0))
     cosine = 1 / math.sqrt(1 + (0.25 * p) ** 2 + p**2)
@@ -77,15 +68,6 @@ def test_bedding_is_that_of_the_top_or_else_of_the_base():
     beneath = np.abs(foot - base) < 1e-12
     assert 0 < beneath.sum() < 0.05 * foot.size
     np.testing.assert_allclose(foot[~np.isnan(foot) & ~beneath], top, rtol=1e-12)
-
-
-def test_dip_is_that_of_the_base_where_the_lid_of_the_model_is_on_top(graben):
-    p = math.tan(math.radians(1.0))
-    cosine = 1 / math.sqrt(1 + (0.25 * p) ** 2 + p**2)
-    ratio = graben.thickness("above Top", 400.0, kind="isopach") / graben.thickness(
-        "above Top", 400.0
-    )
-    assert np.nanmax(np.abs(ratio - cosine)) < 1e-13
 
 
 def test_between_two_faults_there_is_no_bedding():
@@ -163,24 +145,6 @@ def test_sums_converge_to_the_volumes(graben):
         assert error[1] < error[0] / 10
 
 
-def test_sums_are_volumes_where_cells_end_on_edges():
-    """Linear in each cell, so that the middle of a cell is its mean."""
-    found = faulted().thickness("Top/Base", 1.0)
-    sums = (found.sum(["northing", "easting"]) * found.attrs["cell_area"]).to_series()
-    assert sums["F1-"] == pytest.approx(30 * (20 * 10 + 50), rel=1e-13)
-    assert sums["F1+"] == pytest.approx(30 * (26 * 10 + 50), rel=1e-13)
-
-
-def test_the_order_of_surfaces_does_not_matter():
-    world = synthetic.graben(n=9)
-    a = Scene(world.horizons, world.faults, world.box)
-    b = Scene(world.horizons, dict(reversed(world.faults.items())), world.box)
-    for kind in ("isochore", "isopach"):
-        xr.testing.assert_identical(
-            a.thickness("Top/Middle", 300.0, kind=kind), b.thickness("Top/Middle", 300.0, kind=kind)
-        )
-
-
 def test_a_turned_grid_is_the_same_nodes():
     scene = faulted()
     flat = scene.thickness("Top/Base", 4.0)
@@ -253,20 +217,6 @@ def test_columns_agree_with_rational_arithmetic(corners, east, north):
 def test_requests_that_make_no_sense(arguments, message):
     with pytest.raises(InputError, match=message):
         faulted().thickness(*arguments)
-
-
-def test_words_that_are_unknown():
-    scene = faulted()
-    with pytest.raises(InputError, match=r"kind is 'isochor', expected .* mean 'isochore'\?"):
-        scene.thickness("Top/Base", kind="isochor")
-    with pytest.raises(InputError, match=r"zone 'Top/Base' has no contact interval 'above OWC'"):
-        scene.thickness("Top/Base", contact="above OWC")
-    bad = nodes([1.0, np.nan], [1.0])
-    with pytest.raises(InputError, match="coordinate 'easting' of the map has values that are not"):
-        scene.thickness("Top/Base", bad)
-    odd = xr.Dataset(coords={"northing": ("a", [1.0]), "easting": (("a", "b"), [[1.0]])})
-    with pytest.raises(InputError, match="give both over one dimension each, or both over"):
-        scene.thickness("Top/Base", odd)
 
 
 def test_a_shell_that_leaks_is_told():

@@ -1,25 +1,18 @@
 """Models at the edge of what has a thickness: pinched zones, slivers, coinciding contacts.
 
 Each is a legal model. Every measure and every picture of it is a result, or an error of geosurf
-that says why there is none. All of them: ``python -m tests.measure.thin_worlds``.
+that says why there is none.
 """
 
 from __future__ import annotations
 
-import sys
-import tempfile
-import warnings
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from geosurf import Scene, TriSurface, render_place, report_scene
+from geosurf import Scene, TriSurface
 from geosurf.errors import GeosurfError, GeosurfWarning
-from geosurf.render import render_surfaces
-from geosurf.scene.pictures import PictureChoice, pictures_of
-from geosurf.scene.plots import ScenePlots
 
 Calls = Iterator[tuple[str, Callable[[], Any]]]
 
@@ -177,26 +170,6 @@ def lines_of(scene: Scene) -> list[list[tuple[float, float]]]:
     return [*upright, *level, *odd, [(w - 1.0, s), (w - 1.0, n)]]
 
 
-def pictures(scene: Scene, folder: Path, size: tuple[int, int] = (400, 300)) -> Calls:
-    """All pictures of a model, by name; also the report."""
-    views = ("southwest", "top", "south")
-    for one in pictures_of(scene, PictureChoice(views=views, sections=lines_of(scene), size=size)):
-        yield one.file, lambda one=one: one.draw(path=folder / one.file)
-    for horizon in scene.horizon_names:
-        for fault in scene.fault_names:
-            found = pictures_of(scene, PictureChoice(search=(horizon, fault), size=size))[-1]
-            yield f"search {horizon} {fault}", lambda one=found: one.draw(path=folder / one.file)
-    path = folder / "picture.png"
-    show = ["patches", "curves", "walls"]
-    yield "patches", lambda: ScenePlots(scene).view(path=path, show=show, size=size)
-    yield "units", lambda: ScenePlots(scene).units(path=path, explode=0.0, size=size)
-    yield "surfaces", lambda: render_surfaces(scene.surfaces, scene.curves, path=path, size=size)
-    for unit in scene.units.values():
-        at = unit.vertices[0]
-        yield f"place {unit.name}", lambda at=at: render_place(scene.surfaces, at, path, size=size)
-    yield "report", lambda: report_scene(scene, folder, {})
-
-
 def foreign(calls: Calls) -> list[str]:
     """What ends by an error that is not of geosurf, each as one sentence."""
     found = []
@@ -211,23 +184,3 @@ def foreign(calls: Calls) -> list[str]:
         except Exception as error:
             found.append(f"{name}: {type(error).__name__}: {error}")
     return found
-
-
-def main() -> int:
-    """Ask for everything of every world, and count what is foreign."""
-    warnings.simplefilter("error")
-    warnings.simplefilter("ignore", GeosurfWarning)  # of thin units and faults beside the model
-    n, wrong = 0, []
-    for name, make in WORLDS.items():
-        with tempfile.TemporaryDirectory() as folder:
-            scene = make()
-            calls = [*measures(scene), *pictures(scene, Path(folder))]
-            n += len(calls)
-            wrong += [f"{name}: {sentence}" for sentence in foreign(iter(calls))]
-    closing = f"{len(WORLDS)} worlds, {n} measures and pictures, {len(wrong)} foreign errors."
-    sys.stdout.write("\n".join([*wrong, closing, ""]))
-    return int(bool(wrong))
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

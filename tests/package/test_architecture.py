@@ -76,7 +76,7 @@ def tracked_files() -> list[Path]:
         ("ruff", "check", "--output-format=concise", "."),
         ("ruff", "format", "--check", "--output-format=concise", "."),
         # two workers take a fifth less processor time than one: 48 s for 62 s
-        ("mypy", "--num-workers=2"),
+        pytest.param(("mypy", "--num-workers=2"), marks=pytest.mark.long),
     ],
     ids=["imports", "ruff check", "ruff format", "mypy"],
 )

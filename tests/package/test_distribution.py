@@ -6,13 +6,12 @@ import re
 import tomllib
 from pathlib import Path
 
+import pytest
 from hatchling.builders.sdist import SdistBuilder
 from hatchling.builders.wheel import WheelBuilder
-from trove_classifiers import classifiers
-
-import geosurf
 
 ROOT = Path(__file__).resolve().parents[2]
+pytestmark = pytest.mark.long
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 PYTHONS = [
     line.rpartition(" ")[2]
@@ -35,10 +34,6 @@ def test_a_source_archive_holds_tests_and_benchmarks() -> None:
     assert {"geosurf", "tests", "benchmarks", "docs"} <= {name.partition("/")[0] for name in held}
 
 
-def test_classifiers_are_known() -> None:
-    assert set(PROJECT["classifiers"]) <= classifiers
-
-
 def test_the_lowest_python_is_the_same_everywhere() -> None:
     assert PROJECT["requires-python"] == f">={PYTHONS[0]}"
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]
@@ -49,14 +44,3 @@ def test_the_lowest_python_is_the_same_everywhere() -> None:
 def test_the_matrix_runs_every_python_that_is_promised() -> None:
     matrix = (ROOT / ".github" / "workflows" / "test.yml").read_text(encoding="utf-8")
     assert re.findall(r'"([\d.]+)"', re.search(r"python: \[(.*)\]", matrix)[1]) == PYTHONS
-
-
-def test_the_citation_names_this_version() -> None:
-    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
-    assert re.search(r"^version: (.*)$", citation, re.MULTILINE)[1] == geosurf.__version__
-    assert re.search(r"^license: (.*)$", citation, re.MULTILINE)[1] == PROJECT["license"]
-
-
-def test_the_hooks_before_a_commit_name_no_other_repository() -> None:
-    text = (ROOT / ".pre-commit-config.yaml").read_text(encoding="utf-8")
-    assert set(re.findall(r"repo: (\S+)", text)) == {"local"}

@@ -75,13 +75,6 @@ def test_importing_render_loads_neither_pyvista_nor_vtk_nor_matplotlib():
     assert done.stdout.strip() == "[]", done.stderr
 
 
-def test_what_cannot_be_loaded_is_an_error_for_those_who_draw(tmp_path):
-    code = "import sys; sys.modules['vtkmodules.vtkCommonCore'] = None\n" + DRAW
-    done = run(code.format(path=str(tmp_path / "no.png")))
-    assert done.returncode == 1
-    assert "vtkCommonCore" in done.stderr.strip().splitlines()[-1]
-
-
 def test_no_library_names_what_is_missing_and_the_package(monkeypatch, forgetful):
     monkeypatch.setattr(backend, "EGL", Backend("egl", EGL.window, ("libEGLnowhere.so.1",)))
     monkeypatch.setattr(backend, "OSMESA", Backend("osmesa", OSMESA.window, ("libOSnowhere.so",)))
@@ -112,30 +105,10 @@ def test_a_choice_of_the_user_is_the_only_one_tried(monkeypatch, forgetful):
     assert tried == [OSMESA]
 
 
-def test_an_unknown_choice_is_named(forgetful):
-    with pytest.raises(
-        DependencyError, match=r"is 'vtkNoWindow'.*Unset it, or set it to one of vtkEGL"
-    ):
-        backend.find_backend("vtkNoWindow")
-
-
 def test_a_library_that_is_no_graphics_library_is_refused_not_fatal(forgetful):
     found = backend.probe(Backend("egl", EGL.window, ("libm.so.6",)))
     assert found.renderer == ""
     assert "libm.so.6 is installed, but a driver that draws" in found.reason
-
-
-def test_the_probe_is_asked_once_per_process(monkeypatch, forgetful):
-    count = []
-
-    def probe(candidate):
-        count.append(candidate)
-        return Finding(candidate, "llvmpipe", "draws")
-
-    monkeypatch.setattr(backend, "probe", probe)
-    backend.find_backend()
-    backend.find_backend()
-    assert len(count) == 1
 
 
 @pytest.mark.parametrize("before", [None, "vtkEGLRenderWindow"])
@@ -149,15 +122,6 @@ def test_the_choice_ends_with_the_block(monkeypatch, forgetful, before):
     with backend.off_screen():
         assert os.environ[CHOICE] == EGL.window
     assert os.environ.get(CHOICE) == before
-
-
-def test_doctor_names_a_missing_package_and_the_cure(monkeypatch):
-    monkeypatch.setattr(info_commands, "REQUIRED", ("numpy", "nopackage"))
-    found = {part.name: part for part in info_commands.installation()}
-    assert found["numpy"].state == "ok"
-    assert found["nopackage"].state == "MISSING"
-    cure = "nopackage is not installed. Install it with: pip install nopackage"
-    assert found["nopackage"].detail == cure
 
 
 def test_doctor_says_why_there_are_no_pictures(monkeypatch, forgetful):

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from geosurf import Scene, synthetic, tear_horizon
-from geosurf.model import TriSurface
 from geosurf.render import surface_layers
 from geosurf.render.clip import INSIDE, NEAR, OUTSIDE, OutlineCells, Prism, convex_parts
 from geosurf.render.surface_layers import as_modelled
@@ -87,13 +86,6 @@ def test_what_is_inside_is_handed_on_as_it_is():
     assert x is points
     assert t is triangles
     assert len(walls) == 0
-
-
-def test_a_surface_beyond_the_model_is_said_to_be_there():
-    fault = TriSurface("F9", "fault", [[50, 0, 0], [50, 9, 0], [50, 0, 9]], [[0, 1, 2]])
-    content = surface_layers.show_surfaces([fault], Prism((0, 8, 0, 8, -5, 5)))
-    assert content.layers == ()
-    assert content.legend[0].detail == "fault, outside the model"
 
 
 def test_torn_horizons_are_drawn_as_far_as_their_faults():

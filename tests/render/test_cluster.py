@@ -71,14 +71,6 @@ def test_sets_of_surfaces_are_those_that_meet(units):
     assert len(set.union(*found.values())) == len(found) > 10
 
 
-def test_few_enough_triangles_are_returned_as_they_are(units):
-    whole = mesh_to_draw(units, 10**9)
-    assert clustered(whole, 10**9) is whole
-    none = UnitMesh(*(np.empty((0, k)) for k in (3, 3, 2)), np.empty(0), 0)
-    assert clustered(none, 5) is none
-    assert none.shells == []
-
-
 @pytest.mark.parametrize("n_horizon", [3, 12])
 def test_views_of_many_horizons_have_as_many_triangles(n_horizon):
     """Lines of many surfaces take all that may be drawn: horizons between them keep their part."""

@@ -4,12 +4,10 @@ import numpy as np
 import pytest
 
 from geosurf import Scene
-from geosurf.conventions import volume_text
-from geosurf.errors import InputError
 from geosurf.model import Lattice, TriSurface
-from geosurf.render import layers, palette, surface_layers
+from geosurf.render import layers, surface_layers
 from geosurf.render.clip import Prism
-from geosurf.render.compose import show_search, voxel_edges
+from geosurf.render.compose import voxel_edges
 from geosurf.render.furniture import shortened
 from geosurf.render.surface_layers import Shell
 
@@ -79,17 +77,6 @@ def test_clipping_keeps_whole_triangles_and_their_points(rng):
     assert set(np.unique(t).tolist()) == set(range(len(found)))
 
 
-def test_a_small_grid_and_a_mesh_stay_what_they_are(top, fault):
-    assert surface_layers.thinned(top) is top
-    assert surface_layers.thinned(fault) is fault
-
-
-def test_layers_hold_no_point_that_no_triangle_uses():
-    stray = TriSurface("F", "fault", [[9e9, 0, 0], [0, 0, 0], [9, 0, 0], [0, 9, 9]], [[1, 2, 3]])
-    for layer in surface_layers.show_surfaces([stray]).layers[:1]:
-        assert layer.points.max() == 9.0
-
-
 def test_blocks_move_sideways_and_zones_up_and_down(units):
     shifts = dict(zip(units, surface_layers.explosion(units, 0.5), strict=True))
     west, east = shifts["Top/Base, F1-"], shifts["Top/Base, F1+"]
@@ -100,14 +87,6 @@ def test_blocks_move_sideways_and_zones_up_and_down(units):
     assert shifts["below Base, F1-"][2] == -0.5 * height
     np.testing.assert_array_equal(shifts["above Top, F1-"][:2], west[:2])
     assert all((shift == 0.0).all() for shift in surface_layers.explosion(units, 0.0))
-
-
-def test_zones_differ_in_colour_and_blocks_in_shade(units):
-    legend = surface_layers.show_units(units).legend
-    colours = [entry.colour for entry in legend]
-    assert len(set(colours)) == len(units)
-    assert [entry.label for entry in legend] == list(units)
-    assert legend[0].detail == volume_text(units["above Top, F1-"].volume)
 
 
 def test_long_names_of_units_differ_in_the_legend():
@@ -139,17 +118,6 @@ def test_the_outline_of_a_block_closes_and_skips_flat_sides(units):
     assert len(edges) == n_rim
 
 
-def test_the_rim_of_a_fault_is_its_border(fault):
-    assert len(surface_layers.rim(fault.triangles)) == 4
-
-
-def test_only_the_curves_of_a_pair_are_shown(curves):
-    content = surface_layers.show_curves(curves, between={"F1", "Base"})
-    assert content.legend[0].detail.startswith("1 line, 3")
-    np.testing.assert_array_equal(content.layers[0].lines[0], curves.curves[1])
-    assert surface_layers.show_curves(curves, between={"Top", "Base"}).layers == ()
-
-
 def test_patches_are_shades_of_their_surface(patches):
     content = surface_layers.show_patches(patches)
     assert [entry.detail for entry in content.legend] == ["2 patches", "1 patch"]
@@ -163,20 +131,3 @@ def test_voxel_edges_are_shared(search):
     length = np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)
     np.testing.assert_allclose(length, search.size)
     assert len(np.unique(edges, axis=0)) == len(edges) < 12 * len(search.occupied)
-
-
-def test_candidates_and_the_rest_are_drawn_once_each(top, fault, search):
-    content = show_search(top, fault, search)
-    drawn = [layer for layer in content.layers if layer.triangles is not None]
-    assert sum(len(layer.triangles) for layer in drawn) == top.n_triangle + fault.n_triangle
-
-
-def test_a_search_of_other_surfaces_is_refused(top, fault, search):
-    with pytest.raises(InputError, match=r"triangle \d+ of surface 'F1'.*2 triangles.*same order"):
-        show_search(fault, top, search)
-
-
-def test_shades_keep_the_order_from_light_to_dark():
-    shades = [sum(palette.shade(palette.stratum(0), i, 4)) for i in range(4)]
-    assert shades == sorted(shades, reverse=True)
-    assert len(set(shades)) == 4

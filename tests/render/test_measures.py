@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import itertools
-
 import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.path import Path
 
-from geosurf.errors import GeosurfWarning, InputError
+from geosurf.errors import GeosurfWarning
 from geosurf.model import TriSurface
 from geosurf.render import (
     palette,
     render_surfaces,
 )
-from geosurf.render.allan import _legend, _spread, draw_allan
+from geosurf.render.allan import draw_allan
 from geosurf.render.compose import plotted
-from geosurf.render.diagram import highest_in_view
 from geosurf.render.furniture import Sheet, plain_number
 from geosurf.render.isochores import _checked, _dense, cut_by_faults, draw_thickness
 from geosurf.render.section import draw_section
@@ -63,22 +60,6 @@ def test_an_allan_diagram_has_colours_of_the_footwall_and_stripes_of_the_hanging
         assert part / frame == pytest.approx(mine.sum() / areas.area.sum(), abs=0.06)
 
 
-def test_areas_of_a_legend_have_one_unit():
-    pairs = {("Top", "Base"): 3.5e6, ("Base", "Top"): 2500.0}
-    colours = dict.fromkeys(("Top", "Base"), (0.0, 0.0, 0.0))
-    details = [entry.detail for entry in _legend(pairs, colours)]
-    assert details == ["against Base, 3.5 km²", "against Top, 0.0025 km²"]
-
-
-def test_names_of_faults_stand_where_their_lines_leave_a_section():
-    line = np.array([[0.0, 9.0], [4.0, 1.0], [6.0, -3.0]])  # its vertices are apart
-    np.testing.assert_allclose(highest_in_view(line, 0.0, 5.0), [2.0, 5.0])
-    np.testing.assert_allclose(highest_in_view(line[::-1], 0.0, 5.0), [2.0, 5.0])
-    np.testing.assert_allclose(highest_in_view(line, 0.0, 9.0), [0.0, 9.0])
-    np.testing.assert_allclose(highest_in_view(line, -2.0, 1.0), [4.0, 1.0])
-    assert highest_in_view(line, 10.0, 11.0) is None
-
-
 def test_a_diagram_shows_what_is_near_the_cutoffs(scene, tmp_path, monkeypatch):
     shown = scene.allan("F1"), scene.juxtaposition("F1")
     words = {"zones": ["above Top", "Top/Base", "below Base"], "size": SIZE}
@@ -88,33 +69,6 @@ def test_a_diagram_shows_what_is_near_the_cutoffs(scene, tmp_path, monkeypatch):
     middle, outer = palette.stratum(1), palette.stratum(2)
     assert share(near, middle) > 1.1 * share(whole, middle)
     assert 0.02 < share(near, outer) < share(whole, outer)
-
-
-def test_the_same_diagram_has_the_same_bytes(scene, tmp_path):
-    shown = scene.allan("F1"), scene.juxtaposition("F1")
-    one, two = (
-        plotted(draw_allan, *shown, path=tmp_path / f"{i}.png", size=SIZE) for i in range(2)
-    )
-    assert one.read_bytes() == two.read_bytes()
-
-
-def test_a_diagram_and_a_table_of_two_faults_are_refused(scene, tmp_path):
-    table = scene.juxtaposition("F1").assign_attrs(fault="F2")
-    with pytest.raises(
-        InputError, match=r"diagram is of fault 'F1', the table of fault 'F2'. Pass"
-    ):
-        plotted(draw_allan, scene.allan("F1"), table, path=tmp_path / "a.png")
-    empty = scene.allan("F1")
-    empty = empty.isel(line=np.flatnonzero(empty.kind.values == "cut-off"))
-    with pytest.raises(InputError, match=r"fault 'F1' has units on one side only.*Enlarge the box"):
-        plotted(draw_allan, empty, scene.juxtaposition("F1"), path=tmp_path / "a.png")
-
-
-def test_names_are_spread_and_stay_in_order():
-    for levels in itertools.combinations([0.0, 0.1, 0.2, 1.0, 5.0, 5.1, 9.0], 5):
-        found = _spread(list(levels), 0.5)
-        assert (np.diff(found) >= 0.5 - 1e-12).all()
-        assert np.mean(found) == pytest.approx(np.mean(levels))
 
 
 def test_a_thickness_map_shows_all_of_the_zone_and_its_polygons(scene, tmp_path):
@@ -177,64 +131,6 @@ def test_nodes_between_polygons_are_those_that_all_distances_find(seed):
     cut = cut_by_faults(x, y, {"Top": top, "Base": base}).ravel()
     assert cut.any()
     assert (cut != expected).sum() == 0
-
-
-@pytest.mark.parametrize("throw", [(0.0, 0.0), (-4.0, -4.0)])
-def test_flat_and_doubled_zones_are_drawn(throw, tmp_path):
-    found = faulted(throw).thickness("Top/Base", 1.0)
-    assert plotted(draw_thickness, found, path=tmp_path / "a.png", size=SIZE).is_file()
-
-
-def test_maps_of_nothing_are_refused(scene, tmp_path):
-    found = scene.thickness("Top/Base", 1.0)
-    with pytest.raises(InputError, match=r"'Top/Base' has no values, or.*Use smaller cells"):
-        plotted(draw_thickness, found.where(False), path=tmp_path / "a.png")
-    with pytest.raises(InputError, match=r"dimensions \('northing', 'easting'\), expected block"):
-        plotted(draw_thickness, found.isel(block=0), path=tmp_path / "a.png")
-
-
-# what readers with red, green or blue blindness see (Machado et al. 2009, severity 1)
-BLIND = {
-    "none": np.eye(3),
-    "red": [
-        [0.152286, 1.052583, -0.204868],
-        [0.114503, 0.786281, 0.099216],
-        [-0.003882, -0.048116, 1.051998],
-    ],
-    "green": [
-        [0.367322, 0.860646, -0.227968],
-        [0.280085, 0.672501, 0.047413],
-        [-0.011820, 0.042940, 0.968881],
-    ],
-    "blue": [
-        [1.255528, -0.076749, -0.178779],
-        [-0.078411, 0.930809, 0.147602],
-        [0.004733, 0.691367, 0.303900],
-    ],
-}
-
-
-def lab(colour, kind):
-    """CIE 1976 L*a*b* of a colour as some eyes see it."""
-    c = np.asarray(colour)
-    light = np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
-    light = np.clip(BLIND[kind] @ light, 0.0, 1.0)
-    to_xyz = [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
-    f = to_xyz @ light / np.array([0.9505, 1.0, 1.089])
-    f = np.where(f > 0.008856, np.cbrt(f), 7.787 * f + 16.0 / 116.0)
-    return np.array([116.0 * f[1] - 16.0, 500.0 * (f[0] - f[1]), 200.0 * (f[1] - f[2])])
-
-
-@pytest.mark.parametrize("kind", BLIND)
-def test_neighbours_in_the_column_and_all_faults_are_told_apart(kind):
-    def apart(one, two):
-        return np.linalg.norm(lab(one, kind) - lab(two, kind))
-
-    strata = palette.STRATA
-    assert min(apart(a, b) for a, b in zip(strata, strata[1:] + strata[:1], strict=True)) > 18.0
-    assert min(apart(a, b) for a, b in itertools.combinations(palette.FAULTS, 2)) > 18.0
-    thickness = [lab(palette.rgb(code), kind)[0] for code in palette.THICKNESS]
-    assert (np.diff(thickness) < -4.0).all()  # darker is thicker
 
 
 @pytest.mark.parametrize("name", ["$\\bad{", "$x$ and $y", "a_b^c"])

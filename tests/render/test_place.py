@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from geosurf.errors import InputError
 from geosurf.render import palette, render_place
 from geosurf.render.clip import Prism
 from geosurf.render.compose import show_place
@@ -37,27 +36,9 @@ def test_surfaces_are_cut_to_what_is_near(surfaces):
     np.testing.assert_allclose(mark.points.mean(axis=0), [52, 31, 1])
 
 
-def test_a_flat_place_gets_some_height(surfaces):
-    _, box = show_place(surfaces[:1], (52.0, 31.0, 0.0), 20.0)
-    assert box[4:] == (-5.0, 5.0)
-    _, box = show_place([], (0.0, 0.0, 0.0), None)
-    assert box[0] == -1.0
-
-
 def test_a_close_up_is_drawn(surfaces, tmp_path):
     path = render_place(surfaces, (50, 30, 0), tmp_path / "place.png", size=(400, 260))
     assert path.stat().st_size > 2000
-
-
-@pytest.mark.parametrize("place", [(0, 1), (0, np.nan, 0)])
-def test_no_place(surfaces, place, tmp_path):
-    with pytest.raises(InputError, match=r"place is .*, expected three finite numbers: easting"):
-        render_place(surfaces, place, tmp_path / "place.png")
-
-
-def test_no_reach(surfaces, tmp_path):
-    with pytest.raises(InputError, match=r"reach is -1, expected a length above 0 m"):
-        render_place(surfaces, (0, 0, 0), tmp_path / "place.png", reach=-1)
 
 
 def test_triangles_that_are_cut_still_share_their_corners():

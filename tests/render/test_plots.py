@@ -10,7 +10,6 @@ import pytest
 from matplotlib.figure import Figure
 
 import geosurf as gs
-from geosurf.errors import InputError, OutputError
 from geosurf.render import palette
 from geosurf.render.compose import plotted
 from geosurf.render.diagram import draw_throw
@@ -122,15 +121,6 @@ def test_the_column_has_the_mean_thickness_of_zones(scene):
     assert "Base" in [text.get_text() for text in ax.texts]
 
 
-def test_an_unconformity_is_wavy(scene):
-    flat, wavy = Figure().subplots(), Figure().subplots()
-    scene.plot.column(ax=flat)
-    scene.replace(column={"Base": "erosional"}).plot.column(ax=wavy)
-    heights = [np.ptp(ax.lines[-1].get_ydata()) for ax in (flat, wavy)]
-    assert heights[0] == 0.0 < heights[1]
-    assert "Base (erosional)" in [text.get_text() for text in wavy.texts]
-
-
 @pytest.mark.parametrize("suffix", [".svg", ".pdf", ".png"])
 def test_files_have_the_same_bytes_twice(scene, tmp_path, suffix):
     found = []
@@ -141,15 +131,6 @@ def test_files_have_the_same_bytes_twice(scene, tmp_path, suffix):
         found.append(path.read_bytes())
     assert found[0] == found[1]
     assert not re.search(rb"20[0-9]{2}-[01][0-9]-[0-3][0-9]", found[0])
-
-
-def test_a_wrong_suffix_or_wrong_axes_are_refused(scene, tmp_path):
-    with pytest.raises(OutputError, match=r"PNG, SVG or PDF files. Use a file name that ends in"):
-        plotted(draw_map, scene.surface("Top"), path=tmp_path / "map.jpg")
-    with pytest.raises(InputError, match=r"ax must be axes of matplotlib, .* pass ax=figure"):
-        scene.plot.map("Top", ax=Figure())
-    with pytest.raises(InputError, match=r"throws\['Top'\] is a int without throw"):
-        plotted(draw_throw, {"Top": 3}, path=tmp_path / "throw.svg")
 
 
 def test_names_on_a_map_do_not_lie_over_each_other():

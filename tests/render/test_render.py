@@ -1,19 +1,17 @@
 """Pictures, judged by counts of pixels: drivers differ, colours hardly."""
 
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import geosurf.render as render
-from geosurf.errors import InputError, OutputError
-from geosurf.model import Curves, Lattice, TriSurface
+from geosurf.errors import OutputError
+from geosurf.model import Lattice, TriSurface
 from geosurf.render import (
     backend,
     compose,
     furniture,
-    layers,
     palette,
     surface_layers,
     views,
@@ -125,39 +123,11 @@ def test_a_scene_is_asked_only_for_what_is_shown(scene, tmp_path, show, asked):
     assert lazy.asked - {"aoi"} == asked
 
 
-@pytest.mark.parametrize("view", views.VIEWS)
-def test_every_view_draws_something(scene, tmp_path, view):
-    image = pixels(ScenePlots(scene).view(path=tmp_path / "v.png", view=view, size=(240, 160)))
-    assert share(image, palette.stratum(0)) > 0.01
-
-
 def test_a_fault_seen_edge_on_is_seen(scene, tmp_path):
     look = {"view": "south", "show": ["faults"], "exaggeration": 2.5, "size": SMALL}
     image = pixels(ScenePlots(scene).view(path=tmp_path / "s.png", **look))
     inner = image[120:200, 100:450]
     assert (inner[:, :, 0] > inner[:, :, 1] + 0.08).any(axis=1).mean() > 0.9
-
-
-def test_a_word_that_no_scene_shows_gets_a_proposal(scene, tmp_path):
-    with pytest.raises(
-        InputError, match=r"unknown word in show: 'fualts'.*units.*Did you mean 'faults'"
-    ):
-        ScenePlots(scene).view(path=tmp_path / "x.png", show=["fualts"])
-
-
-def test_mistakes_are_told_before_anything_is_computed(scene, tmp_path):
-    lazy = Lazy(scene)
-    with pytest.raises(InputError, match="unknown view 'below'"):
-        ScenePlots(lazy).view(path=tmp_path / "x.png", view="below")
-    with pytest.raises(InputError, match="size is"):
-        ScenePlots(lazy).view(path=tmp_path / "x.png", size=(1, 1))
-    assert lazy.asked == set()
-
-
-def test_nothing_to_draw_is_an_error_not_an_empty_picture(tmp_path):
-    empty = SimpleNamespace(surfaces=(), box=(0, 1, 0, 1, 0, 1), aoi=None)
-    with pytest.raises(InputError, match=r"picture is empty.*add to `show`"):
-        ScenePlots(empty).view(path=tmp_path / "x.png", show=["faults"])
 
 
 def test_units_are_drawn_apart_in_their_colours(units, tmp_path):
@@ -231,37 +201,6 @@ def test_map_is_the_same_twice_and_leaves_pyplot_alone(top, curves, tmp_path):
     assert figures() == before
 
 
-def test_map_of_a_flat_horizon_with_a_hole(tmp_path):
-    z = np.full((6, 7), -1000.0)
-    z[2, 3] = np.nan
-    surface = TriSurface("Flat", "horizon", lattice=Lattice(np.arange(7.0), np.arange(6.0), z))
-    assert plotted(draw_map, surface, path=tmp_path / "flat.png", size=SMALL).exists()
-
-
-def test_map_refuses_what_is_no_map(fault, top, curves, tmp_path):
-    wall = TriSurface("W", "wall", [[0, 0, 0], [0, 9, 0], [0, 0, 9]], [[0, 1, 2]])
-    with pytest.raises(InputError, match=r"'W' is vertical.*render_surfaces"):
-        plotted(draw_map, wall, path=tmp_path / "x.png")
-    with pytest.raises(InputError, match=r"have no surface 'Other'.*Top"):
-        plotted(draw_map, top.renamed("Other"), curves, path=tmp_path / "x.png")
-    nothing = TriSurface("None", "horizon", np.empty((0, 3)), np.empty((0, 3), dtype=int))
-    with pytest.raises(InputError, match="'None' has no triangles"):
-        plotted(draw_map, nothing, path=tmp_path / "x.png")
-
-
-def test_no_curves_is_no_line(top, fault, curves, tmp_path):
-    none = replace(
-        curves,
-        curves=(),
-        closed=np.empty(0, bool),
-        surfaces_of_curve=np.empty((0, 2), np.int64),
-        segments=np.empty((0, 2), np.int64),
-    )
-    assert isinstance(none, Curves)
-    assert surface_layers.show_curves(none).layers == ()
-    render.render_surfaces([top, fault], none, path=tmp_path / "x.png", size=(300, 200))
-
-
 def test_files_that_cannot_be_written_are_named(top, tmp_path):
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(OutputError, match=r"file/x\.png.*cannot be written.*Choose a folder"):
@@ -291,16 +230,6 @@ def test_pasted_pixels_are_those_that_matplotlib_would_draw(rng, n_channel):
     # of pixels that are half transparent, matplotlib rounds colours twice
     off = np.abs(np.subtract(*buffers, dtype=int))
     assert off.max() <= (n_channel == 4)
-
-
-def test_a_long_legend_ends_in_a_count():
-    sheet = Sheet(lay_out((1280, 800)))
-    entries = tuple(layers.Entry(f"fault {i}") for i in range(50))
-    furniture.draw_legend(sheet, entries, 380.0)
-    words = [text.get_text() for text in sheet.axes.texts]
-    assert "fault 19" in words
-    assert "fault 20" not in words
-    assert "and 30 more" in words
 
 
 def test_axes_say_kilometres_and_elevations_where_they_are(scene):

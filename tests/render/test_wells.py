@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.errors import InputError
 from geosurf.render.compose import plotted
 from geosurf.render.map import draw_map
 from geosurf.render.overlay import NEAR, tops_on_map, tops_on_section
@@ -63,14 +62,3 @@ def test_pictures_with_wells_differ_and_are_the_same_twice(model, tmp_path):
     assert one == two
     assert plain[0] != one[0]
     assert plain[1] != one[1]
-
-
-def test_what_is_not_a_misfit_is_refused(model, tmp_path):
-    with pytest.raises(InputError, match=r"result of Scene.misfit, not dict"):
-        plotted(
-            draw_map, model.surface("Top"), path=tmp_path / "m.png", size=SIZE, tops={"well": ["A"]}
-        )
-    section = model.section([(0, 1500), (4000, 1500)])
-    del section.attrs["line"]
-    with pytest.raises(InputError, match=r"does not hold its line.*scene.section\(line\)"):
-        plotted(draw_section, section, path=tmp_path / "s.png", size=SIZE, tops=model.misfit())

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import re
-import shutil
-import subprocess
 import zlib
 
 import numpy as np
@@ -14,7 +11,6 @@ import geosurf as gs
 from geosurf.model import TriSurface, Units
 from geosurf.render.interactive import view_of
 from geosurf.report import report_scene
-from geosurf.report.page import number
 from tests.report.browser import visit
 from tests.report.conftest import BOX, made_by_hand, unit
 
@@ -24,24 +20,12 @@ EVIL = "<img src=x onerror=alert(1)>"  # a name that would ask for something, if
 VIEWER = """
 const root = document.querySelector(".view3d"), { view } = root;
 const canvas = root.querySelector("canvas");
-canvas.setPointerCapture = () => {}; // the fingers of this test are not real
 const find = (name) => root.querySelector(`[data-do=${name}]`);
 function colours() {
   view.draw(); // what was drawn can be read before the page is shown
   const { gl } = view.painter, all = new Uint8Array(4 * canvas.width * canvas.height);
   gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, all);
   return all;
-}
-const camera = () => {
-  const { azimuth, elevation, zoom, pan } = view.painter.state;
-  return [azimuth, elevation, zoom, ...pan];
-};
-const press = (key, shiftKey) => canvas.dispatchEvent(
-  new KeyboardEvent("keydown", { key, shiftKey, cancelable: true }));
-function finger(kind, pointerId, x, y, more) {
-  const place = canvas.getBoundingClientRect();
-  canvas.dispatchEvent(new PointerEvent(`pointer${kind}`, { pointerId, buttons: 1,
-    clientX: place.left + x, clientY: place.top + y, ...more }));
 }
 function pixels() {
   const seen = new Uint32Array(colours().buffer), paper = seen[0];
@@ -93,40 +77,6 @@ found.none = step("none", undefined, "click");
 [...root.querySelectorAll("[data-row]")].at(-1).click();
 found.curve = pixels();
 found.all = step("all", undefined, "click");
-
-step("view", "southwest", "change");
-found.keys = { none: camera() };
-for (const key of ["ArrowLeft", "ArrowUp", "+"]) found.keys[key] = (press(key), camera());
-found.keys.shift = (press("ArrowRight", true), camera());
-found.keys.zero = (press("0"), camera());
-press("x");
-found.keys.x = camera();
-
-finger("down", 1, 100, 100);
-finger("move", 1, 150, 100);
-finger("up", 1, 150, 100);
-found.drag = camera();
-finger("down", 1, 100, 100);
-finger("move", 1, 150, 100, { shiftKey: true });
-finger("up", 1, 150, 100);
-found.moved = camera();
-press("0");
-finger("down", 1, 100, 100);
-finger("down", 2, 200, 100);
-finger("move", 2, 300, 100);
-found.pinch = camera();
-finger("up", 1, 100, 100);
-finger("up", 2, 300, 100);
-press("0");
-finger("down", 1, canvas.clientWidth / 2, canvas.clientHeight / 2);
-finger("up", 1, canvas.clientWidth / 2, canvas.clientHeight / 2);
-found.tapped = find("name").textContent;
-press("Escape");
-found.left = find("facts").textContent;
-
-canvas.dispatchEvent(new Event("webglcontextlost"));
-const words = root.querySelector(".view3d-missing");
-found.lost = [getComputedStyle(words).display, words.textContent];
 return found;
 """
 
@@ -242,30 +192,6 @@ def test_a_section_shows_the_units_that_are_there(seen, model):
     assert [name for _, name in np.array(found)[inside]] == near[1][inside].tolist()
 
 
-def test_keys_mouse_and_fingers_turn_move_and_zoom(seen, units):
-    found = seen.found["view"]
-    keys = {key: np.array(value) for key, value in found["keys"].items()}
-    start = keys["none"]
-    assert (keys["ArrowLeft"] - start).round(9).tolist() == [-4.8, 0, 0, 0, 0]
-    assert (keys["ArrowUp"] - keys["ArrowLeft"]).round(9).tolist() == [0, 4.8, 0, 0, 0]
-    assert keys["+"][2] == pytest.approx(1.2)
-    assert keys["shift"][3] > keys["+"][3]
-    assert keys["zero"].tolist() == keys["x"].tolist() == start.tolist()
-    drag, moved, pinch = (np.array(found[name]) - start for name in ("drag", "moved", "pinch"))
-    assert drag.round(9).tolist() == [20, 0, 0, 0, 0]
-    assert (moved - drag)[:3].tolist() == [0, 0, 0]
-    assert (moved - drag)[3] > 0
-    assert pinch[2] == pytest.approx(1.0)  # fingers twice as far apart
-    assert found["tapped"] in units
-    assert found["left"] == ""
-
-
-def test_a_view_that_the_browser_closes_becomes_a_sentence(seen):
-    display, words = seen.found["view"]["lost"]
-    assert display == "block"
-    assert "Load the page again." in words
-
-
 def test_tables_sort_and_filter_and_pictures_enlarge(seen):
     found = seen.found["tables"]
     assert found["before"] == [f"s{i}" for i in range(12)]
@@ -276,18 +202,3 @@ def test_tables_sort_and_filter_and_pictures_enlarge(seen):
     assert found["large"] == 64
     assert found["wide"]
     assert found["links"]
-
-
-def test_every_volume_is_on_paper(seen, volumes, tmp_path):
-    if shutil.which("pdftotext") is None:
-        pytest.skip("pdftotext is not installed: the printed page is not read")
-    (tmp_path / "page.pdf").write_bytes(seen.pdf)
-    command = ["pdftotext", "-layout", tmp_path / "page.pdf", "-"]
-    text = subprocess.run(command, capture_output=True, check=True).stdout.decode("utf-8")
-    gap = "\N{NARROW NO-BREAK SPACE}"
-    printed = {cell.strip().replace(" ", gap) for cell in re.split(r"\s{2,}|\n", text)}
-    wanted = [*volumes.values()]
-    wanted += [sum(v for (z, _), v in volumes.items() if z == zone) for zone in range(2)]
-    wanted += [sum(v for (_, b), v in volumes.items() if b == block) for block in range(N_BLOCK)]
-    missing = {number(v / 1e6, 3) for v in wanted} - printed
-    assert not missing

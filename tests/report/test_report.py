@@ -3,15 +3,12 @@
 import re
 from html.parser import HTMLParser
 
-import numpy as np
 import pytest
 
-from geosurf.errors import InputError, OutputError
 from geosurf.model import (
     Certificate,
     Check,
     Clipped,
-    Curves,
     Remnant,
 )
 from geosurf.report import report_scene, tables
@@ -110,51 +107,12 @@ def test_a_scene_that_draws_and_explains_is_asked_to(scene, tmp_path):
     assert "Top x F1 &lt;computed&gt;" in html
 
 
-def test_a_scene_without_curves_says_so(scene, tmp_path):
-    none = np.empty((0, 2), dtype=np.int64)
-    scene.curves = Curves(
-        ("Top",), np.empty((0, 3)), np.zeros(3), none, none, (), none, np.empty(0, bool)
-    )
-    html = report_scene(scene, tmp_path).read_text(encoding="utf-8")
-    assert "No two surfaces intersect." in html
-
-
 def test_volumes_add_up_in_both_directions(scene):
     table = tables.volume_table(scene.units)
     assert table.head == ("Zone", "F1-", "F1+", "all blocks")
     assert table.rows[0] == ("above Top", "100.000", "–", "100.000")
     assert table.foot == ("all zones", "100.000", "200.000", "300.000")
     assert "Relative difference: 0." in tables.balance(scene.units)
-
-
-def test_counts_of_every_kind_become_words():
-    counts = {"n": 1234, "f": 0.25, "ok": True, "many": list(range(20)), "few": [1, 2], "no": None}
-    rows = tables.count_table(("stage", counts)).rows
-    assert [row[2] for row in rows] == [
-        "1\N{NARROW NO-BREAK SPACE}234",
-        "0.25",
-        "yes",
-        "20 entries",
-        "1, 2",
-        "–",
-    ]
-
-
-def test_pictures_that_are_none_are_named(scene, tmp_path):
-    with pytest.raises(InputError, match=r"picture 'gone': .*gone\.png cannot be read.*Draw it"):
-        report_scene(scene, tmp_path, {"gone": tmp_path / "gone.png"})
-    (tmp_path / "text.png").write_text("hello")
-    with pytest.raises(
-        InputError, match=r"picture 'text': .*text\.png is not a PNG.*scene.plot.view"
-    ):
-        report_scene(scene, tmp_path, {"text": tmp_path / "text.png"})
-    assert not (tmp_path / "index.html").exists()
-
-
-def test_a_folder_that_cannot_be_made_is_named(scene, tmp_path):
-    (tmp_path / "file").write_text("in the way")
-    with pytest.raises(OutputError, match=r"file/index\.html.*cannot be written.*Choose a folder"):
-        report_scene(scene, tmp_path / "file")
 
 
 def test_what_the_column_took_and_remnants_are_listed():
@@ -187,8 +145,3 @@ def test_every_column_is_printed_once_and_rows_keep_their_names(n_column, n_rema
     paper = html.partition('class="paper"')[2] or html
     for k in range(n_column):
         assert paper.count(f"<th>F{k}+ F{k + 1}-</th>") == 1
-
-
-def test_one_wide_column_is_printed_all_the_same():
-    table = Table(("Zone", "F1+"), (("x" * 300, "9" * 300),))
-    assert groups_of_columns(table) == [[0, 1]]

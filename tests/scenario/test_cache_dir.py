@@ -10,7 +10,6 @@ import geosurf as gs
 from geosurf.cli import main
 from geosurf.errors import InputError
 from geosurf.scenario import read_scenario, run
-from geosurf.scene import pictures as drawing
 from geosurf.scene import plots
 from geosurf.scene import scene as scenes
 from geosurf.scene.result_cache import ResultCache
@@ -66,7 +65,7 @@ def counts(monkeypatch):
 
     count("tear", tear, "tear_from")
     count("check", scenes, "certify_repeated")
-    for name, module in (("map", plots), ("thickness", plots), ("throw", drawing)):
+    for name, module in (("map", plots), ("thickness", plots), ("throw", plots)):
         count(name, module, f"draw_{name}")
     return done
 

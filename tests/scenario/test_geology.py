@@ -118,11 +118,6 @@ def test_contacts_of_some_zones(folder):
     assert [step.stage for step in scene.steps if step.stage == "rebuild"] == []
 
 
-def test_a_wrong_rule_is_refused(folder):
-    with pytest.raises(ScenarioError, match=r"rule is 'erode'; it must be one of .*erosional"):
-        read_scenario(scenario(folder, top='rule = "erode"'))
-
-
 def test_what_fails_is_drawn(folder, tmp_path, capfd):
     """A horizon that ends inside the box: sentence, place and picture."""
     path = scenario(folder, Top="Short.nc")
@@ -153,27 +148,6 @@ def test_throws_tear_horizons_of_a_scenario(folder, tmp_path):
     assert outcome.certificate.ok
     for horizon in ("Top", "Base"):
         assert outcome.scene.throw(horizon, "F1").throw.values == pytest.approx(30.0, abs=1e-6)
-
-
-def test_throws_of_some_horizons_in_other_forms(folder):
-    more = """
-[[throws]]
-fault = "F1"
-horizons = ["Top"]
-profile_m = [[0, 10], [9000, 40]]
-reach_m = 5000
-direction = "mean"
-[[throws]]
-fault = "F1"
-horizons = ["Base"]
-elliptic_m = 20.0
-half_length_m = 9000
-hanging_wall = 0.25
-"""
-    scene = build_scene(read_scenario(scenario(folder, more)))
-    found = {name: scene.throw(name, "F1").throw for name in ("Top", "Base")}
-    assert float(found["Top"].max() - found["Top"].min()) > 5.0
-    assert 15.0 < float(found["Base"].max()) < 20.1
 
 
 def test_the_hanging_wall_takes_its_share_and_ellipses_have_a_centre(folder):
@@ -297,23 +271,6 @@ def test_picked_horizons_of_a_scenario_are_torn(folder, tmp_path):
 def test_tears_that_contradict_are_refused(folder, more, words):
     with pytest.raises(ScenarioError, match=words):
         read_scenario(scenario(folder, more))
-
-
-def test_tears_without_faults_are_refused(folder):
-    path = folder / "bare.toml"
-    path.write_text('[[horizons]]\nname = "Top"\nfile = "Top.nc"\n[tear]\n')
-    with pytest.raises(ScenarioError, match=r"\[tear\] needs at least one fault.*remove \[tear\]"):
-        read_scenario(path)
-
-
-@pytest.mark.parametrize(("table", "more"), [("tear", TEAR), ("[throws]", THROWS)])
-def test_a_tolerance_does_not_go_with_torn_horizons(folder, table, more):
-    """It would move cut-offs."""
-    path = scenario(folder, more)
-    path.write_text("tolerance_m = 5.0\n" + path.read_text())
-    words = rf"tolerance_m = 5 cannot be combined with \[{re.escape(table)}\].*Remove one"
-    with pytest.raises(ScenarioError, match=words):
-        read_scenario(path)
 
 
 def test_horizons_in_the_wrong_order_are_reported_on_the_terminal(folder, tmp_path, capfd):

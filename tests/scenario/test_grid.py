@@ -55,9 +55,3 @@ def test_a_wrong_key_is_found_before_a_model_is_built(folder, words, message):
     (folder / "scenario.toml").write_text(f"{HEAD}[grid]\n{words}\n")
     with pytest.raises(gs.errors.ScenarioError, match=message):
         gs.scenario.read_scenario(folder / "scenario.toml")
-
-
-def test_cells_may_have_two_sizes(folder):
-    (folder / "scenario.toml").write_text(f"{HEAD}[grid]\ncell_m = [500, 250]\n")
-    wanted = gs.scenario.read_scenario(folder / "scenario.toml").grid
-    assert wanted.cell_m == (500.0, 250.0)

@@ -72,17 +72,6 @@ def test_law_a_run_has_the_results_of_grids_in_memory(path, tmp_path, monkeypatc
     assert [name for name in same if one[name] != two[name]] == []
 
 
-def test_two_horizons_of_one_store_have_a_variable_each(path, tmp_path):
-    path.write_text(BODY.replace("base.nc", "field.zarr").replace('variable = "Top"', ""))
-    with pytest.raises(ScenarioError, match=r"nothing lies between them\. .* variable = 'Top'"):
-        gs.run_scenario(path, tmp_path / "out", pictures=False)
-    several = 'file = "field.zarr"\nvariable = "Base"'
-    path.write_text(BODY.replace('file = "base.nc"', several))
-    volumes = gs.run_scenario(path, tmp_path / "out", pictures=False).volumes
-    path.write_text(BODY)
-    assert volumes.identical(gs.run_scenario(path, tmp_path / "out", pictures=False).volumes)
-
-
 def test_lists_that_memory_does_not_hold_are_left_out_or_refused(tmp_path, monkeypatch):
     world = gs.synthetic.tilted_planes(n=9)
     for name, one in {**world.horizons, **world.faults}.items():

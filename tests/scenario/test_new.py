@@ -11,7 +11,7 @@ import pytest
 
 import geosurf as gs
 from geosurf import cli
-from geosurf.errors import InputError, OutputError
+from geosurf.errors import InputError
 from geosurf.scenario import build_scene, read_scenario
 from geosurf.scenario.new import NewScenario, new_scenario
 from geosurf.scenario.new.judge import Found
@@ -184,60 +184,6 @@ def test_two_files_of_one_object(exports: dict[str, FieldTruth], tmp_path: Path)
     assert set(notes) == {twin, mesh}
     assert "coincides with Top.gri" in notes[twin]
     assert "F1.pol" in notes[mesh]
-
-
-def test_what_cannot_be_written(exports: dict[str, FieldTruth], tmp_path: Path) -> None:
-    """Nothing is overwritten without being asked; no horizon is an error with all reasons."""
-    truth = exports["grids"]
-    folder = tmp_path / "field"
-    new_scenario(folder, [truth.files["Top"], truth.files["Base"]])
-    before = (folder / "scenario.toml").read_bytes()
-    with pytest.raises(OutputError, match="--replace"):
-        new_scenario(folder, [truth.files["Top"]])
-    assert (folder / "scenario.toml").read_bytes() == before
-    with pytest.raises(InputError, match=r"1 fault.*at least one grid"):
-        new_scenario(tmp_path / "other", [truth.files["F1"]])
-    (tmp_path / "empty").mkdir()
-    with pytest.raises(InputError, match="no files"):
-        new_scenario(tmp_path / "other", [tmp_path / "empty"])
-    with pytest.raises(InputError, match="geosurf new FOLDER FILES"):
-        new_scenario(tmp_path / "other", [])
-    with pytest.raises(InputError, match="--length-unit"):
-        new_scenario(tmp_path / "other", [truth.files["Top"]], length_unit="fathom")
-    assert not (tmp_path / "other").exists()
-
-
-def test_an_example_by_one_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The console names the next command, which needs no edit."""
-    folder = tmp_path / "my field"
-    assert cli.main(["new", str(folder), "--example"]) == 0
-    out = capsys.readouterr().out
-    assert f"geosurf run '{folder / 'scenario.toml'}' -o" in out
-    assert read_scenario(folder / "scenario.toml").tear is not None
-    assert cli.main(["new", str(folder), "--example"]) == 2
-    assert cli.main(["new", str(folder), "--example", "points", "--replace"]) == 0
-
-
-def test_a_folder_stands_for_all_files_below_it(
-    exports: dict[str, FieldTruth], tmp_path: Path
-) -> None:
-    """Exports keep horizons and faults apart; hidden files and folders are not data."""
-    truth = exports["grids"]
-    for name, path in truth.files.items():
-        folder = tmp_path / "data" / ("faults" if name in truth.faults else "horizons")
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / path.name).write_bytes(path.read_bytes())
-    (tmp_path / "data" / "out" / "units").mkdir(parents=True)
-    (tmp_path / "data" / "out" / "certificate.txt").write_text("valid")
-    (tmp_path / "data" / "out" / "units" / "Top.gri").write_bytes(truth.files["Top"].read_bytes())
-    (tmp_path / "data" / ".old").mkdir()
-    (tmp_path / "data" / ".old" / "Copy.gri").write_bytes(truth.files["Top"].read_bytes())
-    new = new_scenario(tmp_path / "field", [tmp_path / "data"])
-    used = {one.name for one in new.found if one.kind in ("horizon", "fault")}
-    assert used == {*truth.horizons, *truth.faults}
-    assert "Copy" not in {one.path.stem for one in new.found}
-    (results,) = (one for one in new.found if one.path.name == "out")
-    assert results.note == "a folder with results of an earlier run"
 
 
 def test_faults_in_feet_meet_the_horizons(exports: dict[str, FieldTruth]) -> None:

@@ -20,7 +20,6 @@ from geosurf.errors import (
 )
 from geosurf.scenario import build_scene, read_scenario, run, run_scenario
 from geosurf.scenario.keys import BoxRanges
-from tests.scenario.tilted_planes import BODY
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -184,17 +183,6 @@ def test_an_error_of_one_picture_costs_no_other_result(
     assert "pictures/allan_00_F1.png" not in there
 
 
-def test_a_section_beside_the_model_costs_no_other_result(scenario, tmp_path):
-    beside = "sections_m = [[[-900, 0], [-900, 100]], [[0, 100], [4000, 100]]]\nviews = []"
-    path = scenario(
-        ('views = ["southwest"]', beside), ('search = ["Top", "F1"]', "exploded = false")
-    )
-    beside = r"'section_00\.png' was not drawn: the line of the section lies outside"
-    with pytest.warns(GeosurfWarning, match=beside):
-        run_scenario(path, tmp_path)
-    assert (tmp_path / "pictures" / "section_01.png").is_file()
-
-
 def test_an_interrupt_while_drawing_ends_the_run(scenario, tmp_path, monkeypatch):
     def stop(*_, **__):
         raise KeyboardInterrupt
@@ -203,19 +191,6 @@ def test_an_interrupt_while_drawing_ends_the_run(scenario, tmp_path, monkeypatch
     with pytest.raises(KeyboardInterrupt):
         run_scenario(scenario(("size_px", "exploded = false\nsize_px")), tmp_path / "out")
     assert not list((tmp_path / "out").iterdir())
-
-
-def test_a_failure_is_reported_even_if_its_picture_fails_too(scenario, tmp_path, monkeypatch):
-    monkeypatch.setattr("geosurf.render.render_place", lambda *_, **__: 1 / 0)
-    with pytest.raises(OpenUnitError) as caught:
-        run_scenario(scenario(("[0, 4000]", "[-500, 4000]")), tmp_path)
-    assert "could not be drawn: ZeroDivisionError" in caught.value.__notes__[0]
-
-
-def test_the_box_may_be_left_out(scenario):
-    start, end = BODY.index("[box]"), BODY.index("[output]")
-    scene = build_scene(read_scenario(scenario((BODY[start:end], ""))))
-    assert scene.box[:4] == (0.0, 4000.0, 0.0, 3000.0)
 
 
 def test_what_the_scenario_says_reaches_the_scene(scenario):
@@ -228,24 +203,6 @@ def test_what_the_scenario_says_reaches_the_scene(scenario):
     assert (read.title, read.output.search) == ("Tilted planes", ("Top", "F1"))
     coarse, default = build_scene(read), build_scene(read_scenario(scenario()))
     assert np.array_equal(coarse.volumes.values, default.volumes.values)
-
-
-def test_a_tolerance_reaches_the_scene(scenario, tmp_path):
-    start = BODY.index("[[horizons]]")
-    path = scenario((BODY[start:], "tolerance_m = 5.0\n" + BODY[start:]))
-    outcome = run(read_scenario(path), tmp_path / "out", pictures=False)
-    assert outcome.scene.tolerance == 5.0
-    with pytest.raises(ScenarioError, match=r"tolerance_m is -5.0; it must be a number above 0"):
-        read_scenario(scenario((BODY[start:], "tolerance_m = -5.0\n" + BODY[start:])))
-
-
-def test_direction_and_unit_can_be_said_for_each_file(inputs, scenario):
-    (inputs / "deep.irap").write_text(
-        "-996 2 2000 2000\n0 2000 0 2000\n2 0 0 0\n0 0 0 0 0 0 0\n5000 5000\n5000 5000\n"
-    )
-    table = '[[horizons]]\nname = "Deep"\nfile = "deep.irap"\n'
-    path = scenario(body=table + 'positive = "down"\nlength_unit = "ft"\n')
-    assert build_scene(read_scenario(path)).surface("Deep").bounds[4] == -5000 * 0.3048
 
 
 @pytest.mark.parametrize("obstacle", ["out", "out/units", "out/pictures", "out/report"])

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.errors import FormatError, ScenarioError
+from geosurf.errors import FormatError
 from geosurf.read.model3d import read_region_faces, read_regions
 from geosurf.scenario import build_scene, read_scenario, run
 from geosurf.scenario.build import box_of_walls, unit_of_body
@@ -120,22 +120,6 @@ def test_units_of_model_a4_are_the_regions_of_its_file(shared, tmp_path):
     assert max(found) < 1e-12
 
 
-@pytest.mark.parametrize(
-    ("more", "sentence"),
-    [
-        ('horizons = ["G"]\n', r"model.horizons has \['G'\], and model.ml has \['H'\]; name each"),
-        ('[[horizons]]\nname = "A"\nfile = "model.ml"\n', r"\[model\] and horizons cannot be"),
-        ("[box]\neasting_m = [0, 1]\nnorthing_m = [0, 1]\nelevation_m = [0, 1]\n",
-         r"\[model\] and box cannot be combined.*Remove one"),
-        ("fiel = 3\n", r"unknown key 'fiel' in model; .*Did you mean 'file'"),
-    ],
-)  # fmt: skip
-def test_wrong_words_about_a_model(more, sentence, tmp_path):
-    write_model(tmp_path / "model.ml")
-    with pytest.raises(ScenarioError, match=sentence):
-        build_scene(read_scenario(scenario(tmp_path, more)))
-
-
 def test_a_model_that_is_no_box_or_does_not_say_what_is_what(tmp_path):
     write_model(tmp_path / "model.ml", kind="none")
     with pytest.raises(FormatError, match=r"surface 'H' is not marked as .*export it again"):
@@ -144,21 +128,6 @@ def test_a_model_that_is_no_box_or_does_not_say_what_is_what(tmp_path):
     for walls in ([], [tilted], gs.build_walls((0, 1, 0, 1, 0, 1))[:5]):
         with pytest.raises(FormatError, match=r"m.ml: its boundary is not a box .*\[\[horizons"):
             box_of_walls(walls, "m.ml")
-
-
-def test_regions_that_cannot_be_read(tmp_path):
-    path = write_model(tmp_path / "model.ml")
-    text = path.read_text()
-    path.write_text(text.replace("REGION 9 below", "REGION 9 below\n  +77"))
-    with pytest.raises(FormatError, match=r"line \d+: region 'below' names TFACE 77, but the file"):
-        read_regions(path)
-    path.write_text(text.replace(" 0\nREGION 9 above", "\nREGION 9 above"))
-    with pytest.raises(
-        FormatError, match=r"the list of region 'below' does not end with 0\. Add the 0"
-    ):
-        read_regions(path)
-    write_model(path, regions=False)
-    assert read_regions(path) == {}
 
 
 def body(*bounds):

@@ -7,7 +7,6 @@ import pytest
 
 import geosurf as gs
 from geosurf.cli import main
-from geosurf.errors import ScenarioError
 from geosurf.scenario import build_scene, read_scenario
 
 TEXT = """
@@ -95,11 +94,3 @@ def test_the_command_line_lists_misfits_and_what_is_not_used(folder, tmp_path, c
     assert "tied to well tops: 2 of 2 tops" in page
     rows = (tmp_path / "out" / "wells.csv").read_text(encoding="utf-8").splitlines()
     assert [row.split(",")[0] for row in rows[1:]] == ["W5"] * (len(rows) - 1)
-
-
-def test_combinations_that_cannot_be(folder):
-    throws = '[[throws]]\nfault = "F1"\nthrow_m = 30'
-    with pytest.raises(ScenarioError, match=r"tops.tie cannot be combined with \[\[throws\]\]"):
-        read_scenario(scenario(folder, "tie = true", throws))
-    with pytest.raises(ScenarioError, match="tops"):
-        read_scenario(scenario(folder, "reach_m = 5"))

@@ -9,7 +9,6 @@ import pytest
 
 import geosurf as gs
 from geosurf.errors import GeometryError, InputError
-from geosurf.scene.horizon_ends import lines_on
 
 pytestmark = pytest.mark.filterwarnings("ignore::geosurf.GeosurfWarning")
 
@@ -68,15 +67,6 @@ def test_a_fault_that_dies_divides_the_field_along_the_shortest_join() -> None:
     table = walled.units.table
     assert set(table["compartment_of"].values) == {"whole"}
     assert "compartment_of" not in scene(faults).units.table.coords
-
-
-@pytest.mark.parametrize(("ends", "walls"), [((0, 10), {"end": 6.0}), ((6, 16), {"start": 6.0})])
-def test_an_end_exactly_on_the_boundary_needs_no_wall(ends, walls) -> None:
-    """A fault that ends on a side of the box has nothing to be joined to there."""
-    faults = {"F1": fault((6, ends[0]), (6, ends[1]), dip=2.0)}
-    walled = scene(faults, {"F1": "boundary"})
-    assert_divided(scene(faults), walled)
-    assert {wall.side: wall.length for wall in walled.virtual_walls} == walls
 
 
 def test_a_wall_follows_the_dip_and_goes_on_above_and_below() -> None:
@@ -191,23 +181,3 @@ def test_what_dies_beyond_a_fault_that_it_crosses_needs_no_wall() -> None:
     far = {**crossing, "F3": fault((13, 3), (13, 12))}
     with pytest.raises(GeometryError, match="way around fault 'F2'"):
         _ = scene(far, {"F2": {"end": "boundary", "start": "F3"}, "F3": {}}).units
-
-
-def test_maps_and_cards_show_virtual_walls() -> None:
-    """The map has the level line of the wall, dashed and in the legend; the card names the join."""
-    walled = scene({"F1": fault((6, 5), (6, 10))}, {"F1": "boundary"})
-    assert "of F1" in walled._repr_html_()
-    bare = scene({"F1": fault((6, 5), (6, 10))})
-    assert "virtual" not in bare._repr_html_()
-    _ = walled.units
-    assert "F1 (start) is joined to the boundary of the model: 5 m" in walled._repr_html_()
-    lines = lines_on(walled.patches, "Top")["F1 (virtual)"]
-    assert sum(np.abs(np.diff(line, axis=0)).sum() for line in lines) == pytest.approx(11.0)
-    assert all((line[:, 2] == -4.0).all() for line in lines)
-
-    figure = walled.plot.map("Top", size=(640, 400))
-    words = {text.get_text() for ax in figure.axes for text in ax.texts}
-    words |= {text.get_text() for text in figure.texts}
-    assert {"1 virtual wall", "of F1"} <= words
-    drawn = [line for ax in figure.axes for line in ax.lines if line.is_dashed()]
-    assert len(drawn) >= len(lines)

@@ -84,19 +84,6 @@ def test_they_are_those_of_the_arrangement(first):
     assert n_fast >= 1
 
 
-def test_heights_of_faces_are_those_of_their_triangles():
-    for seed in range(3):
-        cells = (
-            next(iter(gs.Scene(**world(seed) | {"contacts": {}}).units.values()))._shell[0].cells
-        )
-        full = cells.in_full
-        element = cells.pieces.expanded.element[full.row]
-        z = full.x[full.triangles, 2]
-        face = cells.face_of_element[element]
-        for k, (low, high) in enumerate(cells.heights.tolist()):
-            assert (z[face == k].min(), z[face == k].max()) == (low, high)
-
-
 def test_a_moved_contact_repeats_nothing_else():
     given = world(1)
     scene = gs.Scene(**given | {"contacts": {"OWC": 2.125}})
@@ -131,13 +118,3 @@ def test_a_contact_that_grazes_a_peak_leaves_a_small_part():
     small = scene.volumes.sel(unit="below Top above OWC").item()
     assert small == pytest.approx(height**3, rel=1e-6)  # six triangles of half a cell, over three
     np.testing.assert_allclose(scene.volumes, scene.units.volumes, rtol=1e-6)
-
-
-def test_grids_as_contacts_are_left_to_the_arrangement():
-    given = world(1)
-    x = np.arange(-1.0, 8.0)
-    tilted = gs.Lattice(x, x, 1.0 + 0.1 * np.add.outer(x, x))
-    surface = gs.TriSurface("OWC", "contact", lattice=tilted)
-    scene = gs.Scene(**given | {"contacts": {"OWC": surface}})
-    assert scene._graph.units_at_levels is None
-    assert scene.volumes.identical(scene.units.volumes)

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 import geosurf as gs
-from geosurf.conventions.crs import are_same, crs_of, label
+from geosurf.conventions.crs import are_same, crs_of
 from geosurf.errors import InputError
 
 FT = 0.3048
@@ -112,14 +112,6 @@ def test_codes_are_found_in_all_their_spellings(text):
         assert are_same(text, name) is None
 
 
-def test_descriptions_and_names():
-    assert are_same(wkt(0, own=False), wkt(0, "WGS_84_UTM_ZONE_31N", own=False)) is True
-    assert are_same(wkt(0, own=False), wkt(0, "ED50 / UTM zone 31N", own=False)) is False
-    assert are_same("ED50 UTM 31", "ed50_utm_31") is True
-    assert label(wkt(1)) == "WGS 84 / UTM zone 31N"
-    assert len(label("x" * 999)) == 60
-
-
 def grid(**attrs):
     coords = {"northing": [0.0, 50, 100], "easting": [0.0, 50, 100, 150]}
     attrs = {"units": "m", "positive": "up", **attrs}
@@ -162,30 +154,6 @@ def test_wherever_it_is_declared(how):
     twin = gs.Scene({"A": grid()}, {}, BOX)
     assert twin.surface("A").crs is None
     assert twin.replace(horizons={"A": made}).surface("A").crs == "EPSG:23031"
-
-
-@pytest.mark.parametrize("how", ["extended grid mapping", "epsg number", "rioxarray"])
-def test_in_files(how, tmp_path):
-    data = declared(how, "EPSG:23031").to_dataset().reset_coords(drop=False)
-    data.to_netcdf(tmp_path / "A.nc", engine="h5netcdf")
-    assert gs.read_horizon(tmp_path / "A.nc").attrs["crs"] == "EPSG:23031"
-
-
-def test_parameters_alone_are_compared_as_they_stand():
-    one, two = (
-        grid(grid_mapping="tm").assign_coords(
-            tm=mark(grid_mapping_name="transverse_mercator", longitude_of_central_meridian=lon)
-        )
-        for lon in (3.0, 9.0)
-    )
-    assert are_same(crs_of(one), crs_of(one)) is True
-    assert are_same(crs_of(one), crs_of(two)) is False
-
-
-def test_an_array_that_contradicts_itself():
-    made = declared("rioxarray", "EPSG:23031").assign_attrs(crs="EPSG:32631")
-    with pytest.raises(InputError, match=r"array 'elevation' declares two .*attrs\['crs'\] = "):
-        crs_of(made)
 
 
 def test_what_cannot_be_compared_is_a_warning():

@@ -6,14 +6,13 @@ from fractions import Fraction
 from itertools import pairwise
 
 import numpy as np
-import pandas
 import pytest
 import xarray
 
 import geosurf as gs
 from geosurf.model import Lattice
 from geosurf.report.tables import accuracy
-from geosurf.triangulate.decimate import Frame, kept_nodes, measure_differences, strides_of
+from geosurf.triangulate.decimate import Frame, kept_nodes, measure_differences
 
 FAULT = gs.TriSurface(
     "F1", "fault", [[90, -50, -900], [110, 250, -900], [110, 250, 0], [90, -50, 0]],
@@ -132,15 +131,6 @@ def test_what_is_too_far_off_is_found_wherever_it_is():
         assert abs(found * 60 - i) <= 5
 
 
-def test_strides_leave_enough_nodes():
-    assert strides_of((1001, 1001))[:2] == [20, 10]
-    for n, stride in ((300, 7), (1001, 10), (12, 5), (2, 2)):
-        steps = np.diff(kept_nodes(n, stride))
-        assert steps.sum() == n - 1
-        assert steps.max() <= stride
-        assert steps.max() - steps.min() <= 1
-
-
 # ---- models ----------------------------------------------------------------------------
 
 
@@ -196,18 +186,6 @@ def test_what_needs_all_nodes_has_them(flaw):
     assert other.volume_error_bound == 0.0
 
 
-def test_a_plane_stays_what_it_is():
-    axis = np.linspace(0.0, 200.0, N)
-    plane = -300.0 + np.add.outer(0.25 * axis, -0.5 * axis)
-    quick = scene_of({"Top": plane}, 0.5)
-    assert quick.surface("Top").n_vertex == 101**2
-    west, east, south, north, bottom, _ = quick.box
-    below = sum(unit.volume for name, unit in quick.units.items() if name.startswith("below"))
-    expected = (plane.mean() - bottom) * (east - west) * (north - south)
-    assert below == pytest.approx(expected, rel=1e-12)
-    assert quick.volume_error_bound < 1e-6
-
-
 @pytest.mark.parametrize("seed", range(4))
 def test_horizons_on_one_frame_keep_their_order_and_where_they_coincide(seed):
     rng = np.random.default_rng(seed)
@@ -227,25 +205,6 @@ def test_horizons_on_one_frame_keep_their_order_and_where_they_coincide(seed):
     clipped = quick.units.report["clipped"]
     assert not [one for one in clipped if getattr(one, "area", 0.0) > 0.0]
     assert quick.check().ok
-
-
-def test_one_horizon_that_needs_all_nodes_keeps_them_for_its_frame_alone():
-    hole = waves(-400.0)
-    hole[:3, :3] = np.nan
-    far = grid_of(waves(-500.0, n=251))
-    aoi = [[20, 20], [180, 20], [180, 180], [20, 180]]
-    quick = scene_of({"Top": waves(-300.0), "Base": hole}, 0.5, aoi=aoi)
-    quick = quick.replace(horizons={"Deep": far})
-    sizes = [quick.surface(name).n_vertex for name in ("Top", "Base", "Deep")]
-    assert sizes == [N**2, N**2 - 9, 126**2]
-
-
-def test_horizons_that_are_tied_to_tops_have_all_nodes():
-    tops = {"well": ["W1"], "horizon": ["Top"], "easting": [50.0], "northing": [50.0],
-            "elevation": [-301.0]}  # fmt: skip
-    quick = scene_of({"Top": waves(-300.0)}, 0.5, tops=pandas.DataFrame(tops), tie={"range": 60.0})
-    assert quick.surface("Top").n_vertex == N**2
-    assert abs(float(quick.misfit().misfit[0])) <= 0.1
 
 
 def test_a_changed_horizon_is_looked_at_again():

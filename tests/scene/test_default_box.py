@@ -30,16 +30,6 @@ def test_the_default_box_is_where_all_horizons_are():
     assert {u.zone for u in scene.units.values()} == {"above Top", "Top/Base", "below Base"}
 
 
-def test_horizons_that_were_torn_before_have_the_box_of_their_grids():
-    world = synthetic.graben(n=31)
-    torn = {
-        name: tear_horizon(grid, world.faults, name=name) for name, grid in world.horizons.items()
-    }
-    scene, other = (Scene(torn, world.faults), Scene(world.horizons, world.faults, tear=True))
-    assert scene.box == other.box
-    assert scene.volumes.identical(other.volumes)
-
-
 def test_a_hole_is_refused_by_name_and_the_remedies_work():
     holed = np.full((21, 21), 3.0)
     holed[5:8, 9:12] = np.nan
@@ -111,25 +101,3 @@ def test_the_default_area_of_torn_horizons_is_closed(torn):
     scene = Scene(*torn)
     assert scene.check().ok
     assert scene.units.footprint == 1e6
-
-
-def test_extended_faults_of_torn_horizons_leave_the_default_box_as_they_leave_a_given_one(torn):
-    sheets, faults = torn
-    corners = [(200.0, 200.0), (800.0, 200.0), (800.0, 800.0), (200.0, 800.0)]
-    default = Scene(sheets, faults, aoi=corners, extend=["F1"])
-    laws.assert_volumes_add_up(default.units, default.box)
-    given = Scene(sheets, faults, default.box, extend=["F1"])
-    # a given box is the origin of the local frame, so volumes differ in the last bits
-    np.testing.assert_allclose(given.volumes, default.volumes, rtol=1e-12)
-    assert list(given.units) == list(default.units)
-
-
-def test_a_sheet_with_an_extended_fault_names_the_surface_to_tear_at():
-    world = synthetic.torn("normal", 41)
-    sheet = tear_horizon(world.truth["points"], world.faults, name="Top", positive="up")
-    faults, box = {one.name: one for one in sheet.faults}, (100, 900, 100, 900, -2070, -1530)
-    with pytest.raises(InputError, match=r"another surface here.* tear .* scene.surface\('F1'\)"):
-        Scene({"Top": sheet}, faults, box, extend=["F1"]).surface("Top")
-    fault = Scene({}, faults, box, extend=["F1"]).surface("F1")
-    sheet = tear_horizon(world.truth["points"], [fault], name="Top", positive="up")
-    assert len(Scene({"Top": sheet}, faults, box, extend=["F1"]).units)

@@ -130,55 +130,6 @@ def test_a_flat_fault_is_a_detachment_too():
     assert [sizes(one)[zone] for zone in upper] == [sizes(dipping_one)[zone] for zone in upper]
 
 
-def test_the_fault_ends_on_the_curve():
-    made = scene({"F2": ("U", "below")}, {**HORIZONS, "U": level("U", (2, 6, 5, 3))})
-    cutoff = {tuple(point) for line in made.cutoffs("U", "F2") for point in line.tolist()}
-    rim = made.surface("F2")
-    top = {tuple(p) for p in rim.vertices.tolist()} & {
-        tuple(p) for p in made.patches.surface("U").vertices.tolist()
-    }
-    assert cutoff == top
-    assert made.cutoffs("Top", "F2") == []
-    assert "F2" not in made.fault_polygons("Top").fault
-    assert made.curves_between("Top", "F2").n_curve == 0
-    assert {*made.juxtaposition("F2").zone_plus.values} == {"U/Base", "below Base"}
-    assert made.allan("F2").elevation.max() <= 6
-
-
-def test_order_and_number_of_rules_do_not_matter():
-    rules = {"F2": ("U", "below"), "F3": (("Top", "below"), ("Base", "above"))}
-    faults = {"F2": upright(3), "F3": across(4)}
-    one = scene(rules, faults=faults)
-    two = scene(dict(reversed(rules.items())), faults=dict(reversed(faults.items())))
-    assert sizes(one) == sizes(two)
-    assert {*map(str, one.fault_actions)} == {*map(str, two.fault_actions)}
-    assert one.check().ok
-    assert one.replace(truncations=None).surface("F2").bounds[5] == 9
-
-
-def test_a_fault_that_loses_its_main_fault_is_warned_of():
-    faults = {"F1": dipping(), "F2": across(4, "F2")}
-    rules = {"F2": ("F1", "footwall"), "F1": ("U", "below")}
-    made = scene(rules, faults=faults)
-    with pytest.warns(gs.errors.GeosurfWarning, match=r"'F2' goes on and ends inside.*on \d"):
-        assert made.check().ok
-    assert "('F1', 'footwall'), ('U', 'below')" in str(made.warnings[0])
-    both = scene({**rules, "F2": (("F1", "footwall"), ("U", "below"))}, faults=faults)
-    assert both.check().ok
-    assert both.warnings == ()
-
-
-def test_what_erodes_the_horizon_ends_the_fault_as_well():
-    eroded = {"Sea": level("Sea", (8, -2, -2, 8)), "U": level("U", 4)}
-    faults = {"F2": across(4, "F2")}
-    made = scene({"F2": ("U", "below")}, eroded, faults, column={"Sea": "erosional"})
-    plane = 8 - 10 / 16 * (made.surface("F2").vertices[:, 0] + 4)
-    assert (made.surface("F2").vertices[:, 2] <= plane + 1e-12).all()
-    lapped = scene({"F2": ("U", "below")}, eroded, faults, column={"U": "base"})
-    assert lapped.surface("F2").bounds[5] == 4
-    assert (lapped.surface("F2").vertices[:, 0] > 8).any()  # under the base it is whole
-
-
 def test_a_short_fault_is_extended_to_the_horizon():
     short = {"F2": upright(3, "F2")}
     short["F2"] = gs.TriSurface(

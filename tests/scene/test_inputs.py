@@ -10,11 +10,10 @@ from geosurf import (
     Lattice,
     Scene,
     TriSurface,
-    read_fault,
     synthetic,
 )
 from geosurf.errors import InputError
-from tests.scene.small import level, upright
+from tests.scene.small import level
 from tests.strategies import BOX, sheet
 
 
@@ -33,16 +32,6 @@ def test_a_gridded_contact_takes_the_options_of_the_scene(scene):
         scene.replace(contacts={"OWC": owc}).units  # noqa: B018
 
 
-def test_options_of_a_scene_are_not_applied_twice(tmp_path):
-    """Sticks from a file of depths in feet once were turned and scaled by the reader and again."""
-    file = tmp_path / "F1.pol"
-    file.write_text("1 0 10\n1 0 20\n999 999 999\n1 9 10\n1 9 20\n999 999 999\n")
-    words = {"positive": "down", "length_unit": "ft"}
-    for fault in (file, str(file), read_fault(file, **words)):
-        bounds = Scene({}, {"F1": fault}, BOX, **words).surface("F1").bounds
-        assert bounds == pytest.approx((1, 1, 0, 9, -6.096, -3.048), abs=1e-12)
-
-
 @pytest.mark.parametrize("said", [{"units": "m"}, {"units": "m", "positive": "up"}])
 def test_a_gridded_fault_that_declares_its_units_keeps_them(said):
     dims = ("down_dip", "along_strike")
@@ -59,27 +48,6 @@ def test_a_gridded_fault_that_declares_its_units_keeps_them(said):
             Scene({}, {"F1": plain.assign_attrs(whole)}, BOX, length_unit="ft").surface("F1").bounds
         )
         assert feet[4:] == pytest.approx((-2.4384, 2.4384), abs=1e-12)
-
-
-def test_gridded_inputs():
-    world = synthetic.tilted_planes(n=5)
-    scene = Scene(world.horizons, world.faults, world.box)
-    assert [s.role for s in scene.surfaces] == ["horizon", "horizon", "fault"]
-    assert len(scene.units) == 6
-    assert scene.search("Top", "F1").faces_a.size > 0
-
-
-def test_refusals():
-    with pytest.raises(InputError, match="at least one horizon or fault; give horizons="):
-        Scene({})
-    with pytest.raises(InputError, match=r"`horizons` must be a mapping .*\{'Top': .*, not list"):
-        Scene([level(3)])
-    with pytest.raises(InputError, match="'Top' is the name of a horizon and of a fault; rename"):
-        Scene({"Top": level(3)}, {"Top": upright(1)})
-    with pytest.raises(InputError, match=r"no surface is called 'Tpo'.*Did you mean 'Top'\?"):
-        Scene({"Top": level(3)}).surface("Tpo")
-    with pytest.raises(InputError, match=r"west \(4\) is not less than east \(0\)"):
-        _ = Scene({"Top": level(3)}, box=(4, 0, 0, 4, -4, 8)).units
 
 
 def test_a_scene_outlives_what_is_done_to_its_inputs():

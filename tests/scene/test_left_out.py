@@ -42,14 +42,6 @@ def test_the_default_area_of_a_turned_grid_is_all_of_it(degrees):
     assert float(scene.volumes.sum()) == pytest.approx(scene.units.footprint * height)
 
 
-@pytest.mark.parametrize(
-    "given",
-    [{"box": (-100, 100, 500, 800, -1800, -1600)}, {"aoi": [(0, 500), (99, 500), (0, 700)]}],
-)
-def test_who_chooses_the_area_is_not_warned(given):
-    assert gs.Scene({"T": turned(40)}, **given).warnings == ()
-
-
 def test_an_upright_grid_that_loses_much_is_named_with_the_share():
     world = gs.synthetic.tilted_planes(n=5)
     base = world.horizons["Base"].isel(easting=slice(1, None))
@@ -58,12 +50,6 @@ def test_an_upright_grid_that_loses_much_is_named_with_the_share():
         assert len(scene.units) == 3
     assert [warning.subject for warning in scene.warnings] == ["Top"]
     assert gs.Scene({**world.horizons, "Base": base}, box=scene.box).warnings == ()
-
-
-def test_upright_grids_are_covered():
-    assert gs.Scene({"T": turned(0)}).warnings == ()
-    straight = gs.synthetic.graben(n=21)
-    assert gs.Scene(straight.horizons, straight.faults).warnings == ()
 
 
 # ---- faults beside the model -----------------------------------------------------------------
@@ -156,13 +142,6 @@ def test_a_closed_body_is_refused_as_a_horizon(variant):
         made = gs.Scene({}, {"Salt": salt}, box)
         assert made.check().ok
         assert sorted(made.units) == ["Salt+", "Salt-"] or len(made.units) == 2
-
-
-def test_a_fold_is_told_with_its_share():
-    vertices, faces = ball()
-    open_ball = gs.TriSurface("Salt", "horizon", vertices, faces[1:])
-    with pytest.warns(GeosurfWarning, match=r"'Salt' folds over itself on 50 % of its map"):
-        check_horizon_mesh(open_ball)
 
 
 @pytest.mark.parametrize("flip", [False, True])

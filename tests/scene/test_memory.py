@@ -10,8 +10,7 @@ import pytest
 import xarray as xr
 
 import geosurf as gs
-from geosurf import Lattice, Scene, TriSurface, synthetic
-from geosurf.errors import HorizonError
+from geosurf import Lattice, Scene, TriSurface
 from geosurf.scene.memory import Memory, fingerprint
 from tests import laws
 from tests.strategies import BOX, sheet
@@ -63,32 +62,6 @@ def test_horizons_that_differ_in_one_thing(kind):
     assert found[0] == found[2] != found[1]
 
 
-def test_units_and_order_of_axes():
-    scene = Scene({"Top": array()}, {"F1": wall()}, BOX, positive="up", length_unit="m")
-    assert scene.surface("Top").bounds[:2] == (-1.0, 5.0)
-    feet = array().easting.assign_attrs(units="ft")
-    found = scene.replace(horizons={"Top": array().assign_coords(easting=feet)}).surface("Top")
-    assert found.bounds[:2] == pytest.approx((-0.3048, 1.524), abs=1e-12)
-    odd = xr.DataArray(STEPS, dims=("easting", "northing"), coords=array().coords)
-    with pytest.raises(HorizonError, match=r"Only the order differs: da\.transpose"):
-        scene.replace(horizons={"Top": odd}).surface("Top")
-
-
-@pytest.mark.parametrize(("word", "values"), [
-    ("positive", ("up", "down")),
-    ("length_unit", ("m", "ft")),
-    ("voxel_size", (None, 0.7)),
-])  # fmt: skip
-def test_words_for_inputs_that_do_not_say(word, values):
-    words = {"positive": "up", "length_unit": "m"}
-    family = Scene({"Top": array()}, {"F1": wall()}, BOX, **words)
-    found = [seen(family.replace(**{word: value})) for value in (*values, values[0])]
-    fresh = Scene({"Top": array()}, {"F1": wall()}, BOX, **(words | {word: values[1]}))
-    assert found[1] == seen(fresh)
-    assert found[0] == found[2]
-    assert (found[0] == found[1]) == (word == "voxel_size")
-
-
 def test_areas_with_the_same_bounds():
     """The box around them is one; half of it is in either area."""
     areas = [(0, 0), (4, 0), (0, 4)], [(4, 0), (4, 4), (0, 4)], None
@@ -119,18 +92,6 @@ def test_boxes_with_frames_of_their_own():
         fresh = Scene({"Top": top}, {"F1": fault}, box).curves
         assert laws.curve_bytes(found) == laws.curve_bytes(fresh)
     assert (curves[0].points != curves[1].points).any()
-
-
-def test_tolerances():
-    """Models, in turn, of all nodes and of every k-th."""
-    world = synthetic.waves(n=301)
-    family = Scene(world.horizons, world.faults, world.box)
-    tolerances = (None, 0.25, 8.0, None)
-    found = [seen(family.replace(tolerance=tolerance)) for tolerance in tolerances]
-    for tolerance, one in zip(tolerances[:3], found, strict=False):
-        assert one == seen(Scene(world.horizons, world.faults, world.box, tolerance=tolerance))
-    assert found[3] == found[0]
-    assert all(found[i][1] != found[j][1] for i, j in ((0, 1), (0, 2), (1, 2)))
 
 
 def test_a_file_that_was_written_anew_is_read_anew(tmp_path):

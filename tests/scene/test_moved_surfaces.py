@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
-
 import numpy as np
 import pytest
 
@@ -77,27 +75,6 @@ def test_a_scene_with_a_moved_surface_is_the_scene_made_afresh(seed, step):
         scene = scene.replace(**{kind: {name: new}})
         assert result(scene) == result(gs.Scene(**inputs, box=BOX)), k
         family.append((inputs, scene))
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_a_chain_of_which_only_volumes_were_asked_has_all_results(seed):
-    rng = np.random.default_rng([101, seed])
-    names = ("Top", "Mid", "Base"), ("F1", "F2", "F3")
-    horizons = {name: horizon(rng, 4 - 2 * k, 0.0) for k, name in enumerate(names[0])}
-    inputs = {"horizons": horizons, "faults": {name: fault(rng, 0.0) for name in names[1]}}
-    scene, chain = gs.Scene(**inputs, box=BOX), []
-    for k in range(6):
-        with suppress(GeosurfError):
-            _ = scene.volumes
-        kind = ("horizons", "faults")[k % 2]
-        name = str(rng.choice(names[k % 2]))
-        new = fault(rng, 0.0) if k % 2 else horizon(rng, int(rng.integers(0, 5)), 0.0)
-        inputs = {**inputs, kind: {**inputs[kind], name: new}}
-        scene = scene.replace(**{kind: {name: new}})
-        chain.append((inputs, scene))
-    _ = scene.volumes
-    for inputs, scene in chain:
-        assert result(scene) == result(gs.Scene(**inputs, box=BOX))
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -85,33 +85,6 @@ def test_faults_that_cross_a_side_or_die_inside_are_quiet(fault):
     assert [one for one in scene.warnings if one.kind == "rim"] == []
 
 
-def test_triangles_with_two_corners_at_one_place_are_dropped():
-    """As dual contouring makes them: GemPy's faults have some."""
-    vertices, triangles = wall()
-
-    class Element:
-        vertices = None
-        edges = None
-
-    # one edge is split into two that lie on each other, with a triangle of no area between
-    twin = len(vertices)
-    (a, b, c), rest = triangles[0], triangles[1:]
-    Element.vertices = np.concatenate([vertices, vertices[[a]]])
-    Element.edges = np.concatenate([[[twin, b, c], [a, b, twin]], rest])
-    made = gs.triangulate_fault(Element(), name="F1")
-    expected = gs.triangulate_fault((vertices, triangles), name="F1")
-    assert made.n_triangle == expected.n_triangle
-    corners = [
-        np.sort(one.vertices[one.triangles].reshape(-1, 9), axis=0) for one in (made, expected)
-    ]
-    assert (corners[0] == corners[1]).all()
-    arrays = Element.vertices, Element.edges
-    with_arrays = gs.Scene(HORIZONS, {"F1": arrays}, BOX).volumes
-    assert with_arrays.equals(gs.Scene(HORIZONS, {"F1": (vertices, triangles)}, BOX).volumes)
-    same = gs.Scene(HORIZONS, {"F1": Element()}, BOX).volumes
-    assert same.equals(gs.Scene(HORIZONS, {"F1": (vertices, triangles)}, BOX).volumes)
-
-
 def test_surfaces_of_modelling_packages_go_in_as_horizons_and_faults():
     """As LoopStructural has them (triangles), and GemPy (edges)."""
 
@@ -131,5 +104,5 @@ def test_surfaces_of_modelling_packages_go_in_as_horizons_and_faults():
         assert gs.Scene(given, {"F1": kind(wall())}, BOX).volumes.equals(expected)
     short = {"Top": Surface(sheet(-1000, (30, 1050)))}
     with pytest.raises(gs.errors.OpenUnitError, match="ends 30 m before the west side") as refused:
-        gs.Scene(short, {}, BOX).units  # noqa: B018 - computed when asked for
+        gs.Scene(short, {}, BOX).units  # noqa: B018
     assert str(refused.value).startswith("units leak around horizon 'Top': ")

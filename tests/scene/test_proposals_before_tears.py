@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -11,14 +9,9 @@ import geosurf as gs
 from geosurf.errors import InputError
 from geosurf.scenario import read_scenario
 from geosurf.scenario.build import build_scene, untorn_scene
-from geosurf.scenario.new import new_scenario
-from geosurf.scenario.new.judge import Ready
-from geosurf.scenario.new.network import faults_of
 from geosurf.scene import tearing as passed_faults
 
 pytestmark = pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
-
-FAULTS = ("F1", "F2")
 
 
 @pytest.fixture(scope="module")
@@ -133,24 +126,3 @@ def test_every_scene_with_longer_faults_looks_for_passed_ones(field, scenario, m
     ):
         kinds = [(one.kind, one.subject) for one in (scene.sheets, scene.warnings)[1]]
         assert kinds.count(("fault passes another", "F2")) == 1
-
-
-def test_a_network_does_not_apply_to_horizons_that_were_given_torn(scenario):
-    """A changed fault would no longer fit them; that came to light when units were built."""
-    scene = build_scene(read_scenario(scenario))
-    network = scene.propose_fault_network()
-    with pytest.raises(InputError, match=r"is torn at fault 'F1' already.*apply = true"):
-        network.apply(scene)
-    assert network.without(*range(len(network.rows))).apply(scene) is scene
-
-
-def test_a_new_scenario_asks_about_what_its_run_would_propose(scenario, tmp_path):
-    """`geosurf new` judges the faults in the same box and area as the run."""
-    new = new_scenario(tmp_path, [scenario.with_name(f"{one}.nc") for one in ("Top", "Base")]
-                       + [scenario.with_name(f"{one}.ts") for one in FAULTS])  # fmt: skip
-    scene, _ = untorn_scene(read_scenario(scenario))
-    network = scene.propose_fault_network()
-    assert faults_of(Ready([*new.found])).propose_fault_network() == network
-    (short,) = (row for row in network.rows if row.kind == "near miss")
-    text = Path(new.path).read_text(encoding="utf-8")
-    assert f"'{short.fault}' stops {short.distance:.0f} m short of '{short.other}'" in text

@@ -13,7 +13,7 @@ from geosurf import (
 )
 from geosurf.errors import GeosurfWarning
 from geosurf.scene.memory import fingerprint
-from tests.scene.small import level, ran, upright
+from tests.scene.small import level
 from tests.strategies import BOX
 
 
@@ -37,19 +37,6 @@ def test_inputs_that_differ_in_little_are_not_one(kind):
         sticks = [{"stick": [0, 0, 1, 1]}, {"stick": [0, 1, 2, 3]}]
         one, two = (TriSurface("F1", "fault", quad, faces, vertex_data=d) for d in sticks)
     assert fingerprint(one) != fingerprint(two)
-
-
-def test_arrays_are_compared_by_content(scene):
-    """By their identity, an array that is gone could be taken for the one in its place."""
-
-    def fault(x):
-        return np.array([(x, -1.0, -5), (x, 5, -5), (x, 5, 9)]), [[0, 1, 2]]
-
-    twin = scene.replace(faults={"F1": fault(2.0)})
-    assert set(twin.cutoffs("Top", "F1")[0][:, 0]) == {2.0}
-    again = twin.replace(faults={"F1": fault(2.0)})
-    assert set(again.cutoffs("Top", "F1")[0][:, 0]) == {2.0}
-    assert ran(again, "curves") == []
 
 
 def test_the_default_box_given_explicitly_is_the_same():
@@ -90,29 +77,3 @@ def test_an_answer_is_never_that_of_another_question():
     assert eastings(grid) == [1.0, 2.0]
     grid.coords["easting"][:] = [2.5, 3.5]
     assert eastings(grid) == [2.5, 3.5]
-
-
-def test_names_with_a_cross_in_them_are_not_run_together():
-    faults = {"x C": upright(1), "C": upright(2)}
-    scene = Scene({"A": level(3), "A x": level(1)}, faults, BOX)
-    one, other = scene.throw("A", "x C"), scene.throw("A x", "C")
-    assert (one.horizon, one.fault) == ("A", "x C")
-    assert (other.horizon, other.fault) == ("A x", "C")
-
-
-def test_a_path_and_the_content_of_its_file_differ(tmp_path):
-    one, other = tmp_path / "a", tmp_path / "ab"
-    one.write_bytes(b"bc")
-    other.write_bytes(b"c")
-    assert fingerprint(one) != fingerprint(other)
-
-
-def test_results_do_not_depend_on_identities(scene):
-    """A scene made anew finds nothing, one with equal inputs everything, whatever was dropped."""
-    units = scene.units
-    twin = scene.replace(faults={"F1": upright(2)})
-    assert twin.units is not units
-    del twin
-    again = scene.replace(faults={"F1": upright(1)})
-    assert again.units is units
-    assert ran(again, "carve", "from memory") == ["the box"]

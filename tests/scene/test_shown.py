@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.conventions.card import MARGIN, MOST, SIZE, Card
 from geosurf.render.interactive import view_of
 
 NAME = "<b>Top & 'x\"</b>"
@@ -79,30 +78,6 @@ def test_every_noun_shows_its_figures(scene):
     assert "FaultNetwork: 0 rows" in shown(scene.propose_fault_network())
 
 
-def test_a_sheet_shows_the_throw_of_each_fault():
-    world = gs.synthetic.graben(n=9)
-    sheet = gs.throw_horizon(world.horizons["Top"], world.faults, dict.fromkeys(world.faults, 30.0))
-    for name in world.faults:
-        assert name in shown(sheet)
-
-
-def test_a_sheet_has_a_small_map_of_its_cut_offs():
-    world = gs.synthetic.graben(n=9)
-    sheet = gs.throw_horizon(world.horizons["Top"], world.faults, dict.fromkeys(world.faults, 30.0))
-    card = sheet._repr_html_()
-    assert card.count("<path") == 1 + len(world.faults)
-    inside = [float(x) for x in re.findall(r"[ML]([\d.]+) ", card)]
-    assert min(inside) >= 0.0
-    assert max(inside) <= SIZE + 2.0 * MARGIN
-
-
-def test_long_tables_end_with_how_much_is_left():
-    text = Tags(Card("Many", [(str(k), "1") for k in range(MOST + 7)]).html()).text
-    assert "and 7 more" in text
-    assert str(MOST - 1) in text
-    assert str(MOST) + "1" not in text
-
-
 def test_an_interactive_view_is_one_page_in_a_frame_without_rights(scene, tmp_path):
     view = scene.show()
     frame = view._repr_html_()
@@ -168,11 +143,6 @@ def test_tetrahedra_are_shown_by_their_skin():
         edges = np.sort(body.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2))
         assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).all()
         assert len(body.lines) == 6
-
-
-def test_walls_of_patches_hide_nothing(scene):
-    shown = {body.name: body.shown for body in view_of([scene.patches]).bodies}
-    assert shown == {source.name: source.role != "wall" for source in scene.patches.sources}
 
 
 def test_a_fault_network_shows_its_faults_and_a_mark_for_each_row():

@@ -10,7 +10,7 @@ import geosurf as gs
 from geosurf.errors import HorizonError
 from geosurf.kernels.lattices.lattice_corners import steepest_step
 from geosurf.model import Lattice, TriSurface
-from geosurf.triangulate.spikes import MARKS, check_spikes, mark_of
+from geosurf.triangulate.spikes import check_spikes
 
 CELL = 50.0
 
@@ -58,39 +58,6 @@ def test_marks_are_refused_wherever_they_are(where, shape, mark):
     n = np.count_nonzero(z == mark)
     with pytest.raises(HorizonError, match=rf"'Top': {n} nodes? ha.* no-data value.*grid\.where"):
         check_spikes(SHAPES[shape](z))
-
-
-@pytest.mark.parametrize("unit", [1.0, 0.3048, 1200 / 3937])
-def test_marks_are_known_in_other_units_and_as_depths(unit):
-    for mark in MARKS:
-        assert mark_of(mark * unit) == mark_of(-mark * unit) == mark
-    assert mark_of(-2000.0) is None
-
-
-def test_marks_amid_steep_relief():
-    """Not beyond all other values, but beyond all other steps."""
-    z = relief() + 60.0 * np.arange(40)[:, None]
-    z[12, 12] = -999
-    assert z.min() < -999 < z.max()
-    with pytest.raises(HorizonError, match="1 node has the value -999"):
-        check_spikes(horizon(z))
-
-
-def test_marks_around_which_all_is_absent():
-    z = relief()
-    z[10:20, 10:20] = np.nan
-    z[12:18, 12:18] = -999
-    with pytest.raises(HorizonError, match="36 nodes have"):
-        check_spikes(horizon(z))
-
-
-def test_zero_is_a_mark_where_all_others_are_far():
-    z = relief()
-    z[3, 3] = 0.0
-    with pytest.raises(HorizonError, match=r"the value 0,.*grid\.where\(grid != 0\)"):
-        check_spikes(horizon(z))
-    sea = np.maximum(-50.0, relief() + 2000) * (np.arange(30) > 9)  # flat at 0 in a part
-    check_spikes(horizon(sea))
 
 
 @pytest.mark.parametrize("where", ["a node", "a corner", "along a rim", "a column"])
@@ -181,21 +148,6 @@ def test_a_scene_refuses_and_warns():
     assert (found.kind, found.subject) == ("spike", "Top")
     twin = scene.replace(box=(0, 5000, 0, 3000, -2600, -1300))
     assert twin.warnings == (found,)
-
-
-@pytest.mark.parametrize("mark", [-999.25, 1e30, 0.0])
-@pytest.mark.parametrize("kind", ["grid", "points"])
-def test_data_with_marks_are_not_torn(kind, mark):
-    world = gs.synthetic.torn("normal", n=21)
-    grid = world.horizons["Top"].copy()
-    grid[3, 4] = mark
-    data, options = grid, {}
-    if kind == "points":
-        east, north = np.meshgrid(grid.easting, grid.northing)
-        data = np.stack([east.ravel(), north.ravel(), grid.values.ravel()], axis=1)
-        options = {"positive": "up"}
-    with pytest.raises(gs.errors.HorizonError, match="a usual no-data value"):
-        gs.tear_horizon(data, world.faults, name="Top", **options)
 
 
 @pytest.mark.parametrize("seed", range(30))

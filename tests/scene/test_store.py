@@ -54,30 +54,6 @@ def test_bytes_are_counted_once_the_process_has_had_as_many(monkeypatch):
     assert (store.n_stored, store.n_dropped, store.bytes_dropped) == (2, 5, 5 * 8 * KB)
 
 
-def test_arrays_that_a_result_makes_later_are_counted():
-    class Late:
-        """As patches do, this one makes its arrays when they are asked for."""
-
-    Late.__module__ = "geosurf.late"
-    store, late = Store(budget=10**6), Late()
-    store.put("late", late, ())
-    before = store.bytes_stored()
-    late.made = np.zeros(1000)
-    assert store.bytes_stored() == before + 8000
-
-
-def test_views_and_containers_are_one():
-    one = np.zeros((100, 3))
-    surface = gs.TriSurface("F", "fault", one + [[0, 0, 1]] * 100, [[0, 1, 2]])
-    assert sum(buffers_of([one, one[5:], one.T, {"a": (one.reshape(-1),)}]).values()) == one.nbytes
-    assert sum(buffers_of(surface).values()) >= surface.vertices.nbytes
-    table = gs.synthetic.graben(n=9).horizons["Top"].to_dataset(name="z")
-    assert sum(buffers_of(table).values()) >= table.z.nbytes
-    loop: list = []
-    loop.append(loop)
-    assert buffers_of(loop) == {}
-
-
 @pytest.mark.parametrize(
     ("said", "size"),
     [("0", 0), ("1000", 1000), ("2 GiB", 2 << 30), ("1.5GB", 1_500_000_000), (" 3 kib ", 3072)],

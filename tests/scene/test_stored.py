@@ -146,21 +146,6 @@ def test_of_an_area_only_its_part_is_read(full, rotated, monkeypatch):
         _ = gs.Scene({"Top": grid.chunk(20)}, aoi=area + 1e4).volumes
 
 
-def test_what_a_tolerance_cannot_do_is_an_error(full):
-    z = waves(-100.0)
-    z[77, 31] += 5.0
-    with pytest.raises(HorizonError, match=r"is within 1\.5 m of all nodes\. Give a larger"):
-        gs.triangulate_horizon(grid_of(z, (30, 40)), tolerance=1.5)
-    z[77, 31] = np.nan
-    with pytest.raises(HorizonError, match=r"elevation at \(E 62, N 154\) is nan\. A tolerance"):
-        gs.triangulate_horizon(grid_of(z, (30, 40)), tolerance=1.5)
-    east, north = np.meshgrid(np.arange(101) * 2.0, np.arange(101) * 2.0)
-    at = {"easting": (("j", "i"), east - north), "northing": (("j", "i"), east + north)}
-    turned = xr.DataArray(-waves(-100.0), dims=("j", "i"), coords=at, attrs=grid_of(z).attrs)
-    with pytest.raises(HorizonError, match="A tolerance needs axes there"):
-        gs.triangulate_horizon(turned.chunk(20), tolerance=1.5)
-
-
 def test_files_of_large_grids_keep_the_same_nodes(tmp_path, full, monkeypatch):
     from geosurf.read import netcdf
 
@@ -175,15 +160,3 @@ def test_files_of_large_grids_keep_the_same_nodes(tmp_path, full, monkeypatch):
     assert one.units.table.identical(two.units.table)
     for name in grids:
         assert one.surface(name).vertices.tobytes() == two.surface(name).vertices.tobytes()
-
-
-def test_a_store_that_cannot_be_read_is_named(tmp_path):
-    grid_of(waves(-100.0), (30, 40)).rename("Top").to_dataset().to_zarr(
-        tmp_path / "top.zarr", consolidated=False
-    )
-    opened = xr.open_zarr(tmp_path / "top.zarr", consolidated=False).Top
-    for file in (tmp_path / "top.zarr" / "Top" / "c").rglob("*"):
-        if file.is_file():
-            file.write_bytes(b"damaged")
-    with pytest.raises(HorizonError, match=r"'Top': rows 0 to \d+ cannot be read from the store"):
-        gs.triangulate_horizon(opened, name="Top")

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.errors import InputError
 from tests import laws
 
 BOX = (100.0, 1400.0, 100.0, 1400.0, -2000.0, -1600.0)
@@ -60,25 +59,6 @@ def test_a_scene_with_a_longer_fault_has_all_horizons_at_it(world):
     assert len(scene.units) >= 3
     (longer,) = (w for w in scene.warnings if w.kind == "fault extended")  # not one more by sheet
     assert sheets["Base"].report.warnings[0].place == longer.place
-
-
-@pytest.mark.parametrize(
-    ("tear", "words"),
-    [
-        ("yes", "tear is 'yes'; give True, \"auto\", a trim"),
-        (0, "tear is 0; give True"),
-        ({"F9": 2}, "tear names 'F9', which is not a fault"),
-        ({"F1": -1}, "tear is .*; give True"),
-    ],
-)
-def test_wrong_words_are_refused(world, tear, words):
-    with pytest.raises(InputError, match=words):
-        gs.Scene(world.horizons, world.faults, tear=tear)
-
-
-def test_tear_and_tolerance_exclude_each_other(world):
-    with pytest.raises(InputError, match="tear and tolerance=5 exclude each other"):
-        gs.Scene(world.horizons, world.faults, tear=True, tolerance=5.0)
 
 
 def test_a_scene_without_faults_is_as_it_was(world):

@@ -4,28 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import xarray
 
 import geosurf as gs
 from geosurf import Scene, synthetic
-from geosurf.errors import HorizonError, InputError
+from geosurf.errors import InputError
 from geosurf.report.tables import accuracy
-
-
-def test_no_tolerance_changes_no_byte():
-    world = synthetic.graben(n=17)
-    one = Scene(world.horizons, world.faults, world.box)
-    two = Scene(world.horizons, world.faults, world.box, tolerance=2.0).replace(tolerance=None)
-    assert two.tolerance is None
-    for key in ("vertices", "triangles", "surface_of_triangle", "parent_of_triangle"):
-        assert getattr(one.patches, key).tobytes() == getattr(two.patches, key).tobytes()
-    assert one.curves.points.tobytes() == two.curves.points.tobytes()
-
-
-def test_the_default_box_is_that_of_all_nodes():
-    world = synthetic.waves(n=41)
-    boxes = [Scene(world.horizons, world.faults, tolerance=t).box for t in (None, 8.0)]
-    assert boxes[0] == boxes[1]
 
 
 def test_simplified_horizons_count_in_the_bound_and_in_reports():
@@ -48,29 +31,6 @@ def test_simplified_horizons_count_in_the_bound_and_in_reports():
     # the same nodes as of a scene with this tolerance
     scene = exact.replace(tolerance=8.0)
     assert scene.surface("Top").vertices.tobytes() == quick.surface("Top").vertices.tobytes()
-
-
-@pytest.mark.parametrize("flaw", ["few nodes", "a hole", "uneven coordinates"])
-def test_a_horizon_that_needs_all_nodes_has_them(flaw):
-    top = synthetic.waves(n=101 if flaw == "few nodes" else 301).horizons["Top"]
-    if flaw == "a hole":
-        top = top.where((top.easting > 300) | (top.northing > 300))
-    elif flaw == "uneven coordinates":
-        east, north = np.meshgrid(top.easting, top.northing)
-        places = {"easting": east + 9 * np.sin(north / 99), "northing": north}
-        dims = ("row", "column")
-        coords = {key: (dims, value) for key, value in places.items()}
-        top = xarray.DataArray(top.values, coords, dims, attrs=top.attrs)
-    few, plain = (gs.triangulate_horizon(top, tolerance=t) for t in (8.0, 0.0))
-    assert few.vertices.tobytes() == plain.vertices.tobytes()
-    assert "vertical_error" not in few.vertex_data
-
-
-@pytest.mark.parametrize("tolerance", [-0.5, np.nan, np.inf])
-def test_the_tolerance_of_a_horizon_is_a_length(tolerance):
-    top = synthetic.waves(n=41).horizons["Top"]
-    with pytest.raises(HorizonError, match=r"'Top': tolerance is .*Give a length in metres"):
-        gs.triangulate_horizon(top, name="Top", tolerance=tolerance)
 
 
 @pytest.mark.parametrize("tolerance", [-1.0, 0.0, np.nan, np.inf, "5 m", True])

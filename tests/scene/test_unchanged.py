@@ -28,19 +28,6 @@ def test_inputs_cannot_be_set(scene, name):
         delattr(scene, name)
 
 
-@pytest.mark.parametrize(("name", "guess"), [("contcats", "contacts"), ("boxx", "box")])
-def test_other_names_cannot_be_set(scene, name, guess):
-    with pytest.raises(InputError, match=rf"'{name}' is not one of its inputs.*mean '{guess}'\?"):
-        setattr(scene, name, None)
-    assert not hasattr(scene, name)
-
-
-@pytest.mark.parametrize("name", ["units", "patches", "_graph", "warnings"])
-def test_results_cannot_be_set(scene, name):
-    with pytest.raises(InputError):
-        setattr(scene, name, None)
-
-
 def test_what_is_shown_cannot_be_changed_in_place(scene):
     with pytest.raises(TypeError):
         scene.extend["F1"] = ("up",)

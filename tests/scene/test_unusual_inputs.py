@@ -54,28 +54,6 @@ def test_arrays_that_are_made_when_asked_for_give_the_same_bytes(world):
         assert alone.vertices.tobytes() == twin.surface(name).vertices.tobytes()
 
 
-def test_lazy_arrays_can_be_torn_and_thrown():
-    torn = gs.synthetic.torn("through", n=21)
-    top = torn.horizons["Top"]
-    for make in (
-        lambda da: gs.tear_horizon(da, torn.faults),
-        lambda da: gs.throw_horizon(da, torn.faults, {"F1": 20.0}),
-    ):
-        assert make(top).surface.vertices.tobytes() == make(lazily(top)).surface.vertices.tobytes()
-
-
-def test_a_horizon_in_feet_that_nobody_said_is_told(world):
-    top = (world.horizons["Top"] / 0.3048).assign_attrs(units="m", positive="up")
-    with pytest.raises(
-        GeometryError,
-        match=r"'Top' .*elevation -6974 to -6674\) does not reach the model box .* If "
-        r"its elevations are in feet \(-2126 to -2034 m\), pass length_unit='ft'\.",
-    ):
-        _ = gs.Scene({"Top": top}, world.faults, world.box).units
-    top = top.assign_attrs(units="ft")
-    assert len(gs.Scene({"Top": top}, world.faults, world.box).units) == 6
-
-
 def test_a_fault_that_is_not_in_the_model_is_said_to_be_left_out(world):
     corners = [[9000, 0, -3000], [9000, 4000, -3000], [9100, 2000, -1000]]
     far = gs.TriSurface("Far", "fault", corners, [[0, 1, 2]])
@@ -133,14 +111,6 @@ def test_grids_in_two_reference_systems_are_refused_by_name(world, tmp_path):
     assert len(gs.Scene({**here, "Base": world.horizons["Base"]}, same, world.box).surfaces) == 4
 
 
-def test_names_are_there_and_differ(world):
-    top = world.horizons["Top"]
-    with pytest.raises(InputError, match=r"horizons has an empty name; give each a name of its"):
-        gs.Scene({" ": top})
-    with pytest.raises(InputError, match=r"horizons has '3' twice, as text and as a number; give"):
-        gs.Scene({3: top, "3": top})
-
-
 def test_contacts_of_zones_and_blocks_that_there_are_not(world):
     def refused(contacts, words):
         with pytest.raises(InputError, match=words):
@@ -158,14 +128,3 @@ def test_contacts_of_zones_and_blocks_that_there_are_not(world):
     called = gs.FluidContact(-2100.0, name="GOC")
     refused({"OWC": called}, r"'OWC' holds a FluidContact with another name, 'GOC'. Use one name")
     refused({"OWC": -2.1}, r"'OWC' is at elevation -2\.1 m, outside the model box .*enlarge")
-
-
-def test_elsewhere_is_a_word_for_all_other_blocks_in_every_way_to_say_it(world):
-    ways = (
-        {"F1-": -2100.0, "elsewhere": -2150.0},
-        [gs.FluidContact(-2100.0, block="F1-"), gs.FluidContact(-2150.0, block="elsewhere")],
-        [gs.FluidContact(-2100.0, block="F1-"), gs.FluidContact(-2150.0)],
-    )
-    one, *others = (scene(world, contacts={"OWC": way}).volumes for way in ways)
-    assert len(set(one.contact.values.tolist())) == 2
-    assert all(one.identical(other) for other in others)

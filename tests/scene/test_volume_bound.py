@@ -122,29 +122,6 @@ def test_rotated_grids_have_the_differences_and_bounds_of_straight_ones(angle):
     assert quick.volume_error_bound < 0.9 * everything
 
 
-def test_coordinates_without_even_steps_keep_all_nodes():
-    rng = np.random.default_rng(0)
-    bent = rotated(horizon(rng, -300.0).values, 20.0)
-    bent["easting"] = bent.easting + 0.3 * np.sin(bent.easting / 9)
-    scene = gs.Scene({"Top": bent}, tolerance=50.0)
-    assert scene.surface("Top").n_vertex == N**2
-    assert scene.volume_error_bound == 0.0
-
-
-def test_waves_that_cancel_are_not_counted():
-    """Of what is far from faults only the sum counts, so little of what lies between is left."""
-    rng = np.random.default_rng(3)
-    x = np.linspace(0.0, 200.0, 401)
-    wave = 8.0 * np.sin(x / 9)[:, None] * np.cos(x / 8)
-    horizons = {key: grid_of(z, x, x) for key, z in (("Top", wave - 300), ("Base", wave - 350))}
-    exact = gs.Scene(horizons, {"F1": fault(rng, "F1")})
-    quick = exact.replace(tolerance=3.0)
-    together, _ = worst_sum(quick, exact)
-    assert 0.0 < together <= quick.volume_error_bound
-    everything = sum(quick.surface(k).vertex_data["volume_error"].sum() for k in horizons)
-    assert quick.volume_error_bound < 0.4 * everything
-
-
 @pytest.mark.parametrize("seed", range(6))
 def test_the_bound_of_one_horizon_holds_for_any_part_of_the_map(seed):
     """Walls part the map: what is below all nodes, less what is below some, in each part."""

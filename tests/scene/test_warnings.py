@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import copy
 import pickle
 import re
@@ -14,7 +13,7 @@ import pytest
 import geosurf as gs
 from geosurf.cli.console import printed_warnings
 from geosurf.scene.memory import Memory
-from geosurf.warning import collected, warn
+from geosurf.warning import warn
 
 ROOT = Path(__file__).resolve().parents[2]
 NOTE = gs.GeosurfWarning("spike", "Top", "One node stands out by 900 m.", "Remove it.", (1, 2, 3))
@@ -78,15 +77,6 @@ def test_as_errors_they_stop_a_step_once():
         assert told(memory, NOTE) == [None]
 
 
-def test_outside_a_scene_they_are_issued_at_once():
-    with pytest.warns(gs.GeosurfWarning) as issued:
-        warn(NOTE)
-    assert issued[0].filename == __file__
-    with collected() as found:
-        warn(NOTE)
-    assert found == [NOTE]
-
-
 @pytest.mark.parametrize(
     "again", [copy.copy, copy.deepcopy, lambda m: pickle.loads(pickle.dumps(m))]
 )
@@ -109,24 +99,6 @@ def test_the_command_line_prints_each_once(capsys):
 
 
 # ---- docs/warnings.md ----------------------------------------------------------------------
-
-
-def kinds_in_code():
-    """First words of all warnings that the package makes."""
-    for path in sorted((ROOT / "geosurf").rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Call) and ast.unparse(node.func).endswith("GeosurfWarning"):
-                first = node.args[0] if node.args else None
-                if not isinstance(first, ast.Starred):
-                    assert isinstance(first, ast.Constant), (path, node.lineno, "kind as a word")
-                    yield first.value
-
-
-def test_every_kind_has_its_row_in_the_docs():
-    page = (ROOT / "docs" / "warnings.md").read_text(encoding="utf-8")
-    rows = re.findall(r"^\| `([^`]+)` \|(.*)\|$", page, re.MULTILINE)
-    assert sorted(kind for kind, _ in rows) == sorted(set(kinds_in_code()))
-    assert all(row.count("|") == 2 and "| |" not in row for _, row in rows)
 
 
 def test_warnings_are_issued_through_one_door():

@@ -7,15 +7,10 @@ import pytest
 
 from geosurf import Scene, intersect_surfaces
 from geosurf.errors import InputError
-from geosurf.scene import graph, memory
+from geosurf.scene import graph
 from geosurf.synthetic.world import make_fault
 from tests.scene.small import level, ran, upright
 from tests.strategies import BOX
-
-
-def test_nothing_runs_before_it_is_asked_for(scene):
-    assert scene.steps == ()
-    assert scene.explain() == ""
 
 
 def test_one_cutoff_runs_one_pair_and_reads_two_surfaces(scene):
@@ -88,22 +83,6 @@ def test_replace_recomputes_the_pairs_of_what_changed(scene):
     # the first scene is what it was
     assert scene.curves is before
     assert {*scene.cutoffs("Top", "F1")[0][:, 0]} == {1.0}
-
-
-def test_an_equal_input_changes_nothing(scene):
-    first = scene.units
-    twin = scene.replace(faults={"F1": upright(1)})
-    assert twin.units is first
-    assert ran(twin, "rebuild") == ran(twin, "carve") == []
-
-
-def test_inputs_are_read_once(scene, monkeypatch):
-    """However many pairs ask: hashes of surfaces took longer than the pairs themselves."""
-    taken = []
-    plain = memory.fingerprint
-    monkeypatch.setattr(memory, "fingerprint", lambda *a: taken.append(a) or plain(*a))
-    scene.curves, scene.units  # noqa: B018
-    assert len(taken) == 4
 
 
 def test_another_rule_keeps_the_cells(scene, monkeypatch):
