@@ -37,6 +37,7 @@ from geosurf import measure, render
 from geosurf.errors import GeosurfError, GeosurfWarning, InvariantError
 
 SECONDS = 60
+ANYTHING = (Exception,)  # what is no error of geosurf is a defect, and is named
 SIZE = (200, 150)
 BETWEEN_STAGES = {
     "Lattice": ("corners_of_keys", "keys_of_rows", "places_of_nodes", "rows_of_keys", "turned_as",
@@ -258,7 +259,7 @@ def outcome(name: str, function: Any, extra: list[Any], words: dict[str, Any]) -
         return "defect", described(error)
     except (GeosurfError, GeosurfWarning):
         return "refused", ""
-    except Exception as error:
+    except ANYTHING as error:
         if isinstance(error, TypeError) and not bound:
             return "no such argument", ""
         if isinstance(error, KeyError) and name == "Units.get":
@@ -328,7 +329,7 @@ def shortened(value: Any) -> str:
     words = f"{type(value).__name__}:{str(type(value))!a}"
     try:
         words = ascii(value)
-    except Exception:
+    except ANYTHING:
         return words
     return ascii(" ".join(words.split()))[1:-1][:70]
 
