@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions.memory import free_memory
+from geosurf.conventions.packages import free_memory
 from geosurf.errors import InputError
 
 if TYPE_CHECKING:  # pragma: no cover - types only

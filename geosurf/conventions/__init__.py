@@ -13,13 +13,12 @@
 ``frame``        the origin of the local frame
 ``crs``          coordinate reference systems: read, compare, name
 ``checks``       checks of words and numbers that users pass in
-``memory``       bytes of memory that are free
 ``text``         counts, places, lengths, areas and volumes in messages
 ``outlines``     sides of polygons on the map that are one straight line
 ``running``      what is running, on one line, where somebody watches
 ``card``         what notebooks show of an object: a title and a table
 ``card_map``     a small map on a card
-``packages``     packages that not every installation has
+``packages``     packages that not every installation has; memory that is free
 ``colours``      colours of units, horizons and faults
 ================ ================================================================
 """

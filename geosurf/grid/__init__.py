@@ -8,7 +8,6 @@ from typing import Any
 from geosurf.conventions import is_number
 from geosurf.conventions.running import running
 from geosurf.errors import GeosurfWarning, InputError
-from geosurf.grid.balance import balanced
 from geosurf.grid.build import (
     GriddedModel,
     assemble,
@@ -18,8 +17,8 @@ from geosurf.grid.build import (
     model_of,
     pillars_along_faults,
 )
-from geosurf.grid.layers import layers_of
-from geosurf.grid.pillars import Pillars, vertical_pillars
+from geosurf.grid.follow import balanced
+from geosurf.grid.pillars import Pillars, layers_of, vertical_pillars
 from geosurf.model.base import in_crs_of
 from geosurf.model.grids import CornerPointGrid
 from geosurf.model.protocols import missing_members

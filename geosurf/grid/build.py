@@ -12,11 +12,10 @@ import numpy as np
 
 from geosurf.conventions import CONVERSION_ERRORS, is_number
 from geosurf.errors import InputError, InvariantError
-from geosurf.grid import corners as at_corners
+from geosurf.grid import pillars as at_corners
 from geosurf.grid.barriers import Below, faults_between, own_side
 from geosurf.grid.follow import follow_faults
-from geosurf.grid.layers import Layers
-from geosurf.grid.pillars import Pillars, vertical_pillars
+from geosurf.grid.pillars import Layers, Pillars, vertical_pillars
 from geosurf.measure.columns import cross_columns
 from geosurf.model import TriSurface, Units
 from geosurf.model.grids import CornerPointGrid, GridFaces

@@ -569,7 +569,7 @@ def _check_grid(scenario: Scenario, at: KeyPath) -> None:
     """Layers of the simulation grid are of zones that exist: a misspelt zone costs no run."""
     if scenario.grid is None:
         return
-    from geosurf.grid.layers import layers_of  # loaded by those who want a grid
+    from geosurf.grid.pillars import layers_of  # loaded by those who want a grid
 
     place = at.of("grid", "layers")
     with place.noting():

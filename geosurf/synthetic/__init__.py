@@ -20,15 +20,13 @@ model meets the true numbers to rounding. `order 2` means: twice the nodes, a qu
 of the error. All functions take `n`, nodes per side, and `offset`.
 """
 
-from geosurf.synthetic.domes import dome_and_flat_fault, egg_box
+from geosurf.synthetic.domes import dome_and_flat_fault, egg_box, listric
 from geosurf.synthetic.export import FieldTruth, field_export
 from geosurf.synthetic.faulted_planes import faulted
 from geosurf.synthetic.field import faulted_reservoir
-from geosurf.synthetic.hills import hills, noisy
-from geosurf.synthetic.listric_fault import listric
+from geosurf.synthetic.hills import hills, noisy, waves
 from geosurf.synthetic.planar import graben, tilted_planes
 from geosurf.synthetic.torn_horizon import torn
-from geosurf.synthetic.waves import waves
 from geosurf.synthetic.world import World
 
 __all__ = [

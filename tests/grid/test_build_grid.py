@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.grid.corners import limited
+from geosurf.grid.pillars import limited
 
 SIZE = 4000.0
 BOX = (0, SIZE, 0, SIZE, -2200, -1800)

@@ -11,66 +11,60 @@ NAN, INF = np.nan, np.inf
 DATE = np.datetime64("2001-01-01")
 
 
-def numbers():
-    """Nothing of this is one finite number."""
-    words = ["abc", "25", b"x", [1.0], {}, object(), (1, 2, 3)]
-    return [*words, NAN, INF, True, 1j, DATE, np.array([]), np.array([1.0, 2.0])]
+# nothing of this is one finite number
+NUMBERS = [
+    "abc", "25", b"x", [1.0], {}, object(), (1, 2, 3), NAN, INF, True, 1j, DATE, np.array([]),
+    np.array([1.0, 2.0]),
+]  # fmt: skip
 
 
-def lengths():
-    """Nothing of this is a length above 0."""
-    return [*numbers(), -1.0]
+# nothing of this is a length above 0
+LENGTHS = [*NUMBERS, -1.0]
 
 
-def boxes():
-    """Nothing of this is west, east, south, north, bottom, top."""
-    return [
-        "abc", "abcdef", 5, {}, object(), (0, 1), ("a",) * 6, [DATE] * 6, [None] * 6, (True,) * 6,
-        (0, 1, 0, 1, 0, NAN), (0, 1, 0, 1, 0, INF), (1, 0, 0, 1, 0, 1), (0,) * 6,
-        (0, 1j, 0, 1, 0, 1), np.zeros((2, 6)), [[0, 1], [0, 1], [0, 1]],
-    ]  # fmt: skip
+# nothing of this is west, east, south, north, bottom, top
+BOXES = [
+    "abc", "abcdef", 5, {}, object(), (0, 1), ("a",) * 6, [DATE] * 6, [None] * 6, (True,) * 6,
+    (0, 1, 0, 1, 0, NAN), (0, 1, 0, 1, 0, INF), (1, 0, 0, 1, 0, 1), (0,) * 6,
+    (0, 1j, 0, 1, 0, 1), np.zeros((2, 6)), [[0, 1], [0, 1], [0, 1]],
+]  # fmt: skip
 
 
-def things(scene):
+def things(g):
     """Nothing of this is a surface, a list of them, patches, units or a scene."""
-    surface = scene.surface("F1")
+    surface = g.scene.surface("F1")
     return [
         "Top", None, 5, object(), [None], ["Top"], np.zeros((3, 3)), [np.zeros((3, 3))],
-        (surface, None), scene.box, xr.DataArray(np.zeros((2, 2))), xr.Dataset({"a": 1}),
+        (surface, None), g.scene.box, xr.DataArray(np.zeros((2, 2))), xr.Dataset({"a": 1}),
     ]  # fmt: skip
 
 
-def paths(folder):
-    """Nothing of this is a file that can be read."""
-    return [None, 5, "", b"x", object(), [], "x", "x.unknown", "no/such.vtp", "a\0b", folder]
+# nothing of this is a file that can be read
+PATHS = [None, 5, "", b"x", object(), [], "x", "x.unknown", "no/such.vtp", "a\0b", "."]
 
 
-def names():
-    """Nothing of this is the name of a surface."""
-    return ["Nope", "", None, 5, NAN, ["F1"], ("F1",), {}, object()]
+# nothing of this is the name of a surface
+NAMES = ["Nope", "", None, 5, NAN, ["F1"], ("F1",), {}, object()]
 
 
-def words():
-    """Nothing of this is a word that is known."""
-    return ["abc", 5, True, ["local"], {"a": 1}, object()]
+# nothing of this is a word that is known
+WORDS = ["abc", 5, True, ["local"], {"a": 1}, object()]
 
 
-def arrays():
-    """Nothing of this is an array of points (n, 3)."""
-    return [
-        None, "abc", 5, {}, object(), [], np.zeros(3), np.zeros((0, 3)), np.zeros((3, 2)),
-        np.zeros((3, 3, 3)), np.full((3, 3), NAN), np.full((3, 3), INF), [[0, 0, 0], [1, 1]],
-        np.array([["a"] * 3] * 3), np.array([[None] * 3] * 3), np.zeros((3, 3), complex),
-        np.zeros((3, 3), "datetime64[D]"),
-    ]  # fmt: skip
+# nothing of this is an array of points (n, 3)
+ARRAYS = [
+    None, "abc", 5, {}, object(), [], np.zeros(3), np.zeros((0, 3)), np.zeros((3, 2)),
+    np.zeros((3, 3, 3)), np.full((3, 3), NAN), np.full((3, 3), INF), [[0, 0, 0], [1, 1]],
+    np.array([["a"] * 3] * 3), np.array([[None] * 3] * 3), np.zeros((3, 3), complex),
+    np.zeros((3, 3), "datetime64[D]"),
+]  # fmt: skip
 
 
-def mappings():
-    """Nothing of this is a mapping of names to surfaces."""
-    return [
-        "abc", 5, object(), [("a", 1)], {"": 1}, {None: 1}, {"X": None}, {"X": object()},
-        {"X": "no.nc"}, {"X": np.zeros((3, 3))},
-    ]  # fmt: skip
+# nothing of this is a mapping of names to surfaces
+MAPPINGS = [
+    "abc", 5, object(), [("a", 1)], {"": 1}, {None: 1}, {"X": None}, {"X": object()},
+    {"X": "no.nc"}, {"X": np.zeros((3, 3))},
+]  # fmt: skip
 
 
 def horizons(top):
@@ -108,7 +102,7 @@ def throws():
 
     flat = xr.DataArray(np.zeros((2, 2)), dims=("northing", "easting"))
     return [
-        *(value for value in numbers() if not callable(value)), "a line of words",
+        *(value for value in NUMBERS if not callable(value)), "a line of words",
         ["a line", "of words"], [["a", "b"], ["c", "d"]], [0, 1, 2], [[0, NAN], [5, 2]], [],
         along(["a", "b"], [0.0, 1.0]), along([1.0, 2.0], ["a", "b"]), along([1.0, NAN], [0.0, 1.0]),
         along([1.0, 2.0], [1.0, 0.0]), xr.DataArray([1.0, 2.0]), flat, flat.expand_dims("time"),

@@ -3,7 +3,6 @@
 ==============  ===================================================================
 geology.py      faults and horizons by formulas, in the frame of the grids
 truth.py        `FieldTruth`: elevations, cut-offs, throw, volumes
-picks.py        what interpreters and gridders made of it: grids, points, sticks, a mesh
 formats.py      bytes of the files
 ==============  ===================================================================
 """
@@ -21,9 +20,16 @@ from geosurf.errors import InputError, OutputError
 from geosurf.files.atomic import write_whole
 from geosurf.model.expected import path_of
 from geosurf.synthetic.export import formats
-from geosurf.synthetic.export.formats import FEET, note_of, scenario_of
+from geosurf.synthetic.export.formats import (
+    FEET,
+    grid_of,
+    mesh_of,
+    note_of,
+    points_of,
+    scenario_of,
+    sticks_of,
+)
 from geosurf.synthetic.export.geology import ORIGIN, ROTATION, STEP, geology_of
-from geosurf.synthetic.export.picks import grid_of, mesh_of, points_of, sticks_of
 from geosurf.synthetic.export.truth import FieldTruth
 from geosurf.synthetic.world import check_count
 

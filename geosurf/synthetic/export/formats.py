@@ -1,14 +1,28 @@
-"""Bytes of the files as other programs export them: depth positive down, nothing that states it."""
+"""What is picked of the field, and its bytes as other programs export them.
+
+Depth is positive down, and nothing states it.
+"""
 
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from geosurf.synthetic.export.truth import FieldTruth
+from geosurf.synthetic.export.geology import (
+    OUTLINE,
+    SHAPE,
+    STEP,
+    Geology,
+    Horizon,
+    branch_ends,
+    reach,
+    to_world,
+)
+from geosurf.synthetic.export.truth import FieldTruth, cutoff_line, distance_from
+from geosurf.synthetic.torn_horizon import DATUM, Fault, exists, side_of, single_valued
 
 # ---- scenario ----------------------------------------
 # The scenario and the note that `field_export` writes next to the files of a field.
@@ -160,3 +174,170 @@ def table(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> bytes:
 
 def _text(lines: Iterable[str]) -> bytes:
     return ("\n".join(lines) + "\n").encode("ascii")
+
+
+STICKS = 120.0  # between sticks [m]
+PAST = 60.0  # how far faults reach above and below the horizons [m]
+OVER = 35.0  # how far points of a wall continue beyond its fault [m]
+
+
+def nodes() -> tuple[np.ndarray, np.ndarray]:
+    """Nodes of the grids (rows, columns) in the local frame."""
+    rows, columns = SHAPE
+    x, y = np.meshgrid(STEP * np.arange(columns), STEP * np.arange(rows))
+    return x, y
+
+
+def defined(geology: Geology, horizon: Horizon) -> np.ndarray:
+    """Nodes with data: all of the outline, and the younger the horizon, the farther beyond."""
+    # outlines shrink downwards by a cell each, as those of real surveys differ
+    rank = len(geology.horizons) - geology.horizons.index(horizon)
+    return distance_from(OUTLINE, *nodes()) <= (rank + 0.5) * STEP
+
+
+def grid_of(geology: Geology, horizon: Horizon, smear: int) -> np.ndarray:
+    """Elevations (rows, columns), smeared where the horizon is faulted; NaN where undefined."""
+    x, y = nodes()
+    sheets = geology.sheets(horizon, x, y)
+    there = {signs: exists(geology.faults, signs, x, y, z) for signs, z in sheets.items()}
+    values = single_valued(geology.faults, x, y, sheets, there)
+    return np.where(defined(geology, horizon), _smeared(geology, values, smear), np.nan)
+
+
+def _smeared(geology: Geology, values: np.ndarray, width: int) -> np.ndarray:
+    """The mean over a square where a fault lies in it, the value itself elsewhere."""
+    x, y = nodes()
+    mixed = np.zeros(values.shape, dtype=bool)
+
+    # nodes with the fault inside their window; a branch smears on its own side of the main fault
+    # only
+    for fault in geology.faults.values():
+        s, r = fault.along_across(x, y)
+        side = r > fault.across(s, values)
+        faulted = np.abs(s) < fault.half
+        if fault.branch is not None:
+            main, sign = geology.faults[fault.branch[0]], fault.branch[1]
+            faulted &= side_of(main, x, y, values) == sign
+        squares = _squares(side, width)
+        mixed |= faulted & (squares.any(axis=(2, 3)) & ~squares.all(axis=(2, 3)))
+    return np.where(mixed, _squares(values, width).mean(axis=(2, 3)), values)
+
+
+def _squares(values: np.ndarray, width: int) -> np.ndarray:
+    """Values of the square around each node (rows, columns, 2 width + 1, 2 width + 1)."""
+    padded = np.pad(values, width, mode="edge")
+    return np.lib.stride_tricks.sliding_window_view(padded, (2 * width + 1, 2 * width + 1))
+
+
+def points_of(geology: Geology, horizon: Horizon) -> np.ndarray:
+    """Points (n, 3) on the nodes, in no order; at faults one for each wall, a bit too far."""
+    x, y = nodes()
+    mask = defined(geology, horizon)
+    found = []
+    for signs, z in geology.sheets(horizon, x, y).items():
+        there = mask & _near(geology.faults, signs, x, y, z)
+        found.append(np.stack([*to_world(x[there], y[there]), z[there]], axis=1))
+
+    # to the millimetre, as files have them; then in no order, as picks come
+    points = np.unique(np.concatenate(found).round(3), axis=0)  # beyond tips, walls are one
+
+    # Knuth's multiplicative hash: the same shuffle on every machine
+    order = np.argsort(np.arange(len(points), dtype=np.uint64) * np.uint64(2654435761) % 2**32)
+    return points[order]
+
+
+def _near(
+    faults: Mapping[str, Fault], signs: tuple[int, ...], x: np.ndarray, y: np.ndarray, z: np.ndarray
+) -> np.ndarray:
+    """Where a sheet has points: on its side of all faults, or not much beyond."""
+    there = np.ones(x.shape, dtype=bool)
+    for fault, sign in zip(faults.values(), signs, strict=True):
+        if sign:
+            s, r = fault.along_across(x, y)
+            over = np.where(np.abs(s) < fault.half, OVER, 0.0)
+            there &= sign * (r - fault.across(s, z)) > -over
+    return there
+
+
+def sticks_of(truth: FieldTruth, name: str) -> list[np.ndarray]:
+    """Sticks (n, 3) of a fault, shorter by what `missing` has."""
+    fault = truth.geology.faults[name]
+    missing = truth.missing.get(name, {})
+    first, last = _reach(fault)
+    if fault.branch is not None:
+        last = float(branch_ends(fault, truth.geology.faults, np.array(DATUM)))
+    s = np.linspace(first, last, int((last - first) / STICKS) + 1)
+    top, base = _levels(truth, name, s)
+
+    # too short by what `missing` states, or past the horizons by PAST
+    top = top - missing["up"] if "up" in missing else top + PAST
+    base = base + missing["down"] if "down" in missing else base - PAST
+
+    # a plane needs two points, a curved fault four
+    per_stick = 4 if fault.flatten else 2
+    z = top + (base - top) * np.linspace(0.0, 1.0, per_stick)[:, None]
+    along = np.broadcast_to(s, z.shape)
+    if fault.branch is not None:  # the last stick is parallel to the main fault
+        end = branch_ends(fault, truth.geology.faults, z) - missing.get("end", 0.0)
+        along = first + (end - first) * (s - first) / (last - first)
+    x, y = fault.place(along, fault.across(along, z))
+    return list(np.stack([*to_world(x, y), z], axis=-1).transpose(1, 0, 2))
+
+
+def mesh_of(truth: FieldTruth, name: str, notch: float) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (n, 3) and triangles of a fault with a notch in its upper rim.
+
+    The notch ends `notch` metres above the highest cut-off line there; below it, if negative.
+    """
+    fault = truth.geology.faults[name]
+    first, last = _reach(fault)
+    s = np.linspace(first, last, int((last - first) / 60.0) + 1)
+    top, base = _levels(truth, name, s)
+    rows = [
+        top + PAST,
+        top + notch,
+        top - 0.3 * (top - base),
+        top - 0.6 * (top - base),
+        base - PAST,
+    ]
+    z = np.stack(rows)
+    x, y = fault.place(s, fault.across(s, z))
+    points = np.stack([*to_world(x, y), z], axis=-1).reshape(-1, 3)
+
+    # two cells of the upper row are left out: the notch
+    number = np.arange(z.size).reshape(z.shape)
+    middle = len(s) // 3
+    cells = [
+        (i, j)
+        for i in range(z.shape[0] - 1)
+        for j in range(z.shape[1] - 1)
+        if not (i == 0 and middle <= j < middle + 2)
+    ]
+    corners = [
+        (number[i, j], number[i + 1, j], number[i + 1, j + 1], number[i, j + 1]) for i, j in cells
+    ]
+    triangles = [t for a, b, c, d in corners for t in ((a, b, c), (a, c, d))]
+
+    # without the vertices that only the notch had
+    used, local = np.unique(np.array(triangles), return_inverse=True)
+    return points[used], local.reshape(-1, 3)
+
+
+def _reach(fault: Fault) -> tuple[float, float]:
+    """First and last place of a fault along strike: its tips, or beyond all data."""
+    if np.isfinite(fault.half):
+        return -fault.half, fault.half
+    return reach(fault, 100.0)
+
+
+def _levels(truth: FieldTruth, name: str, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Elevation of the highest and lowest cut-off at places along a fault."""
+    high, low = np.full(len(s), -np.inf), np.full(len(s), np.inf)
+
+    # highest and lowest cut-off of all horizons on both walls at each place
+    for horizon in truth.geology.horizons:
+        for wall in "+-":
+            along, _, _, z = cutoff_line(truth.geology, horizon, name, wall)
+            z = np.interp(s, along, z)
+            high, low = np.maximum(high, z), np.minimum(low, z)
+    return high, low
