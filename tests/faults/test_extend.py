@@ -9,7 +9,6 @@ import xarray as xr
 from geosurf import TriSurface, extend_fault, triangulate_fault, triangulate_sticks
 from geosurf.arrangement.triangles import crossing_pairs
 from geosurf.errors import GeometryError, InputError, SurfaceError
-from geosurf.faults.extend import without_notches
 from geosurf.faults.rim import find_rim, find_rims, segments_meet_box
 from tests.faults.worlds import BOX, triangles_of, turned
 from tests.strategies import grid, sheet, shuffled
@@ -82,16 +81,6 @@ def test_start_and_end_follow_the_right_hand_rule():
     assert made.surface.bounds[4:] == (3.0, 5.0)
 
 
-def test_the_distance_is_the_length_of_the_new_lines():
-    given = sheet("F1", [(3, 3, 5), (5, 3, 3), (5, 5, 3), (3, 5, 5)])
-    made = extend_fault(given, BOX, sides=("up", "down"))
-    beyond = 0.01 * np.sqrt(3) * 8.0
-    for e in made.extensions:
-        assert e.distance == pytest.approx((3 + beyond) * np.sqrt(2), rel=1e-12)
-        assert e.shortest == pytest.approx(e.distance)
-        assert e.area == pytest.approx(2 * e.distance)
-
-
 def test_a_fault_outside_or_through_the_box_is_left_alone():
     through = sheet("F1", [(4, -1, -1), (4, 9, -1), (4, 9, 9), (4, -1, 9)])
     made = extend_fault(through, BOX)
@@ -143,12 +132,6 @@ def curved(radius, turn, n=9, dip=0.0):
     z = np.array([5.0, 4.0, 3.0])[:, None]
     r = radius - dip * (5.0 - z)
     return parametric(4 + r * np.cos(angle) - radius, 4 + r * np.sin(angle), z)
-
-
-def test_a_curved_trace_goes_on_along_its_tangents():
-    given = curved(2.0, np.pi / 2)
-    made = extend_fault(given, BOX)
-    assert_leaves(made, given)
 
 
 def test_converging_dip_lines_are_refused_with_the_place_where_they_cross():
@@ -205,37 +188,6 @@ def test_notches_of_a_rim_with_steps_are_filled_where_they_have_to(gone, filled,
         assert_leaves(made, given, sides=(sides,) if isinstance(sides, str) else sides)
         told.update(e.lines for e in made.extensions)
     assert ("filled" in told) == filled
-
-
-# bumps of two metres beside two steps in a corner: whether 1, at each node
-BUMPS = "0000001 0000000 1011011 0010101 0110101 0110111 0010110"
-
-
-def test_where_filled_notches_would_cross_the_fault_it_is_refused(monkeypatch):
-    """The last try is the one with filled notches, and its triangles cross others."""
-    tried = []
-
-    def told(x, arc, way):
-        kept, filled = without_notches(x, arc, way)
-        tried.append((len(arc), len(kept), len(filled)))
-        return kept, filled
-
-    monkeypatch.setattr("geosurf.faults.extend.without_notches", told)
-    torn = np.ones(72, dtype=bool)
-    torn[[0, 1, 2, 3, 12, 13]] = False
-    bumps = np.array([[int(bump) for bump in row] for row in BUMPS.split()])
-    flat = grid("F1", 2.0 * bumps, role="fault", present=torn)
-    x, y, bump = flat.vertices.T
-    used, t = np.unique(flat.triangles, return_inverse=True)
-    vertices = np.stack([3 + bump + 0.25 * y, 1 + x, 7 - y], axis=1)[used]
-    given = TriSurface("F1", "fault", vertices, t.reshape(-1, 3))
-    with pytest.raises(
-        GeometryError, match=r"'F1' would cross itself if its side 'up' .*Extend it"
-    ):
-        extend_fault(given, BOX, sides="up")
-    ((whole, kept, filled),) = tried
-    assert 1 < kept < whole
-    assert filled == whole - kept
 
 
 def test_holes_stay_and_pieces_are_refused():

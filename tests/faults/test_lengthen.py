@@ -7,7 +7,6 @@ import pytest
 
 import geosurf as gs
 from geosurf.errors import InputError, SurfaceError
-from geosurf.scenario import build_scene, read_scenario
 from tests.faults.worlds import BOX, across, bytes_of, turned, upright, volumes
 from tests.strategies import sheet
 
@@ -89,42 +88,6 @@ def test_distances_that_cannot_be_used_are_refused():
             gs.Scene({}, {"F1": dipping()}, BOX, lengthen={"F1": wrong})
     with pytest.raises(InputError, match=r"lengthen names 'F9', which is not a fault"):
         gs.Scene({}, {"F1": dipping()}, BOX, lengthen={"F9": 1})
-
-
-def test_sticks_that_converge_go_on_in_averaged_directions():
-    """Their own lines meet ten below; the surface never passes through itself."""
-    sticks = [[(0, 0, 0), (0.5, 0.8, -4)], [(0, 2, 0), (0.5, 2, -4)], [(0, 4, 0), (0.5, 3.2, -4)]]
-    fault = gs.triangulate_fault(gs.FaultSticks("F1", tuple(map(np.array, sticks))))
-    near, far = (gs.lengthen_fault(fault, {"down": down}) for down in (4, 40))
-    assert (near.extensions[0].lines, far.extensions[0].lines) == ("own", "averaged")
-    for made in (near, far):
-        assert gs.intersect_surfaces([made.surface], self_intersections=True).n_curve == 0
-
-
-def test_a_scenario_lengthens_by_a_distance(tmp_path):
-    gs.write(dipping(), tmp_path / "F1.vtp")
-    gs.write(sheet("Top", [(-1, -1, 4), (9, -1, 4), (9, 9, 4), (-1, 9, 4)]), tmp_path / "Top.vtp")
-    text = """
-        [box]
-        easting_m = [0, 8]
-        northing_m = [0, 8]
-        elevation_m = [0, 8]
-        [[horizons]]
-        name = "Top"
-        file = "Top.vtp"
-        positive = "up"
-        length_unit = "m"
-        [[faults]]
-        name = "F1"
-        file = "F1.vtp"
-        positive = "up"
-        length_unit = "m"
-        lengthen_m = 0.75
-        lengthen = ["strike"]
-    """
-    (tmp_path / "model.toml").write_text(text)
-    scene = build_scene(read_scenario(tmp_path / "model.toml"))
-    assert scene.surface("F1").bounds[2:4] == (0.25, 7.75)
 
 
 def test_a_mesh_in_pieces_becomes_a_fault_of_each():

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.errors import FormatError, HorizonError, InputError, SurfaceError
-from geosurf.scenario import run_scenario
+from geosurf.errors import HorizonError, InputError, SurfaceError
 
 WORLD = gs.synthetic.tilted_planes(n=5)
 
@@ -40,32 +39,11 @@ def test_files_of_meshes_build_the_same_model(top, truth, suffix, tmp_path):
     np.testing.assert_allclose(volumes, truth, rtol=1e-6)
 
 
-def test_a_scenario_takes_a_mesh(top, truth, tmp_path):
-    gs.write(top, tmp_path / "Top.ts")
-    gs.write(WORLD.faults["F1"], tmp_path / "F1.nc")
-    sides = [WORLD.box[i : i + 2] for i in (0, 2, 4)]
-    easting, northing, elevation = (list(map(float, pair)) for pair in sides)
-    (tmp_path / "s.toml").write_text(
-        '[[horizons]]\nname = "Top"\nfile = "Top.ts"\n[[faults]]\nname = "F1"\nfile = "F1.nc"\n'
-        f"[box]\neasting_m = {easting}\nnorthing_m = {northing}\nelevation_m = {elevation}\n"
-    )
-    scene = run_scenario(tmp_path / "s.toml", tmp_path / "out", pictures=False)
-    np.testing.assert_allclose(scene.volumes.values, truth, rtol=1e-6)
-
-
 def test_depths_in_feet_are_turned(top, truth):
     down = np.asarray(top.vertices) * (1.0, 1.0, -1.0 / 0.3048)
     words = {"positive": "down", "length_unit": "ft"}
     scene = gs.Scene({"Top": (down, top.triangles)}, WORLD.faults, WORLD.box, **words)
     np.testing.assert_allclose(scene.volumes.values, truth, rtol=1e-9)
-
-
-def test_a_gridded_surface_can_still_be_simplified():
-    dome = gs.synthetic.dome_and_flat_fault(n=301).horizons["Top"]
-    grid = gs.triangulate_horizon(dome)
-    coarse = gs.triangulate_horizon(grid, tolerance=0.5)
-    assert coarse.n_triangle == gs.triangulate_horizon(dome, tolerance=0.5).n_triangle
-    assert coarse.n_triangle < grid.n_triangle
 
 
 @pytest.mark.parametrize(
@@ -88,9 +66,3 @@ def test_a_mesh_is_not_simplified_and_says_so(top):
         gs.triangulate_horizon(top, tolerance=1.0)
     with pytest.raises(SurfaceError, match="positive up"):
         gs.triangulate_horizon(top, positive="down")
-
-
-def test_sticks_are_no_horizon(tmp_path):
-    (tmp_path / "Top.pol").write_text("0 0 0\n")
-    with pytest.raises(FormatError, match=r"does not read files with the suffix '\.pol'.*\.ts"):
-        gs.read_horizon(tmp_path / "Top.pol")

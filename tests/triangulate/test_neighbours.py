@@ -73,22 +73,6 @@ def test_a_mesh_is_a_fault_and_a_horizon(make):
     assert gs.triangulate_fault(make(*mesh()), name="F1").n_triangle == len(mesh()[1])
 
 
-def test_what_is_changed_afterwards_stays_out():
-    fault = as_pyvista(*mesh())
-    scene = gs.Scene(WORLD.horizons, {"F1": fault}, WORLD.box)
-    fault.points[:] += 500.0
-    assert_same(scene.volumes)
-
-
-def test_polygons_of_pyvista_are_split():
-    pv = pytest.importorskip("pyvista")
-    wall = pv.PolyData(
-        [[2000.0, -100, -3000], [2000, 3100, -3000], [2000, 3100, -1000], [2000, -100, -1000]],
-        faces=[4, 0, 1, 2, 3],
-    )
-    assert gs.triangulate_fault(wall, name="F2").n_triangle == 2
-
-
 def test_layers_of_pyvista_are_horizons_and_faults():
     pv = pytest.importorskip("pyvista")
     x, y = np.meshgrid(TOP.easting.values, TOP.northing.values, indexing="ij")

@@ -105,13 +105,6 @@ def test_units_fill_any_polygon(ring):
     assert units["below Base"].volume == pytest.approx(3 * area_of(ring), rel=1e-12)
 
 
-def test_the_whole_box_as_a_polygon():
-    surfaces = [level("Top", 3), level("Base", 1)]
-    units = carve(surfaces, [(0, 0), (4, 0), (4, 4), (0, 4)])
-    plain = carve_units(rebuild_surfaces([*surfaces, *build_walls(BOX)]))
-    assert {n: u.volume for n, u in units.items()} == {n: u.volume for n, u in plain.items()}
-
-
 def test_a_scene_with_an_area():
     slope = grid("Top", [[0, 6], [0, 6]], spacing=6.0, corner=(-1.0, -1.0))
     scene = Scene({"Top": slope}, aoi=ELL)
@@ -189,11 +182,3 @@ def test_corners_in_a_row_and_a_comb():
 def test_refusals(aoi, words):
     with pytest.raises(InputError, match=words):
         Scene({"Top": level("Top", 3)}, box=BOX, aoi=aoi).units  # noqa: B018
-
-
-def test_an_area_from_a_file(tmp_path):
-    path = tmp_path / "outline.pol"
-    lines = [f"{x} {y} 1700" for x, y in ELL]
-    path.write_text("\n".join([*lines, "999 999 999", ""]))
-    scene = Scene({"Top": level("Top", 3)}, box=BOX, aoi=path)
-    assert scene.units.footprint == 10.0

@@ -58,14 +58,6 @@ def test_results_of_a_scene_are_in_its_system(world):
     assert "crs" not in plain.volumes.attrs
 
 
-def test_the_word_of_the_scene_is_no_conversion(world):
-    horizons = {name: grid.assign_attrs(crs=OTHER) for name, grid in world.horizons.items()}
-    with pytest.raises(InputError, match=rf"is in {OTHER}, but 'crs' is in {CRS}"):
-        _ = gs.Scene(horizons, {}, world.box, crs=CRS).units
-    with pytest.raises(InputError, match="coordinate reference system"):
-        gs.Scene(horizons, {}, world.box, crs=[CRS])
-
-
 # ---- conversion ----------------------------------------------------------------------------
 
 

@@ -67,33 +67,6 @@ def test_an_area_exactly_on_the_rim_stays_as_it_is():
     assert scene.warnings == ()
 
 
-def test_every_node_of_the_rim_is_an_area_that_stays_as_it_is():
-    grid, _ = turned(30.0)
-    east, north = grid.easting.values, grid.northing.values
-    ring = [
-        (0, slice(None)),
-        (slice(1, None), -1),
-        (-1, slice(-2, None, -1)),
-        (slice(-2, 0, -1), 0),
-    ]
-    corners = np.concatenate([np.c_[east[at], north[at]] for at in ring])
-    scene = gs.Scene({"T": grid}, {}, aoi=corners)
-    assert len(scene.units) == 2
-    assert scene.warnings == ()
-
-
-def test_an_outline_with_more_corners_than_the_rim_has_nodes_is_closed():
-    """Outlines are exported with short sides: each has one node of the rim, or none."""
-    grid, corners = turned(30.0, (40, 30))
-    share = np.linspace(0, 1, 78, endpoint=False)[:, None]
-    sides = zip(corners, np.roll(corners, -1, axis=0), strict=True)
-    dense = np.concatenate([a + share * (b - a) for a, b in sides]).round(3)
-    scene = gs.Scene({"T": grid}, {}, aoi=dense)
-    with pytest.warns(GeosurfWarning, match="runs along the rim of horizon 'T'"):
-        assert len(scene.units) == 2
-    assert 0 < area_of(dense) - area_of(scene.aoi) < 30.0
-
-
 def test_a_box_beside_the_rim_by_rounding_is_closed_and_an_area_inside_stays():
     grid, corners = turned(0.0)
     west, south = corners.min(axis=0)

@@ -11,7 +11,6 @@ from geosurf.conventions import rising_diagonal
 from geosurf.model import Lattice, TriSurface
 from geosurf.triangulate import footprint, shared_area
 from geosurf.triangulate.footprint import footprint_of
-from geosurf.triangulate.horizon import horizon_over
 
 
 def coordinates(rng, kind):
@@ -128,16 +127,6 @@ def test_a_scene_holds_the_map_once_and_has_the_same_bytes(seed):
         one.coords["easting"].values[:] = 0.0
     assert scene.volumes.equals(before)
     assert np.abs(lattices[0].easting).min() > 1.0
-
-
-def test_a_horizon_copies_what_others_can_write_to_if_it_shall():
-    da = survey_of(0, 1)["H0"]
-    for own in (False, True):
-        lattice = horizon_over(da, (), own=own).lattice
-        for mine, theirs in ((lattice.elevation, da), (lattice.easting, da.easting)):
-            assert np.shares_memory(mine, theirs.values) != own
-    da.values.flags.writeable = False
-    assert np.shares_memory(horizon_over(da, (), own=True).lattice.elevation, da.values)
 
 
 @pytest.mark.parametrize("seed", range(5))
