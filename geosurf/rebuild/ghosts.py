@@ -308,7 +308,7 @@ def _parts_of_sheets(
             mesh.local, mesh.triangles[rows], sheet.parent, sheet.faces, sheet.places,
             mesh.origin, mesh.on_fault, ghost[sheet.vertex],
             source.vertex_data["outer"][sheet.vertex], mesh.patch_of_triangle[rows], joined,
-            len(joined), named,
+            named,
         )  # fmt: skip
         if corner is not None:
             named[:] = np.where(named >= 0, sheet.vertex[named], -1)

@@ -19,7 +19,7 @@ from geosurf.model import Sheet, TriSurface
 from geosurf.model.expected import box_of_sides, flag_of
 from geosurf.sheets.faults.network import Network
 from geosurf.sheets.faults.traces import mesh_in_frame
-from geosurf.sheets.lattice.frame import Frame, frame_of_lattice
+from geosurf.sheets.lattice.picks import Frame, frame_of_lattice
 from geosurf.sheets.lattice.solve import (
     Graph,
     grounded,

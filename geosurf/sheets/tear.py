@@ -17,11 +17,10 @@ from geosurf.model.expected import flag_of
 from geosurf.model.lattice import Lattice
 from geosurf.model.sheets import NeededFaults, TearPlan
 from geosurf.sheets.faults.network import faults_in_words
-from geosurf.sheets.heights.inputs import Trims
 from geosurf.sheets.heights.missing import StandIn, parts_of
+from geosurf.sheets.heights.state import Trims
 from geosurf.sheets.lattice.data import Scattered, has_fewer_nodes, picks_or_points
-from geosurf.sheets.lattice.frame import frame_of_lattice
-from geosurf.sheets.lattice.picks import Picks
+from geosurf.sheets.lattice.picks import Picks, frame_of_lattice
 from geosurf.sheets.mesh.close import (
     Closed,
     Filling,

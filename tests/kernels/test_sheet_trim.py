@@ -48,7 +48,7 @@ def test_what_corners_tell(is_named, triangles, outer, seed):
     faces = np.array([random.permutation(N)[:3] for _ in range(4)])
     parent, patch = random.integers(0, 4, n), random.integers(0, 5, n)
     part_of = random.integers(0, 3, 5)
-    held, beyond, expected = [False] * 3, [False] * 3, np.full((n, 3), -1)
+    held, beyond, expected = [False] * 5, [False] * 5, np.full((n, 3), -1)
     for k in range(n):
         face, p = faces[parent[k]], int(part_of[patch[k]])
         held[p] |= not ghost[face].any()
@@ -61,7 +61,7 @@ def test_what_corners_tell(is_named, triangles, outer, seed):
                     beyond[p] |= bool(outer[same[0]])
     named = np.zeros((n if is_named else 0, 3), dtype=np.int64)
     found = classify_parts(
-        local, t, parent, faces, vertices, origin, on_fault, ghost, outer, patch, part_of, 3, named
+        local, t, parent, faces, vertices, origin, on_fault, ghost, outer, patch, part_of, named
     )
     assert [mask.tolist() for mask in found] == [held, beyond]
     if is_named:

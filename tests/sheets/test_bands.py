@@ -24,8 +24,7 @@ from geosurf.sheets.faults.fault_distance import (
 )
 from geosurf.sheets.faults.traces import FaultMesh, Trace, mesh_in_frame, trace_lines
 from geosurf.sheets.heights.grid_solver import WorkingGrid
-from geosurf.sheets.lattice.frame import Frame
-from geosurf.sheets.lattice.picks import Picks
+from geosurf.sheets.lattice.picks import Frame, Picks
 from geosurf.sheets.report.describe import _misfit, profile, undirected_chains
 
 

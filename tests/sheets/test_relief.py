@@ -11,10 +11,9 @@ import geosurf as gs
 from geosurf.kernels.sheets.smooth_surface import add_squares
 from geosurf.sheets.faults.traces import mesh_in_frame
 from geosurf.sheets.heights import grid_solver, passes
-from geosurf.sheets.heights.inputs import Trims
 from geosurf.sheets.heights.passes import rebuild, solver_of
 from geosurf.sheets.heights.relief import ORDERS, common_relief
-from geosurf.sheets.heights.state import Heights
+from geosurf.sheets.heights.state import Heights, Trims
 from geosurf.sheets.lattice.data import picks_or_points
 from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.lattice.solve import BEND, weights_of

@@ -9,8 +9,8 @@ import geosurf as gs
 from geosurf.errors import HorizonError, InputError
 from geosurf.sheets.faults.cut_edges import FALLING
 from geosurf.sheets.faults.traces import mesh_in_frame
-from geosurf.sheets.heights.inputs import Trims, inputs_of
 from geosurf.sheets.heights.passes import PointSolver, rebuild
+from geosurf.sheets.heights.state import Trims, inputs_of
 from geosurf.sheets.lattice.data import proposed_spacing, scattered
 from geosurf.sheets.mesh.finish import fault_surfaces
 from tests.sheets import held_out

@@ -9,9 +9,8 @@ from hypothesis import strategies as st
 
 import geosurf as gs
 from geosurf.sheets.faults.traces import mesh_in_frame
-from geosurf.sheets.heights.inputs import Trims
 from geosurf.sheets.heights.passes import rebuild, solver_of
-from geosurf.sheets.heights.state import BIN, Smear, distances, smear_of
+from geosurf.sheets.heights.state import BIN, Smear, Trims, distances, smear_of
 from geosurf.sheets.lattice import picks
 from geosurf.sheets.lattice.data import picks_of
 from geosurf.sheets.lattice.picks import Noise

@@ -11,9 +11,8 @@ from geosurf.sheets.faults.cut_edges import Cuts
 from geosurf.sheets.faults.fault_distance import NearTrace
 from geosurf.sheets.faults.tips import TERMS, tips_of
 from geosurf.sheets.faults.traces import Trace
-from geosurf.sheets.heights.tip_solve import _pays, paying_shares, smoothest_residual
-from geosurf.sheets.lattice.frame import Frame
-from geosurf.sheets.lattice.picks import scale_of
+from geosurf.sheets.heights.tip_solve import Shapes, _pays, paying_shares, smoothest_residual
+from geosurf.sheets.lattice.picks import Frame, scale_of
 from geosurf.sheets.lattice.solve import BEND, lattice_graph, smoothest, weights_of
 from tests.sheets import held_out
 from tests.sheets.table import measure
@@ -83,7 +82,7 @@ def test_the_rest_is_the_smoothest_against_dense_equations():
     likely, doubt = np.array([10.0, 20.0]), 0.4
     groups = [(np.arange(2), np.ones(49, dtype=bool))]
     found, share = smoothest_residual(
-        graph, unknown, value, np.ones(2), shapes, groups, likely, doubt, pull, target
+        graph, unknown, value, np.ones(2), Shapes(shapes, groups, likely), doubt, pull, target
     )
     weights = weights_of(np.ones(2), BEND)
     energy = energy_gradient(graph.east, graph.north, graph.square, np.eye(49), weights)
@@ -98,7 +97,7 @@ def test_the_rest_is_the_smoothest_against_dense_equations():
     bare = np.zeros((49, 2))  # shapes that are good for nothing
     plain = smoothest(graph, unknown, value, np.ones(2), pull=pull, target=target)
     found, share = smoothest_residual(
-        graph, unknown, value, np.ones(2), bare, groups, likely, doubt, pull, target
+        graph, unknown, value, np.ones(2), Shapes(bare, groups, likely), doubt, pull, target
     )
     assert not share.any()
     assert found == pytest.approx(plain)

@@ -8,7 +8,7 @@ import pytest
 
 from geosurf.errors import GeometryError
 from geosurf.sheets import tear as attempts
-from geosurf.sheets.heights.inputs import Trims
+from geosurf.sheets.heights.state import Trims
 
 NAMES = ("F1", "F2", "F3", "F4")
 

@@ -372,10 +372,10 @@ def _vertex_at(local, p, vertices, origin, faces, face):
     return -1
 
 
-@entry("d2 l2 l1 l2 d2 d1 b1 b1 b1 l1 l1 l l2* -> b1 b1")
+@entry("d2 l2 l1 l2 d2 d1 b1 b1 b1 l1 l1 l2* -> b1 b1")
 def classify_parts(
     local, triangles, parent, faces, vertices, origin, on_fault, ghost, outer, patch, part_of,
-    n_part, named,
+    named,
 ):  # fmt: skip
     """Whether each part holds original data, and whether it holds something beyond a fault.
 
@@ -384,7 +384,8 @@ def classify_parts(
     on the boundary of both parts and decides nothing. If `named` (n, 3) has rows, the vertex at
     each corner is written to it, -1 for points that were made.
     """
-    held, beyond = np.zeros(n_part, dtype=np.bool_), np.zeros(n_part, dtype=np.bool_)
+    n = part_of.shape[0]  # parts are numbered by patches
+    held, beyond = np.zeros(n, dtype=np.bool_), np.zeros(n, dtype=np.bool_)
     for k in range(triangles.shape[0]):
         of, part = parent[k], part_of[patch[k]]
         a, b, c = faces[of, 0], faces[of, 1], faces[of, 2]

@@ -16,7 +16,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from geosurf.kernels.sheets.link_lines import UNIT, cut_links
 from geosurf.sheets.faults.fault_distance import NearTrace, side_over
 from geosurf.sheets.faults.traces import FaultMesh, Trace
-from geosurf.sheets.lattice.frame import Frame
+from geosurf.sheets.lattice.picks import Frame
 
 EAST, NORTH, RISING, FALLING = range(4)
 

@@ -16,7 +16,7 @@ from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.sheets.link_lines import NEAR, distance_at_elevation, nearest_on_line
 from geosurf.kernels.sheets.node_bands import boxes_in_blocks, nodes_of_blocks, points_in_blocks
 from geosurf.sheets.faults.traces import FaultMesh, Trace
-from geosurf.sheets.lattice.frame import Frame
+from geosurf.sheets.lattice.picks import Frame
 
 # ---- node table ----------------------------------------
 # Numbers of lattice nodes, as a table that grows where nodes are put, by square tiles.

@@ -24,7 +24,7 @@ from geosurf.sheets.faults.fault_distance import (
     side_at_own_height,
 )
 from geosurf.sheets.faults.traces import FaultMesh, Trace, extended, sample, trace_lines
-from geosurf.sheets.lattice.frame import Frame
+from geosurf.sheets.lattice.picks import Frame
 from geosurf.sheets.lattice.solve import around, grounded, lattice_graph, smoothest, without_absent
 
 EXTENSION = 3.0  # cells that every end is drawn out by, to see what it runs into

@@ -32,7 +32,7 @@ from geosurf.sheets.faults.fault_distance import (
     window,
 )
 from geosurf.sheets.faults.traces import Trace, mesh_in_frame
-from geosurf.sheets.lattice.frame import frame_of_lattice
+from geosurf.sheets.lattice.picks import frame_of_lattice
 
 TERMS = 5  # shapes between two tips; docs/validation/torn_sheets.md has what fewer and more do
 POWERS = (0.5, 1.5)  # of the distance from a single tip

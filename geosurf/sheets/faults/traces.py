@@ -18,7 +18,7 @@ from geosurf.kernels.sheets.fault_trace import block_bounds, may_meet, zero_line
 from geosurf.kernels.sheets.link_lines import directed_lines
 from geosurf.model import TriSurface
 from geosurf.model.surfaces import Content
-from geosurf.sheets.lattice.frame import Frame
+from geosurf.sheets.lattice.picks import Frame
 
 Bounds = tuple[np.ndarray, np.ndarray, np.ndarray]
 

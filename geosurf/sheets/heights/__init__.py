@@ -5,9 +5,9 @@ passes.py        the two passes, in order: start here
                  which picks a pass uses
                  heights from scattered points: each is a row of the equations
                  what a finished pass shows: picks in gaps, misfits of ignored data
-state.py         what passes exchange: tears, selection of picks, evidence, heights
+state.py         picks and faults of one horizon, and the picks near each fault
+                 what passes exchange: tears, selection of picks, evidence, heights
                  how far off ignored data are, and the weight that leaves them in wedges
-inputs.py        picks and faults of one horizon, and the picks near each fault
 grid_solver.py   heights of gridded picks: only nodes near faults are unknown
                  blocks between faults without data: joined to a neighbour, or refused
 tip_solve.py     the solve with those shapes, and with what walls have in common

@@ -12,12 +12,12 @@ from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.sheets.faults.cut_edges import throw_beside
 from geosurf.sheets.faults.network import Network, faults_in_words
 from geosurf.sheets.faults.tips import tips_of
-from geosurf.sheets.heights.inputs import Inputs
 from geosurf.sheets.heights.relief import common_relief
 from geosurf.sheets.heights.state import (
     SENSE,
     Evidence,
     Heights,
+    Inputs,
     Selection,
     Tears,
     distance_of_nodes,

@@ -19,8 +19,7 @@ from geosurf.sheets.faults.fault_distance import mesh_blocks, side_at_own_height
 from geosurf.sheets.faults.traces import FaultMesh
 from geosurf.sheets.heights.grid_solver import FILL
 from geosurf.sheets.heights.state import Heights
-from geosurf.sheets.lattice.frame import frame_of_lattice
-from geosurf.sheets.lattice.picks import Picks
+from geosurf.sheets.lattice.picks import Picks, frame_of_lattice
 from geosurf.sheets.lattice.solve import around, draped
 
 REMEDY = (

@@ -23,16 +23,19 @@ from geosurf.sheets.faults.network import Network
 from geosurf.sheets.faults.tips import Tips, tips_of
 from geosurf.sheets.faults.traces import FaultMesh, Trace
 from geosurf.sheets.heights.grid_solver import FILL, GridSolver, bridge, far_from_data
-from geosurf.sheets.heights.inputs import Inputs, NearPicks, Trims, inputs_of
 from geosurf.sheets.heights.relief import common_relief
 from geosurf.sheets.heights.state import (
     SENSE,
     Evidence,
     Heights,
+    Inputs,
+    NearPicks,
     Selection,
     Smear,
     Tears,
+    Trims,
     distances,
+    inputs_of,
     smear_of,
 )
 from geosurf.sheets.heights.tip_solve import (

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,8 +19,7 @@ from geosurf.kernels.sheets.smooth_surface import energy_gradient
 from geosurf.sheets.faults.fault_distance import NearTrace
 from geosurf.sheets.faults.tips import Tips
 from geosurf.sheets.heights.relief import FREE, SEEN
-from geosurf.sheets.lattice.frame import Frame
-from geosurf.sheets.lattice.picks import Noise
+from geosurf.sheets.lattice.picks import Frame, Noise
 from geosurf.sheets.lattice.solve import (
     BEND,
     Common,
@@ -123,19 +123,37 @@ def likely_shares(tips: Sequence[Tips], throw: Sequence[float]) -> np.ndarray:
     return np.concatenate([np.empty(0), *found])
 
 
+class Shapes(NamedTuple):
+    """Shapes of throw at tips, and what decides whether they pay.
+
+    Attributes
+    ----------
+    drawn : ndarray (n, k)
+        Of all nodes.
+    groups : sequence of (ndarray of int64, ndarray of bool (n,))
+        Columns of the shapes of each fault, and the nodes around its tips.
+    likely : ndarray (k,)
+        How large shares may well be [m].
+    towards : sequence of ndarray (n_tip, 2, k)
+        Of each group: see `Tips.throw_towards`.
+    """
+
+    drawn: np.ndarray
+    groups: Sequence[tuple[np.ndarray, np.ndarray]]
+    likely: np.ndarray
+    towards: Sequence[np.ndarray] = ()
+
+
 def smoothest_residual(
     graph: Graph,
     unknown: np.ndarray,
     value: np.ndarray,
     stretch: np.ndarray,
-    shapes: np.ndarray,
-    groups: Sequence[tuple[np.ndarray, np.ndarray]],
-    likely: np.ndarray,
+    shapes: Shapes,
     doubt: float,
     pull: np.ndarray,
     target: np.ndarray,
     scale: float = 1.0,
-    towards: Sequence[np.ndarray] = (),
     common: Common | None = None,
     order: int = 3,
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -145,15 +163,9 @@ def smoothest_residual(
     ----------
     graph, unknown, value, stretch, pull, target, scale
         As for `smoothest`.
-    shapes : ndarray (n, k)
-    groups : sequence of (ndarray of int64, ndarray of bool (n,))
-        Columns of the shapes of each fault, and the nodes around its tips.
-    likely : ndarray (k,)
-        How large shares may well be [m].
+    shapes : Shapes
     doubt : float
         Energy of one deviation of noise; 0 for data without.
-    towards : sequence of ndarray (n_tip, 2, k)
-        Of each group: see `Tips.throw_towards`.
     common : Common, optional
         What walls have in common. Every node is unknown then, node k number k, and coefficients
         follow as nodes that no link joins to any.
@@ -180,7 +192,7 @@ def smoothest_residual(
         return found
 
     # at (n_unknown,): node of each unknown; moves: how heights answer to each shape
-    drawn = bent(shapes)
+    drawn = bent(shapes.drawn)
     free = unknown >= 0
     at = np.empty(len(right), dtype=np.int64)
     at[unknown[free]] = np.flatnonzero(free)
@@ -190,29 +202,28 @@ def smoothest_residual(
     heights[at] = plain
 
     # normal equations of the shares once heights are eliminated (Schur complement)
-    own = products_of_columns(shapes, drawn) - products_of_columns(drawn[at], moved)
+    own = products_of_columns(shapes.drawn, drawn) - products_of_columns(drawn[at], moved)
     wanted = products_of_columns(drawn, heights[:, None])[:, 0]
-    units = [doubt] * len(groups)
+    units = [doubt] * len(shapes.groups)
 
     # without noise the unit is what the energy of a free node is without shapes, near the tips
     if not doubt:
         missed = pull * np.where(pull > 0, target - level - plain, 0.0) ** 2
-        for k, (_, some) in enumerate(groups):
+        for k, (_, some) in enumerate(shapes.groups):
             part = without_absent(graph, some)  # its differences lie among these nodes
             slopes = energy_gradient(part.east, part.north, part.square, heights[:, None], weights)
             if order == 4:
                 slopes += fourth_order(part, stretch)[1].gradient(heights[:, None])
             energy = heights @ slopes[:, 0] + missed[some[at]].sum()
             units[k] = energy / max((some & free).sum(), 1)
-    columns = [columns for columns, _ in groups]
-    share = paying_shares(own, wanted, columns, likely, doubt, units, towards)
+    columns = [columns for columns, _ in shapes.groups]
+    share = paying_shares(own, wanted, columns, shapes.likely, doubt, units, shapes.towards)
     if order == 4 and share.any():
         # fourth differences know best whether throw dies like that, but weigh most what is next to
         # the tip, where shapes are least exact: third ones measure by how much
         _, measured = smoothest_residual(
-            graph, unknown, value, stretch, shapes, groups, likely, doubt, pull, target, scale,
-            towards,
-        )  # fmt: skip
+            graph, unknown, value, stretch, shapes, doubt, pull, target, scale
+        )
         for some in columns:
             if len(some) > 2 and share[some].any():
                 share[some] = measured[some]
@@ -237,7 +248,7 @@ def paying_shares(
     groups : sequence of ndarray of int64
         Columns of the shapes of each fault.
     likely, doubt, towards
-        As for `smoothest_residual`.
+        As for `smoothest_residual` and its `Shapes`.
     units : sequence of float
         Energy in which what each group gains is counted: that of one deviation of noise, or, where
         data are exact, of a node.
@@ -386,10 +397,11 @@ class Task:
             graph, number = with_more(graph, more), np.arange(len(band) + more)
             pull, data, value = (np.append(a, np.zeros(more)) for a in (pull, data, value))
             shapes = np.concatenate([shapes, np.zeros((more, shapes.shape[1]))])
+        likely = likely_shares(self.tips, self.throws)
+        towards = [tip.throw_towards() for tip in self.tips]
         found, share = smoothest_residual(
-            graph, number, value, self.frame.stretch, shapes, groups,
-            likely_shares(self.tips, self.throws), self.noise.energy, pull, data, self.noise.scale,
-            [tip.throw_towards() for tip in self.tips], common, self.noise.order,
+            graph, number, value, self.frame.stretch, Shapes(shapes, groups, likely, towards),
+            self.noise.energy, pull, data, self.noise.scale, common, self.noise.order,
         )  # fmt: skip
         return found[: len(free)], Bent(self.tips, share) if share.any() else None
 

@@ -1,8 +1,8 @@
 """The lattice of a horizon: its frame, its data, and the smoothest surface on it.
 
 =====================  ============================================================================
-frame.py               columns and rows from easting and northing, however the grid is rotated
-picks.py               horizon data on a lattice: which node, what elevation
+picks.py               columns and rows from easting and northing, however the grid is rotated
+                       horizon data on a lattice: which node, what elevation
                        noise of the data, and their weight against smoothness
 data.py                horizon data in any form -> picks, or scattered points
                        scattered points, with a lattice over them

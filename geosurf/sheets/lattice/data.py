@@ -18,8 +18,7 @@ from geosurf.conventions.checks import are_points
 from geosurf.errors import HorizonError, InputError
 from geosurf.model import TriSurface
 from geosurf.model.expected import name_of
-from geosurf.sheets.lattice.frame import Frame, fit_steps, frame_of_lattice
-from geosurf.sheets.lattice.picks import Picks
+from geosurf.sheets.lattice.picks import Frame, Picks, fit_steps, frame_of_lattice
 from geosurf.triangulate import triangulate_horizon
 from geosurf.triangulate.spikes import check_marks, check_spikes
 

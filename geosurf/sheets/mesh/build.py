@@ -19,8 +19,7 @@ from geosurf.sheets.faults.cut_edges import Cuts, Part, is_torn, within
 from geosurf.sheets.faults.fault_distance import Blocks, mesh_blocks, side_at_own_height
 from geosurf.sheets.faults.traces import FaultMesh, mesh_in_frame
 from geosurf.sheets.heights.state import Heights
-from geosurf.sheets.lattice.frame import Frame
-from geosurf.sheets.lattice.picks import Picks
+from geosurf.sheets.lattice.picks import Frame, Picks
 from geosurf.sheets.mesh.cut import Cut, Hole, band_of, cut_band
 from geosurf.sheets.mesh.ghosts import CarryOn, grow, kept_apart
 from geosurf.sheets.mesh.tear_ends import (

@@ -22,7 +22,6 @@ from geosurf.sheets.faults.cut_edges import Part, last_link, on_own_side
 from geosurf.sheets.faults.network import Network
 from geosurf.sheets.faults.traces import FaultMesh, mesh_in_frame
 from geosurf.sheets.heights.grid_solver import GridSolver, refuse_empty_blocks
-from geosurf.sheets.heights.inputs import Trims
 from geosurf.sheets.heights.missing import (
     StandIn,
     continued,
@@ -39,7 +38,7 @@ from geosurf.sheets.heights.passes import (
     rebuild,
     solver_of,
 )
-from geosurf.sheets.heights.state import Heights
+from geosurf.sheets.heights.state import Heights, Trims
 from geosurf.sheets.lattice.data import Scattered
 from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.lattice.solve import around

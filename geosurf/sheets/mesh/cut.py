@@ -22,7 +22,7 @@ from geosurf.model import Patches, TriSurface
 from geosurf.model.base import all_of, any_of
 from geosurf.rebuild import patches_from
 from geosurf.rebuild.ghosts import WALL, kept_parts
-from geosurf.sheets.lattice.frame import Frame
+from geosurf.sheets.lattice.picks import Frame
 from geosurf.sheets.lattice.solve import around
 from geosurf.sheets.mesh.torn_mesh import Torn, Triangles, outer_ghosts, renumbered
 

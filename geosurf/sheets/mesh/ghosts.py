@@ -14,8 +14,7 @@ import numpy as np
 from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.sheets.faults.cut_edges import EAST, NORTH
 from geosurf.sheets.heights.state import Heights
-from geosurf.sheets.lattice.frame import Frame
-from geosurf.sheets.lattice.picks import Picks, scale_of
+from geosurf.sheets.lattice.picks import Frame, Picks, scale_of
 from geosurf.sheets.lattice.solve import STRETCH, Graph, around, lattice_graph, smoothest
 from geosurf.sheets.mesh.torn_mesh import Torn, Triangles, outer_edges
 

@@ -17,10 +17,8 @@ from geosurf.kernels.sheets.link_lines import CHUNK, first_hits, undirected_line
 from geosurf.model import FaultCut, SheetReport, TriSurface
 from geosurf.sheets.faults.cut_edges import EAST, FALLING, NORTH, RISING, Cuts
 from geosurf.sheets.faults.traces import Trace, sample, split_lines
-from geosurf.sheets.heights.inputs import NearPicks
-from geosurf.sheets.heights.state import SENSE, Heights
-from geosurf.sheets.lattice.frame import Frame
-from geosurf.sheets.lattice.picks import Picks
+from geosurf.sheets.heights.state import SENSE, Heights, NearPicks
+from geosurf.sheets.lattice.picks import Frame, Picks
 from geosurf.sheets.mesh.build import Built
 from geosurf.sheets.mesh.close import Closed
 from geosurf.sheets.mesh.cut import Cut

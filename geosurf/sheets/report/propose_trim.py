@@ -17,8 +17,8 @@ from geosurf.conventions.running import running
 from geosurf.errors import GeometryError
 from geosurf.model import TrimProposal, TriSurface
 from geosurf.sheets.faults.traces import mesh_in_frame
-from geosurf.sheets.heights.inputs import Trims
 from geosurf.sheets.heights.passes import ignored_misfits, picks_in_gaps, single_pass, solver_of
+from geosurf.sheets.heights.state import Trims
 from geosurf.sheets.lattice.data import picks_of
 from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.mesh.finish import fault_surfaces

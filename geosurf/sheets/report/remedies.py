@@ -14,7 +14,7 @@ from geosurf.model import TriSurface
 from geosurf.model.faults import SIDES
 from geosurf.model.sheets import Extended
 from geosurf.sheets.heights.state import Heights
-from geosurf.sheets.lattice.frame import Frame
+from geosurf.sheets.lattice.picks import Frame
 from geosurf.sheets.mesh.build import LEVEL_REACH, Built
 from geosurf.sheets.mesh.close import Closed
 from geosurf.sheets.mesh.tear_ends import LATERAL, NO_THROW, distance_to

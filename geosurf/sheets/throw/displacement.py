@@ -19,8 +19,7 @@ from geosurf.model import TriSurface
 from geosurf.sheets.faults.fault_profile import dip_lines
 from geosurf.sheets.faults.slip import Slip
 from geosurf.sheets.heights.passes import MAP_REACH
-from geosurf.sheets.lattice.frame import Frame
-from geosurf.sheets.lattice.picks import Picks
+from geosurf.sheets.lattice.picks import Frame, Picks
 
 ROUNDS = 200  # steps to the fixed point; each halves the error at least, unless beds fold
 RIM = 1e-9  # cells: nearer than this to the rim of a hole is on it

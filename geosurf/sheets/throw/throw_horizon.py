@@ -25,7 +25,7 @@ from geosurf.sheets.faults.fault_profile import SPARE as FAULT_SPARE
 from geosurf.sheets.faults.slip import Slip, slips_of
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.data import has_fewer_nodes, picks_of
-from geosurf.sheets.lattice.frame import Frame
+from geosurf.sheets.lattice.picks import Frame
 from geosurf.sheets.mesh.build import SPARE, Built, build
 from geosurf.sheets.mesh.finish import (
     crs_among,
