@@ -128,16 +128,6 @@ def test_a_mistake_that_was_set_has_no_line_of_the_file(scenario, capsys):
     assert any("lengthen_m is -1" in row["mistake"] for row in found)
 
 
-def test_verbose_lists_steps_on_stderr_and_leaves_stdout(scenario, capsys):
-    assert cli.main(["check", str(scenario)]) == 0
-    plain = capsys.readouterr()
-    assert cli.main(["check", str(scenario), "--verbose"]) == 0
-    verbose = capsys.readouterr()
-    assert (verbose.out, plain.err) == (plain.out, "")
-    assert [line.split()[0] for line in verbose.err.splitlines()][:2] == ["read", "triangulate"]
-    assert all(line.endswith("MB at most") for line in verbose.err.splitlines())
-
-
 @pytest.mark.skipif(shutil.which("bash") is None, reason="bash is not installed")
 def test_bash_completes_commands_options_and_files(tmp_path):
     (tmp_path / "geo.sh").write_text(completion_script(cli.build_parser(), "bash"))

@@ -14,7 +14,6 @@ import sys
 import time
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 import geosurf as gs
@@ -208,31 +207,6 @@ def test_render_asks_the_scenario_what_it_was_not_told(folder, tmp_path, monkeyp
     assert over.wells["W1"][0].tolist() == [[100, 100, -900], [200, 100, -1900]]
 
 
-def test_words_count_where_files_do_not_say_their_own(tmp_path, capsys):
-    """A grid of depths in feet, which says nothing, and a fault that says elevation in metres."""
-    flat = "-996 2 10 10\n0 10 0 10\n2 0 0 0\n0 0 0 0 0 0 0\n100 100\n100 100\n"
-    (tmp_path / "top.irap").write_text(flat)
-    corners = [(5, -9, -20), (5, 19, -20), (5, 19, -40), (5, -9, -40)]
-    fault = gs.TriSurface("F1", "fault", corners, [[0, 1, 2], [0, 2, 3]])
-    gs.write(fault, tmp_path / "F1.ts")
-    words = ["curves", str(tmp_path / "top.irap"), str(tmp_path / "F1.ts")]
-    words += ["--positive", "down", "--length-unit", "ft", "-o", str(tmp_path / "c.vtp")]
-    assert cli.main(words) == 0
-    assert "1 curve, 0 closed, 10 m" in capsys.readouterr().out
-    scene = gs.Scene({"Top": tmp_path / "top.irap"}, {"F1": tmp_path / "F1.ts"},
-                     positive="down", length_unit="ft")  # fmt: skip
-    np.testing.assert_allclose(scene.surface("Top").vertices[:, 2], -30.48, rtol=1e-15)
-    assert scene.surface("F1").bounds == fault.bounds
-    for wrong in (
-        {"positive": "dwon", "length_unit": "ft"},
-        {"positive": "down", "length_unit": "fet"},
-    ):
-        with pytest.raises(gs.errors.InputError, match=r"'dwon'|'fet'"):
-            gs.Scene({"Top": tmp_path / "top.irap"}, {"F1": tmp_path / "F1.ts"}, **wrong)
-    with pytest.raises(gs.errors.InputError, match="the file has positive='up', but the argument"):
-        gs.read_fault(tmp_path / "F1.ts", positive="down")
-
-
 # rooms that a model of grids and meshes leaves out without rules and pictures
 NOT_FOR_ALL = (
     *(f"geosurf.{room}" for room in ("ensemble", "grid", "synthetic", "tetrahedra")),
@@ -325,16 +299,6 @@ def test_errors_are_one_sentence_on_stderr(folder, capsys, name, code, sentence)
     assert sentence in said.err
     assert len(said.err.splitlines()) == 1
     assert said.out == ""
-
-
-def test_a_folder_that_cannot_be_written(folder, tmp_path, capsys):
-    (tmp_path / "out").write_text("a file")
-    for command in ("run", "report"):
-        words = [command, str(folder / "good.toml"), "-o", str(tmp_path / "out")]
-        assert cli.main(words) == 2
-        err = capsys.readouterr().err
-        assert "out: results cannot be written there" in err
-        assert "Choose another folder" in err
 
 
 @pytest.mark.parametrize(

@@ -106,19 +106,6 @@ def test_one_of_several_faults_is_chosen_by_name(convert):
     assert sorted(set(table["X"])) == [5.0, 7.0]
 
 
-def test_columns_and_decimal_sign_of_a_table(convert, tmp_path):
-    (tmp_path / "table.txt").write_text("7 5,5 6,5 -1,25 9\n8 6,5 7,5 -2,5 9\n")
-    code, _, err = convert("table.txt", "a.xyz", "--as", "points")
-    assert code == 2
-    assert "decimal=','" in err
-    words = ("--as", "points", "--columns", "2,3,4", "--decimal", ",")
-    assert convert("table.txt", "a.xyz", *words)[0] == 0
-    assert gs.read_points("a.xyz", positive="up").elevation.values.tolist() == [-1.25, -2.5]
-    (tmp_path / "named.csv").write_text("A,B,C,D\n7,5,6,-1\n")
-    assert convert("named.csv", "b.xyz", "--as", "points", "--columns", "B,C,D")[0] == 0
-    assert gs.read_points("b.xyz", positive="up").easting.values.tolist() == [5.0]
-
-
 def test_wells_with_directions_and_their_heads(convert, tmp_path):
     (tmp_path / "survey.csv").write_text("Id,DEPT,Inc,Azi\nW-1,0,0,0\nW-1,1000,0,0\n")
     (tmp_path / "heads.csv").write_text("Well,X,Y,KB\nW-1,500,900,25\n")

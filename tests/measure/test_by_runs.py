@@ -119,19 +119,6 @@ def test_thickness_by_coordinates_and_by_triangles_is_the_same(warp, kind):
         assert_same(one.to_dataset(), two.to_dataset())
 
 
-@pytest.mark.parametrize("zone", ["H00/H01", "below H02"])
-def test_nodes_of_a_horizon_are_on_rims_of_its_triangles(scene, zone):
-    shells = Units(scene.units.values(), scene.box)
-    grid = scene.surface("H01").lattice
-    x, y = grid.easting, grid.northing
-    at_nodes = xr.DataArray(
-        np.zeros(grid.shape), coords={"northing": y, "easting": x}, dims=("northing", "easting")
-    )
-    one, two = (thickness_map(units, zone, at_nodes) for units in (scene.units, shells))
-    assert_same(one.to_dataset(), two.to_dataset())
-    assert float(one.sum("block").max()) > 90.0
-
-
 def test_thickness_is_that_of_every_triangle_in_fractions(scene, rng):
     west, east, south, north = scene.box[:4]
     feet = rng.uniform((west, south), (east, north), (12, 2))
@@ -160,12 +147,3 @@ def length_inside(corners, foot):
             z = sum(w * p[2] for w, p in zip(of, (a, b, c), strict=True)) / sum(of)
             total += z if min(of) > 0 else -z
     return total
-
-
-def test_thickness_maps_and_sections_list_no_shell():
-    fresh = Scene(*inputs_of(3, 61, 2))
-    for zone in ("H00/H01", "H01/H02", "above H00"):
-        fresh.thickness(zone)
-    fresh.section([(500.0, 700.0), (9500.0, 8700.0)])
-    assert "expanded" not in fresh.patches.pieces.__dict__
-    assert not any("_arrays" in unit.__dict__ for unit in fresh.units.values())

@@ -211,18 +211,6 @@ def test_each_wall_has_its_own_cutoff():
     np.testing.assert_array_equal(scene.cutoffs("Top", "F1", "+")[0], down)
 
 
-def test_an_untorn_horizon_has_one_cutoff_twice():
-    world = synthetic.graben(n=9)
-    scene = Scene(world.horizons, world.faults, world.box)
-    (plus,), (minus,) = (scene.cutoffs("Top", "F1", side) for side in "+-")
-    np.testing.assert_array_equal(plus, minus)
-    step = np.linalg.norm(np.diff(plus, axis=0), axis=1).sum()
-    assert step == pytest.approx(world.truth["curve_length"]["Top", "F1"], rel=1e-12)
-    found = scene.fault_polygons("Top")
-    assert found.kind.values.tolist() == ["line", "line"]
-    assert found.map_area.values.tolist() == [0.0, 0.0]
-
-
 @pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")  # of the order
 def test_what_is_clipped_away_has_no_cutoff():
     low = level("Low", -5.0)  # older than Top, but above it: clipped everywhere but at the sides
@@ -312,21 +300,6 @@ def test_lines_in_parts_are_paired_where_they_overlap():
     assert separation(low, [], 90.0).sizes["point"] == 0
 
 
-def test_vertices_on_one_place_are_one():
-    """Exact cuts leave such pairs; found at the side of a box, where a torn sheet ends."""
-    up = [
-        [0.0, 0.0, 0.0],
-        [0.0, 0.0, 1e-9],
-        [0.0, 4.0, 0.0],
-        [0.0, 8.0 - 1e-9, 0.0],
-        [0.0, 8.0, 0.0],
-    ]
-    low = [[1.0, 0.0, -2.0], [1.0, 8.0, -2.0]]
-    found = separation([low], [up], 90.0)
-    np.testing.assert_allclose(found.along_strike, [0.0, 4.0, 8.0], atol=1e-12)
-    np.testing.assert_allclose(found.throw, 2.0, atol=1e-12)
-
-
 @pytest.mark.parametrize("kind", ["through", "reverse"])
 def test_throw_of_a_torn_sheet_is_that_of_its_truth(kind):
     """Cut-offs of a model from a sheet, against the cut-offs that the world was made with."""
@@ -365,13 +338,6 @@ def test_dip_azimuth_and_area_of_planes(dip, azimuth):
     area = 4000.0 * 3000.0 / math.cos(math.radians(2.0))
     assert float(top.total_area) == pytest.approx(area, rel=1e-12)
     assert float(top.area.sum()) == pytest.approx(area, rel=1e-12)
-
-
-def test_a_flat_horizon_has_no_azimuth():
-    scene = Scene({"Top": level("Top", -10.0)}, {"F1": slope()}, BOX)
-    found = scene.orientation("Top")
-    assert float(found.mean_dip) == 0.0
-    assert math.isnan(float(found.mean_azimuth))
 
 
 # ---- scene ---------------------------------------------------------------------------

@@ -98,13 +98,6 @@ def test_what_cannot_be_compared_has_a_status(planes):
     assert np.isnan(far.model).all()
 
 
-def test_the_same_tops_give_the_same_bytes(planes):
-    tops = table(planes.surface("Top").vertices[::5] + np.array([1.0, 2.0, 3.0]))
-    one, two = planes.misfit(tops), planes.replace(tops=tops).misfit()
-    assert one.identical(two)
-    assert one.model.values.tobytes() == two.model.values.tobytes()
-
-
 def test_tops_from_a_file_and_without(planes, tmp_path):
     east, north, up = planes.surface("Top").vertices[40]
     (tmp_path / "tops.csv").write_text(f"Well,X,Y,TVDSS,Top\nW1,{east},{north},{-up + 4},Top\n")

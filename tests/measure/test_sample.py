@@ -302,18 +302,3 @@ class TestWells:
     def test_refusals(self, scene, path, md, words):
         with pytest.raises(InputError, match=words):
             scene.well_intervals(path, md=md)
-
-
-def test_block_models_go_to_files(scene, tmp_path):
-    """pyvista and xarray read what was written: the same unit in every cell."""
-    pv = pytest.importorskip("pyvista")
-    found = scene.sample(cell=(200, 250, 20), codes=True)
-    gs.write(found, tmp_path / "model.vti")
-    image = pv.read(tmp_path / "model.vti")
-    assert np.allclose(image.bounds, scene.box)
-    assert (image.cell_data["unit"] == found.unit.values.ravel()).all()
-    middles = image.cell_centers().points
-    assert (scene.sample(middles, codes=True).zone.values == image.cell_data["zone"]).all()
-    gs.write(found, tmp_path / "model.nc")
-    with xr.open_dataset(tmp_path / "model.nc") as back:
-        assert (back.unit.values == found.unit.values).all()

@@ -18,7 +18,7 @@ from geosurf.measure import thickness as unit_columns
 from geosurf.measure import thickness_map
 from geosurf.measure.columns import cross_columns
 from geosurf.model import Unit, Units
-from tests.measure.worlds import BOX, faulted, level, slope
+from tests.measure.worlds import BOX, faulted, level
 from tests.strategies import lattice_points
 
 UTM = (456_000.0, 6_780_000.0, 0.0)
@@ -68,20 +68,6 @@ def test_bedding_is_that_of_the_top_or_else_of_the_base():
     beneath = np.abs(foot - base) < 1e-12
     assert 0 < beneath.sum() < 0.05 * foot.size
     np.testing.assert_allclose(foot[~np.isnan(foot) & ~beneath], top, rtol=1e-12)
-
-
-def test_between_two_faults_there_is_no_bedding():
-    """A vertical line that enters and leaves the zone through faults alone has no isopach."""
-    lower = slope()
-    upper = TriSurface("F2", "fault", lower.vertices + np.array([2.0, 0.0, 0.0]), lower.triangles)
-    scene = Scene({"Top": level("Top", -10.0)}, {"F1": slope(), "F2": upper}, BOX)
-    at = nodes([30.5], [15.3])
-    isochore, isopach = (
-        scene.thickness("below Top", at, kind=kind).sel(block="F1+ F2-").item()
-        for kind in ("isochore", "isopach")
-    )
-    assert isochore == pytest.approx(2.0, abs=1e-13)
-    assert math.isnan(isopach)
 
 
 def test_torn_and_reverse_zones_by_hand():
@@ -143,16 +129,6 @@ def test_sums_converge_to_the_volumes(graben):
             error.append(float(np.abs(sums / exact - 1).max()))
         assert error[1] < 1e-5
         assert error[1] < error[0] / 10
-
-
-def test_a_turned_grid_is_the_same_nodes():
-    scene = faulted()
-    flat = scene.thickness("Top/Base", 4.0)
-    east, north = np.meshgrid(flat.easting, flat.northing, indexing="ij")
-    turned = xr.Dataset(coords={"northing": (("i", "j"), north), "easting": (("i", "j"), east)})
-    found = scene.thickness("Top/Base", turned)
-    assert found.dims == ("block", "i", "j")
-    np.testing.assert_array_equal(found.transpose("block", "j", "i"), flat)
 
 
 MUCH = 10**9

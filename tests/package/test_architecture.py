@@ -184,24 +184,6 @@ def test_no_imports_go_in_a_circle() -> None:
     assert " -> ".join(circle_in(graph)) == ""
 
 
-@pytest.mark.parametrize(
-    ("second", "circle"),
-    [
-        ("def late():\n    import geosurf.first\n", ["geosurf.first", "geosurf.second"]),
-        ("if TYPE_CHECKING:\n    from geosurf import first\n", ["geosurf.first", "geosurf.second"]),
-        ("import geosurf.third\n", []),
-    ],
-    ids=["in a function", "for types only", "none"],
-)
-def test_a_circle_is_found(second: str, circle: list[str], tmp_path: Path) -> None:
-    texts = {"first": "from geosurf.second import name\n", "second": second, "third": ""}
-    known = {f"geosurf.{name}": tmp_path / f"{name}.py" for name in texts}
-    for name, text in texts.items():
-        (tmp_path / f"{name}.py").write_text(text)
-    graph = {name: imports_of(path, known) for name, path in known.items()}
-    assert circle_in(graph)[:-1] == circle
-
-
 def test_import_geosurf_loads_nothing_heavy() -> None:
     said = run(sys.executable, "-c", "import sys, geosurf; print(*sorted(sys.modules))")
     assert said.returncode == 0, said.stderr

@@ -75,23 +75,6 @@ def test_importing_render_loads_neither_pyvista_nor_vtk_nor_matplotlib():
     assert done.stdout.strip() == "[]", done.stderr
 
 
-def test_no_library_names_what_is_missing_and_the_package(monkeypatch, forgetful):
-    monkeypatch.setattr(backend, "EGL", Backend("egl", EGL.window, ("libEGLnowhere.so.1",)))
-    monkeypatch.setattr(backend, "OSMESA", Backend("osmesa", OSMESA.window, ("libOSnowhere.so",)))
-    with pytest.raises(
-        DependencyError,
-        match=r"cannot be drawn.*EGL: none of libEGLnowhere.*OSMESA: none of libOSnowhere"
-        r".*apt install libegl1 libgl1-mesa-dri.*libosmesa6",
-    ):
-        backend.find_backend()
-
-
-def test_osmesa_is_taken_where_egl_does_not_draw(monkeypatch, forgetful):
-    draws = {EGL: Finding(EGL, "", "none"), OSMESA: Finding(OSMESA, "OSMesa", "draws")}
-    monkeypatch.setattr(backend, "probe", draws.__getitem__)
-    assert backend.find_backend().backend is OSMESA
-
-
 def test_a_choice_of_the_user_is_the_only_one_tried(monkeypatch, forgetful):
     tried = []
 

@@ -80,14 +80,6 @@ def test_lines_are_cut_where_they_leave(ring):
     assert length == pytest.approx(4.0 if ring is SQUARE else 8.0 + 2.0 + 2.0)
 
 
-def test_what_is_inside_is_handed_on_as_it_is():
-    points, triangles = tilted(size=3.0)
-    x, t, walls = Prism((-9, 9, -9, 9, -9, 9)).triangles(points, triangles)
-    assert x is points
-    assert t is triangles
-    assert len(walls) == 0
-
-
 def test_torn_horizons_are_drawn_as_far_as_their_faults():
     world = synthetic.torn("normal", n=41)
     sheet = tear_horizon(world.horizons["Top"], world.faults, name="Top")

@@ -7,7 +7,7 @@ import pytest
 
 import geosurf as gs
 from benchmarks.results import inputs_of
-from geosurf.render.interactive import clustered, surfaces_at, view_of_units
+from geosurf.render.interactive import clustered, view_of_units
 from geosurf.render.surface_layers import UnitMesh, mesh_to_draw, outline
 
 
@@ -54,21 +54,6 @@ def corner_points(mesh: UnitMesh) -> np.ndarray:
         for point in corners:
             at.setdefault(point, set()).add(surface)
     return mesh.points[[point for point, of in at.items() if len(of) > 2]]
-
-
-def test_sets_of_surfaces_are_those_that_meet(units):
-    mesh = mesh_to_draw(units, 10**9)
-    meeting, several = surfaces_at(len(mesh.points), mesh.triangles, mesh.surface)
-    at: dict[int, set[int]] = {}
-    for corners, surface in zip(mesh.triangles.tolist(), mesh.surface.tolist(), strict=True):
-        for point in corners:
-            at.setdefault(point, set()).add(surface)
-    found: dict[int, set[frozenset[int]]] = {}
-    for point, of in at.items():
-        assert several[point] == (len(of) > 1)
-        found.setdefault(int(meeting[point]), set()).add(frozenset(of))
-    assert all(len(sets) == 1 for sets in found.values())
-    assert len(set.union(*found.values())) == len(found) > 10
 
 
 @pytest.mark.parametrize("n_horizon", [3, 12])

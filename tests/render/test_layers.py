@@ -3,12 +3,9 @@
 import numpy as np
 import pytest
 
-from geosurf import Scene
 from geosurf.model import Lattice, TriSurface
-from geosurf.render import layers, surface_layers
+from geosurf.render import surface_layers
 from geosurf.render.clip import Prism
-from geosurf.render.compose import voxel_edges
-from geosurf.render.furniture import shortened
 from geosurf.render.surface_layers import Shell
 
 
@@ -89,26 +86,6 @@ def test_blocks_move_sideways_and_zones_up_and_down(units):
     assert all((shift == 0.0).all() for shift in surface_layers.explosion(units, 0.0))
 
 
-def test_long_names_of_units_differ_in_the_legend():
-    """Shortened in the middle, all blocks of a zone once had the same name."""
-    box = (0.0, 9.0, 0.0, 9.0, -9.0, 0.0)
-    corners = [(-1, -1), (10, -1), (10, 10), (-1, 10)]
-    quad = [[0, 1, 2], [0, 2, 3]]
-    fault = [(5, -1, -10), (5, 10, -10), (5, 10, 1), (5, -1, 1)]
-    horizons = {
-        name: TriSurface(name, "horizon", [(*c, z) for c in corners], quad)
-        for name, z in (("Top sand", -3.0), ("Base sand", -6.0))
-    }
-    faults = {"Main fault": TriSurface("Main fault", "fault", fault, quad)}
-    units = Scene(horizons, faults, box, contacts={"OWC": -4.5}).units
-    legend = surface_layers.show_units(units).legend
-    lines = [
-        (shortened(entry.label), shortened(entry.detail, layers.DETAIL_ROOM)) for entry in legend
-    ]
-    assert len(set(lines)) == len(units) == 8
-    assert ("Top sand/Base sand", "Main fault+ above OWC, 54 m³") in lines
-
-
 def test_the_outline_of_a_block_closes_and_skips_flat_sides(units):
     unit = units["Top/Base, F1-"]
     shell = Shell(unit.vertices, unit.triangles, unit.surface_of_triangle)
@@ -116,18 +93,3 @@ def test_the_outline_of_a_block_closes_and_skips_flat_sides(units):
     assert (np.bincount(edges.ravel())[np.unique(edges)] >= 2).all()
     n_rim = 2 * 4 * 11 + 4  # two rims of 4 x 11 edges, and four corners
     assert len(edges) == n_rim
-
-
-def test_patches_are_shades_of_their_surface(patches):
-    content = surface_layers.show_patches(patches)
-    assert [entry.detail for entry in content.legend] == ["2 patches", "1 patch"]
-    drawn = [layer for layer in content.layers if layer.triangles is not None]
-    assert sum(len(layer.triangles) for layer in drawn) == patches.n_triangle
-    assert drawn[0].colour != drawn[1].colour
-
-
-def test_voxel_edges_are_shared(search):
-    points, edges = voxel_edges(search)
-    length = np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)
-    np.testing.assert_allclose(length, search.size)
-    assert len(np.unique(edges, axis=0)) == len(edges) < 12 * len(search.occupied)

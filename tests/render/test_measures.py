@@ -17,7 +17,6 @@ from geosurf.render.allan import draw_allan
 from geosurf.render.compose import plotted
 from geosurf.render.furniture import Sheet, plain_number
 from geosurf.render.isochores import _checked, _dense, cut_by_faults, draw_thickness
-from geosurf.render.section import draw_section
 from tests.measure.worlds import faulted
 
 SIZE = (640, 400)
@@ -58,17 +57,6 @@ def test_an_allan_diagram_has_colours_of_the_footwall_and_stripes_of_the_hanging
             * ((areas.zone_plus == zone).astype(int) + (areas.zone_minus == zone).astype(int))
         )
         assert part / frame == pytest.approx(mine.sum() / areas.area.sum(), abs=0.06)
-
-
-def test_a_diagram_shows_what_is_near_the_cutoffs(scene, tmp_path, monkeypatch):
-    shown = scene.allan("F1"), scene.juxtaposition("F1")
-    words = {"zones": ["above Top", "Top/Base", "below Base"], "size": SIZE}
-    near = pixels(plotted(draw_allan, *shown, path=tmp_path / "a.png", **words))
-    monkeypatch.setattr("geosurf.render.diagram.AROUND", 99.0)
-    whole = pixels(plotted(draw_allan, *shown, path=tmp_path / "b.png", **words))
-    middle, outer = palette.stratum(1), palette.stratum(2)
-    assert share(near, middle) > 1.1 * share(whole, middle)
-    assert 0.02 < share(near, outer) < share(whole, outer)
 
 
 def test_a_thickness_map_shows_all_of_the_zone_and_its_polygons(scene, tmp_path):
@@ -133,14 +121,6 @@ def test_nodes_between_polygons_are_those_that_all_distances_find(seed):
     assert (cut != expected).sum() == 0
 
 
-@pytest.mark.parametrize("name", ["$\\bad{", "$x$ and $y", "a_b^c"])
-def test_names_are_no_formulas(scene, tmp_path, name):
-    section = scene.section([(0.0, 15.0), (60.0, 15.0)])
-    section["label"] = section.label.astype(object).where(section.kind != "fault", name)
-    section.attrs["faults"] = [name]
-    assert plotted(draw_section, section, path=tmp_path / "s.png", size=SIZE).is_file()
-
-
 def test_letters_that_the_font_lacks_are_replaced_and_named_once(tmp_path):
     ramp = TriSurface("\u50a8\u5c42 A", "fault", [[0, 0, 0], [9, 0, 0], [0, 9, 5]], [[0, 1, 2]])
     with pytest.warns(GeosurfWarning, match="lacks: '\u50a8', '\u5c42'") as caught:
@@ -186,18 +166,3 @@ def test_the_key_says_everywhere_only_where_that_is_true(tmp_path, monkeypatch, 
     where = "away from faults" if faulted else "everywhere"
     assert f"{where} {plain_number(height)} m" in said
     assert sum("everywhere" in words for words in said) == (not faulted)
-
-
-def test_blocks_that_add_up_to_one_thickness_are_not_said_to_have_it_everywhere(
-    tmp_path, monkeypatch
-):
-    values = np.full((2, 20, 30), np.nan)
-    values[0, :, :15], values[1, :, 15:] = 70.0, 70.0
-    values[:, :, 14] = [[30.0], [40.0]]  # the fault runs through these cells
-    coords = {"block": ["F1-", "F1+"], "northing": np.arange(20.0), "easting": np.arange(30.0)}
-    found = xr.DataArray(values, coords, ("block", "northing", "easting"), attrs={"zone": "A/B"})
-    said = texts_of(
-        monkeypatch, lambda: plotted(draw_thickness, found, path=tmp_path / "m.png", size=SIZE)
-    )
-    assert "all blocks together 70 m" in said
-    assert not any("everywhere" in words for words in said)

@@ -50,20 +50,6 @@ PLOTS = {
 }
 
 
-def test_fluid_contacts_do_not_change_the_mean_thickness_of_a_column():
-    from geosurf.render.diagram import column_of
-
-    world = gs.synthetic.tilted_planes(n=5)
-    levels = {"GOC": -2050, "OWC": {"F1+": -2100, "F1-": -2120}}
-    found = []
-    for contacts in ({}, {"OWC": -2100}, levels):
-        units = gs.Scene(world.horizons, world.faults, world.box, contacts=contacts).units.values()
-        rows = [(unit.zone, unit.volume, unit.zone_map_area) for unit in units]
-        found.append(column_of(rows, ["above Top", "Top/Base", "below Base"]))
-    for thickness in found[1:]:
-        assert thickness == pytest.approx(found[0])
-
-
 @pytest.mark.parametrize("plot", PLOTS)
 def test_each_plot_is_a_figure_or_goes_into_axes(scene, plot):
     own = PLOTS[plot](scene, None)

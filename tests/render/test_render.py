@@ -7,11 +7,9 @@ import pytest
 
 import geosurf.render as render
 from geosurf.errors import OutputError
-from geosurf.model import Lattice, TriSurface
 from geosurf.render import (
     backend,
     compose,
-    furniture,
     palette,
     surface_layers,
     views,
@@ -123,13 +121,6 @@ def test_a_scene_is_asked_only_for_what_is_shown(scene, tmp_path, show, asked):
     assert lazy.asked - {"aoi"} == asked
 
 
-def test_a_fault_seen_edge_on_is_seen(scene, tmp_path):
-    look = {"view": "south", "show": ["faults"], "exaggeration": 2.5, "size": SMALL}
-    image = pixels(ScenePlots(scene).view(path=tmp_path / "s.png", **look))
-    inner = image[120:200, 100:450]
-    assert (inner[:, :, 0] > inner[:, :, 1] + 0.08).any(axis=1).mean() > 0.9
-
-
 def test_units_are_drawn_apart_in_their_colours(units, tmp_path):
     path = ScenePlots(SimpleNamespace(units=units)).units(path=tmp_path / "units.png", size=SMALL)
     image = pixels(path)
@@ -150,15 +141,6 @@ def test_the_search_is_explained_in_colour(top, fault, search, curves, tmp_path)
     assert share(image, palette.VOXEL, 0.25) > 0.001
 
 
-def test_surfaces_without_curves_and_without_relief(tmp_path):
-    flat = Lattice(np.arange(0.0, 500, 100), np.arange(0.0, 400, 100), np.zeros((4, 5)))
-    surface = TriSurface("Flat", "horizon", lattice=flat)
-    path = render.render_surfaces([surface], path=tmp_path / "flat.png", size=SMALL)
-    assert share(pixels(path), palette.stratum(0)) > 0.1
-    edge_on = render.render_surfaces([surface], path=tmp_path / "s.png", view="south", size=SMALL)
-    assert (pixels(edge_on) != 1.0).any()
-
-
 def test_map_has_contours_curves_and_elevation_colours(top, curves, tmp_path):
     plain = pixels(plotted(draw_map, top, path=tmp_path / "plain.png", size=SMALL))
     image = pixels(plotted(draw_map, top, curves, path=tmp_path / "map.png", size=SMALL))
@@ -171,19 +153,6 @@ def test_maps_have_the_colours_that_faults_have_elsewhere(top, curves, tmp_path)
     words = {"curves": curves, "path": tmp_path / "map.png", "size": SMALL}
     image = pixels(plotted(draw_map, top, faults=["F0", "F1"], **words))
     assert share(image, palette.fault(1), 0.1) > share(image, palette.fault(0), 0.1) + 3e-4
-
-
-def test_maps_keep_lines_of_other_horizons_apart_from_faults(top, curves, tmp_path):
-    """Whatever is no fault is dark grey beside them, and has a colour where none are named."""
-    words = {"curves": curves, "path": tmp_path / "map.png", "size": SMALL}
-    grey = pixels(plotted(draw_map, top, faults=["F7"], **words))
-    coloured = pixels(plotted(draw_map, top, **words))
-    for colour, more, less in (
-        (palette.INK, grey, coloured),
-        (palette.fault(0), coloured, grey),
-    ):
-        many, few = (int((np.abs(one - colour) < 0.02).all(axis=2).sum()) for one in (more, less))
-        assert many > few + 50  # pixels of its line
 
 
 def test_map_is_the_same_twice_and_leaves_pyplot_alone(top, curves, tmp_path):
@@ -230,14 +199,3 @@ def test_pasted_pixels_are_those_that_matplotlib_would_draw(rng, n_channel):
     # of pixels that are half transparent, matplotlib rounds colours twice
     off = np.abs(np.subtract(*buffers, dtype=int))
     assert off.max() <= (n_channel == 4)
-
-
-def test_axes_say_kilometres_and_elevations_where_they_are(scene):
-    layout = lay_out((1280, 800))
-    sheet = Sheet(layout)
-    camera = views.aim("south", scene.box, layout.view_size, 2.0)
-    furniture.draw_axes(sheet, camera, scene.box)
-    places = {text.get_text(): text.get_position() for text in sheet.axes.texts}
-    assert {"456", "460", "Easting [km]", "Elevation [m]", "\N{MINUS SIGN}2000"} <= set(places)
-    assert "Northing [km]" not in places
-    assert places["456"][0] < places["458"][0] < places["460"][0]

@@ -11,16 +11,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.image import imread
 
-import geosurf as gs
 from geosurf.errors import InputError
-from geosurf.render import palette, render_surfaces
+from geosurf.render import palette
 from geosurf.render.colouring import Selection, check_colour_by
 from geosurf.render.compose import plotted
 from geosurf.render.layers import shortened_apart
 from geosurf.render.map import draw_map
 from geosurf.render.overlay import PictureOverlay
 from geosurf.render.picture_style import DARK_PAPER, PictureStyle
-from geosurf.render.section import draw_section
 from geosurf.render.surface_layers import show_units
 from geosurf.scene.plots import ScenePlots
 
@@ -100,16 +98,6 @@ def test_themes_change_the_background_and_no_zone(units, tmp_path):
     assert part(images["dark"][model][None, :, :3], images["light"][model][None, :, :3]) > 0.8
 
 
-def test_zoom_shows_the_middle_larger(top, tmp_path):
-    shares = []
-    for zoom in (0.5, 4.0):
-        path = render_surfaces([top], path=tmp_path / "z.png", size=SMALL, view="top", zoom=zoom)
-        image = pixels(path)[60:150, 80:220]
-        shares.append((image < 0.99).any(axis=2).mean())
-    assert shares[0] < 0.98
-    assert shares[1] == 1.0
-
-
 def test_only_selects_surfaces_units_zones_and_blocks(scene, units, tmp_path):
     assert len(show_units(units).legend) == 6
     path = tmp_path / "x.png"
@@ -140,18 +128,6 @@ def test_numbers_of_units_become_colours_with_a_bar(units):
         show_units(units, colour_by={"Nope": 1.0})
     with pytest.raises(InputError, match="Use one of unit, zone"):
         check_colour_by(object())
-
-
-def test_elevation_colours_points(units, top, tmp_path):
-    content = show_units(units, colour_by="z")
-    shell = content.layers[0]
-    order = np.argsort(shell.points[:, 2])
-    red = shell.shades[order][:, 0]
-    assert red[0] != red[-1]
-    flat = shell.points[:, 2] == shell.points[order[-1], 2]
-    assert (shell.shades[flat] == shell.shades[order[-1]]).all()
-    path = render_surfaces([top], path=tmp_path / "z.png", colour_by="z", size=SMALL, view="top")
-    assert part(pixels(path), palette.stratum(0), 0.03) < 0.01
 
 
 @settings(max_examples=40)
@@ -207,16 +183,3 @@ def test_names_of_maps_and_wells_take_the_same_room(top, curves):
     for i, a in enumerate(boxes):
         for b in boxes[:i]:
             assert a[2] <= b[0] or b[2] <= a[0] or a[3] <= b[1] or b[3] <= a[1]
-
-
-def test_colours_by_name_reach_the_section(tmp_path):
-    world = gs.synthetic.tilted_planes(n=3)
-    scene = gs.Scene(world.horizons, world.faults, world.box)
-    line = [(0.0, 1500.0), (4000.0, 1500.0)]
-    style = PictureStyle(colours={"Top/Base": "#ff00ff", "F1": "#00ff00"})
-    path = plotted(
-        draw_section, scene.section(line), path=tmp_path / "s.png", size=SMALL, style=style
-    )
-    assert part(pixels(path), (1.0, 0.0, 1.0)) > 0.02
-    red, green, blue = np.moveaxis(pixels(path), -1, 0)
-    assert (green > np.maximum(red, blue) + 0.2).mean() > 1e-4

@@ -6,12 +6,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.render.compose import plotted
-from geosurf.render.map import draw_map
 from geosurf.render.overlay import NEAR, tops_on_map, tops_on_section
-from geosurf.render.section import draw_section
-
-SIZE = (400, 250)
 
 
 @pytest.fixture(scope="module")
@@ -48,17 +43,3 @@ def test_a_section_has_the_tops_near_it_by_distance_along_it(model):
     shown, _ = tops_on_section(model.misfit(), straight)
     assert [top.well for top in shown] == ["25/4-1"] * 2 + ["B"] * 2
     assert [top.place[0] for top in shown] == [800.0, 800.0, 1900.0, 1900.0]
-
-
-def test_pictures_with_wells_differ_and_are_the_same_twice(model, tmp_path):
-    surface, tops = model.surface("Top"), model.misfit()
-    section = model.section([(0, 1500), (4000, 1500)])
-    found = []
-    for k, words in enumerate(({}, {"tops": tops}, {"tops": tops})):
-        one = plotted(draw_map, surface, path=tmp_path / f"m{k}.png", size=SIZE, **words)
-        two = plotted(draw_section, section, path=tmp_path / f"s{k}.png", size=SIZE, **words)
-        found.append((one.read_bytes(), two.read_bytes()))
-    (plain, one, two) = found
-    assert one == two
-    assert plain[0] != one[0]
-    assert plain[1] != one[1]

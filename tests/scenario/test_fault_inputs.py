@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.errors import InputError, ScenarioError
+from geosurf.errors import ScenarioError
 from geosurf.scenario import read_scenario
 from geosurf.scenario.build import untorn_scene
 
@@ -85,35 +85,6 @@ def test_distances_by_side_are_those_of_the_scene(tmp_path: Path) -> None:
         scene_of(tmp_path, f"{text}lengthen_m = {{left = 1}}\n")
 
 
-def test_columns_name_what_headings_do_not(tmp_path: Path) -> None:
-    """Points of a horizon and sticks of a fault, from a table of another program."""
-    x, y = (v.ravel() for v in np.mgrid[0:17:3.0, 0:11:3.0])
-    rows = [f"{k};{b:g};{a:g};{-4:g},5" for k, (a, b) in enumerate(zip(x, y, strict=True))]
-    (tmp_path / "picks.csv").write_text("\n".join(["row;N;E;TWT", *rows, ""]))
-    sticks = ["E;N;TWT;number", "5;-1;1;1", "7;-1;-9;1", "5;11;1;2", "7;11;-9;2", ""]
-    (tmp_path / "sticks.csv").write_text("\n".join(sticks))
-    text = """
-        columns = ["E", "N", "TWT"]
-        decimal = ","
-        positive = "up"
-        [[faults]]
-        name = "F1"
-        file = "sticks.csv"
-        columns = ["E", "N", "TWT", "number"]
-        decimal = ","
-        positive = "up"
-    """
-    path = tmp_path / "scenario.toml"
-    path.write_text(f'[[horizons]]\nname = "Top"\nfile = "picks.csv"{text}[tear]\n')
-    scene, data = untorn_scene(read_scenario(path))
-    np.testing.assert_array_equal(np.unique(data["Top"].elevation), [-4.5])
-    assert float(data["Top"].easting.max()) == 15.0
-    assert scene.surface("F1").n_triangle == 2
-    path.write_text(f'[[horizons]]\nname = "Top"\nfile = "picks.csv"{text}')
-    with pytest.raises(InputError, match=r"is in points.*add a table \[tear\]"):
-        untorn_scene(read_scenario(path))
-
-
 def test_proposals_are_applied_and_listed(tmp_path: Path) -> None:
     """The same faults as `propose_fault_network().apply`, with each decision on the console."""
     text = '[[faults]]\nname = "{0}"\nfile = "F.ts"\npiece = {1}\n'
@@ -128,17 +99,3 @@ def test_proposals_are_applied_and_listed(tmp_path: Path) -> None:
     assert [stage for stage, *_ in said].count("network") == len(trial.decisions)
     for name in ("West", "East"):
         assert_same(scene.whole_surface(name), trial.scene.whole_surface(name))
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ('[[faults]]\nname = "F1"\n', "give either file or"),
-        ('[[faults]]\nname = "F1"\nfile = "F.ts"\npiece = 0\n', "a whole number above 0"),
-        ('[[faults]]\nname = "F1"\nfile = "F.ts"\ncolumns = ["X"]\n', "three names or numbers"),
-        ("[network]\nreach_m = -1\n", "a number above 0"),
-    ],
-)
-def test_what_is_refused(tmp_path: Path, text: str, words: str) -> None:
-    with pytest.raises(ScenarioError, match=words):
-        scene_of(tmp_path, text)

@@ -10,7 +10,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.cli import main
-from geosurf.errors import InputError, OpenUnitError, ScenarioError
+from geosurf.errors import OpenUnitError, ScenarioError
 from geosurf.scenario import build_scene, read_scenario, run
 from tests.planes import INPUTS, write_grids
 
@@ -78,11 +78,6 @@ corners_m = [[100, 100], [3900, 200], [3800, 2900], [2000, 1500], [200, 2800]]
         ('[[contacts]]\nname = "OWC"\nelevation_m = -1\nfile = "Top.nc"', "elevation_m or file"),
         (2 * '[[contacts]]\nname = "OWC"\nelevation_m = -1\n', "is given without a block twice"),
         (
-            2 * '[[contacts]]\nname = "OWC"\nelevation_m = -1\nblock = "F1+"\nzones = ["A/B"]\n',
-            r"is given for block 'F1\+' of A/B twice; delete one",
-        ),
-        ('[[contacts]]\nname = "OWC"\nelevation_m = -1\nzones = "A/B"', "must be a list of names"),
-        (
             '[[contacts]]\nname = "OWC"\nelevation_m = -1\nzones = ["Top/Bas"]',
             r"toml, line \d+: contacts\['OWC'\]: unknown zone 'Top/Bas'. Zones are .* mean 'Top/B",
         ),
@@ -91,31 +86,13 @@ corners_m = [[100, 100], [3900, 200], [3800, 2900], [2000, 1500], [200, 2800]]
             r"unknown block 'F7\+'. Name sides of faults: 'F1\+', 'F1-'\. Did you mean",
         ),
         ("[aoi]", "aoi: give one of file, corners_m, rectangle"),
-        ("[aoi]\nrectangle = true\ncorners_m = [[0, 1], [1, 1], [1, 2]]", "aoi: give one of file"),
         ("[aoi]\ncorners_m = [[0, 1], [2]]", r"corners_m is .* must be three or more corners"),
         ("[slivers]\nmin_volume_m3 = -1", "it must be a number, 0 or above"),
-        ("[slivers]\nmerge = 1", "it must be true or false"),
-        ('[[contacts]]\nname = "OWC"\nelevation_m = "deep"', "it must be a number"),
     ],
 )
 def test_refusals(folder, more, words):
     with pytest.raises(ScenarioError, match=words):
         read_scenario(scenario(folder, more))
-
-
-def test_contacts_of_some_zones(folder):
-    """Two tables of one name for two zones; a zone that there is not is told before any cut."""
-    one = '[[contacts]]\nname = "OWC"\nelevation_m = -2050.0\nzones = ["Top/Base"]\n'
-    two = '[[contacts]]\nname = "OWC"\nelevation_m = -2150.0\nzones = ["below Base"]\n'
-    units = build_scene(read_scenario(scenario(folder, one))).units
-    assert {u.zone for u in units.values() if u.contact} == {"Top/Base"}
-    units = build_scene(read_scenario(scenario(folder, one + two))).units
-    assert {u.zone for u in units.values() if u.contact} == {"Top/Base", "below Base"}
-    scene = build_scene(read_scenario(scenario(folder, one)))
-    scene = scene.replace(contacts={"OWC": gs.FluidContact(-2050.0, "Top/Bas")})
-    with pytest.raises(InputError, match=r"unknown zone 'Top/Bas'. Zones are \['above Top'"):
-        scene.patches  # noqa: B018
-    assert [step.stage for step in scene.steps if step.stage == "rebuild"] == []
 
 
 def test_what_fails_is_drawn(folder, tmp_path, capfd):
@@ -186,21 +163,6 @@ centre_elevation_m = -1900
     assert walls[1] - walls[0] > 15.0  # the footwall has risen by three quarters of the throw
 
 
-def test_sections_of_a_scenario(folder, tmp_path):
-    lines = "sections_m = [[[100, 1500], [3900, 1500]], [[100, 100], [2000, 1500], [3900, 200]]]"
-    outcome = run(read_scenario(scenario(folder, lines)), tmp_path / "out")
-    drawn = sorted(path.name for path in (tmp_path / "out" / "pictures").iterdir())
-    assert [name for name in drawn if name.startswith("section")] == [
-        "section_00.png",
-        "section_01.png",
-    ]
-    page = (tmp_path / "out" / "report" / "index.html").read_text()
-    assert "Vertical section from E 100 N 1500 to E 3900 N 1500" in page
-    assert outcome.notes == ()
-    with pytest.raises(ScenarioError, match=r"sections_m.*lines of two points or more"):
-        read_scenario(scenario(folder, "sections_m = [[[100, 1500]]]"))
-
-
 @pytest.mark.parametrize(
     ("more", "words"),
     [
@@ -220,11 +182,6 @@ def test_sections_of_a_scenario(folder, tmp_path):
             "half_length_m needs elliptic_m. Add",
         ),
         (THROWS + THROWS, "throws of 'F1' are given twice for horizon 'Top'; delete one"),
-        ('[[throws]]\nfault = "F1"\nprofile_m = [[1]]', "one row or more"),
-        (
-            '[[throws]]\nfault = "F1"\nthrow_m = 3\ndirection = "men"',
-            "direction is 'men'; it must be one of 'local', 'mean'. Did you mean 'mean'",
-        ),
     ],
 )
 def test_throws_that_contradict_are_refused(folder, more, words):
@@ -273,18 +230,6 @@ def test_tears_that_contradict_are_refused(folder, more, words):
         read_scenario(scenario(folder, more))
 
 
-def test_horizons_in_the_wrong_order_are_reported_on_the_terminal(folder, tmp_path, capfd):
-    """The model is whole and certified, and a zone is gone."""
-    path = scenario(folder, Top="Middle.nc", Base="Top.nc", Middle="Base.nc")
-    code = main(["run", str(path), "-o", str(tmp_path), "--quiet", "--no-pictures"])
-    assert code == 0
-    said = capfd.readouterr().err
-    assert re.search(r"geosurf: Base is clipped by Top \(conformable\).*youngest first", said)
-    rule = 'rule = "erosional"'
-    path = scenario(folder, top=rule, Top="Middle.nc", Base="Top.nc", Middle="Base.nc")
-    assert run(read_scenario(path), tmp_path, pictures=False).notes == ()
-
-
 def test_a_horizon_of_a_scenario_is_continued_and_filled(tmp_path):
     world = gs.synthetic.tilted_planes(n=21)
     top, base = world.horizons["Top"], world.horizons["Base"][2:-2, 3:-1].copy()
@@ -303,24 +248,6 @@ def test_a_horizon_of_a_scenario_is_continued_and_filled(tmp_path):
         scene = gs.run_scenario(path, tmp_path / "out", pictures=False)
     assert scene.box[:4] == pytest.approx((0, 4000, 0, 3000), abs=1.0)
     assert scene.coverage["Top"] > 0.9
-
-
-def test_points_of_a_scenario_are_torn_as_a_scene_tears_them(tmp_path):
-    world = gs.synthetic.torn("normal", n=31)
-    east, north = np.meshgrid(world.horizons["Top"].easting, world.horizons["Top"].northing)
-    points = np.column_stack([east.ravel(), north.ravel(), -np.ravel(world.horizons["Top"])])
-    np.savetxt(tmp_path / "Top.poi", points, fmt="%.17g")
-    gs.write(gs.triangulate_fault(world.faults["F1"], name="F1"), tmp_path / "F1.ts")
-    (tmp_path / "points.toml").write_text(
-        '[[horizons]]\nname = "Top"\nfile = "Top.poi"\npositive = "down"\n'
-        '[[faults]]\nname = "F1"\nfile = "F1.ts"\n[tear]\n'
-    )
-    built = build_scene(read_scenario(tmp_path / "points.toml"))
-    direct = gs.Scene({"Top": world.horizons["Top"]}, {"F1": tmp_path / "F1.ts"}, tear=True)
-    assert built.sheets["Top"].cuts.keys() == {"F1"}
-    np.testing.assert_allclose(
-        built.sheets["Top"].cuts["F1"].throw, direct.sheets["Top"].cuts["F1"].throw, atol=1e-6
-    )
 
 
 def test_a_fault_ends_at_a_horizon(folder, tmp_path):

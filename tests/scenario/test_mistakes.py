@@ -10,7 +10,6 @@ import pytest
 from geosurf.cli import main
 from geosurf.errors import ScenarioError
 from geosurf.scenario import read_scenario
-from geosurf.scenario.toml_text import lines_of_keys
 from geosurf.scenario.validate import find_mistakes
 
 RIGHT = """title = "A"
@@ -137,27 +136,3 @@ def test_a_line_that_is_not_toml_has_a_remedy_and_hides_nothing(tmp_path, mistak
         assert any(line == 16 and elsewhere[2] in sentence for line, sentence in found)
     with pytest.raises(ScenarioError, match=rf"scenario.toml, line {row}: "):
         read_scenario(tmp_path / "scenario.toml")
-
-
-def test_lines_of_keys_in_all_kinds_of_tables():
-    text = '''a.b = 1 # c = 2
-"x y" = """
-d = 3
-"""
-[t.u]
-v = [
-  {w = 1},
-  {w = [1, 2]},
-]
-[[s]]
-[s.i]
-k = 1
-[[s]]
-k = 2024-01-01 10:00:00
-'''
-    found = lines_of_keys(text)
-    assert found["a", "b"] == 1
-    assert found["x y",] == 2
-    assert "d" not in {key[0] for key in found}
-    assert found["t", "u", "v", 1, "w"] == 8
-    assert (found["s", 0], found["s", 0, "i", "k"], found["s", 1, "k"]) == (10, 12, 14)

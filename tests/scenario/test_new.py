@@ -149,43 +149,6 @@ def test_files_of_every_kind(tmp_path: Path) -> None:
     assert scenario.tops is not None
 
 
-def test_names_are_unique_and_paths_survive_a_move(tmp_path: Path) -> None:
-    """Equal file names get names of their own; files next to the scenario are moved with it."""
-    z = gs.synthetic.tilted_planes(n=5)
-    for k, (name, grid) in enumerate(z.horizons.items()):
-        (tmp_path / "a" / f"set{k}").mkdir(parents=True)
-        gs.write(grid, tmp_path / "a" / f"set{k}" / "map.nc")
-        lower = (grid - 10 * k).assign_attrs(grid.attrs)  # xarray of 2024 drops attributes
-        gs.write(lower, tmp_path / "a" / f'"{name}".nc')
-    files = sorted((tmp_path / "a").rglob("*.nc"))
-    new = new_scenario(tmp_path / "a", [path for path in files if "set" in path.parent.name])
-    names = [one.name for one in new.found]
-    assert len(set(names)) == len(names) == len(z.horizons)
-    (tmp_path / "a").rename(tmp_path / "b")
-    build_scene(read_scenario(tmp_path / "b" / "scenario.toml"))
-
-    # a file elsewhere stays where it is
-    far = new_scenario(tmp_path / "x" / "y", [tmp_path / "b" / '"Top".nc'])
-    (tmp_path / "x" / "y").rename(tmp_path / "moved")
-    assert far.found[0].name == '"Top"'
-    build_scene(read_scenario(tmp_path / "moved" / "scenario.toml"))
-
-
-def test_two_files_of_one_object(exports: dict[str, FieldTruth], tmp_path: Path) -> None:
-    """One horizon in two files, and one fault in two, are used once."""
-    truth = exports["grids"]
-    files = files_of(truth)
-    twin = tmp_path / "Crest.gri"
-    twin.write_bytes(truth.files["Top"].read_bytes())
-    mesh = tmp_path / "F1.ts"
-    mesh.write_bytes(truth.files["F3"].read_bytes().replace(b"F3", b"F1"))
-    new = new_scenario(tmp_path / "field", [*files, twin, mesh])
-    notes = {one.path: one.note for one in new.found if one.kind == "left out"}
-    assert set(notes) == {twin, mesh}
-    assert "coincides with Top.gri" in notes[twin]
-    assert "F1.pol" in notes[mesh]
-
-
 def test_faults_in_feet_meet_the_horizons(exports: dict[str, FieldTruth]) -> None:
     """The network is found with elevations in metres, whatever the files have."""
     path = exports["grids"].files["F1"]

@@ -6,7 +6,6 @@ import csv
 import hashlib
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 import geosurf as gs
@@ -19,7 +18,6 @@ from geosurf.errors import (
     ScenarioError,
 )
 from geosurf.scenario import build_scene, read_scenario, run, run_scenario
-from geosurf.scenario.keys import BoxRanges
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -107,23 +105,6 @@ def test_results_of_an_earlier_run_do_not_survive_and_other_files_do(scenario, t
     }
 
 
-def test_the_sealed_model_and_the_surfaces_are_written_and_read_back(scenario, tmp_path):
-    pytest.importorskip("h5py")
-    out = tmp_path / "out"
-    changed = scenario(('search = ["Top", "F1"]', 'formats = ["ml", "epc"]'))
-    scene = run_scenario(changed, out, pictures=False)
-    files = {"units.ml", "surfaces.epc", "surfaces.h5", "certificate.txt", "report/index.html"}
-    assert set(digests(out)) == files
-    units = gs.read_units(out / "units.ml")
-    assert list(units) == list(scene.units)
-    for name, unit in units.items():
-        assert unit.volume == pytest.approx(scene.units[name].volume, rel=1e-12)
-    top = gs.read_horizon(out / "surfaces.epc", name="Top")
-    assert np.array_equal(top.values, scene.surface("Top").lattice.elevation)
-    run_scenario(scenario(), out, pictures=False)
-    assert not {"units.ml", "surfaces.epc", "surfaces.h5"} & set(digests(out))
-
-
 def test_a_run_that_fails_leaves_the_results_that_were_there(scenario, tmp_path):
     out = tmp_path / "out"
     run_scenario(scenario(), out, pictures=False)
@@ -191,18 +172,6 @@ def test_an_interrupt_while_drawing_ends_the_run(scenario, tmp_path, monkeypatch
     with pytest.raises(KeyboardInterrupt):
         run_scenario(scenario(("size_px", "exploded = false\nsize_px")), tmp_path / "out")
     assert not list((tmp_path / "out").iterdir())
-
-
-def test_what_the_scenario_says_reaches_the_scene(scenario):
-    path = scenario(("[output]", "[search]\nvoxel_size_m = 300\n[output]\nexaggeration = 3"))
-    read = read_scenario(path)
-    assert read.box == BoxRanges(
-        easting_m=(0.0, 4000.0), northing_m=(0.0, 3000.0), elevation_m=(-2500.0, -1700.0)
-    )
-    assert (read.search.voxel_size_m, read.output.exaggeration) == (300.0, 3.0)
-    assert (read.title, read.output.search) == ("Tilted planes", ("Top", "F1"))
-    coarse, default = build_scene(read), build_scene(read_scenario(scenario()))
-    assert np.array_equal(coarse.volumes.values, default.volumes.values)
 
 
 @pytest.mark.parametrize("obstacle", ["out", "out/units", "out/pictures", "out/report"])

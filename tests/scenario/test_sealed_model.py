@@ -6,13 +6,11 @@ import re
 from types import SimpleNamespace
 
 import numpy as np
-import pytest
 
 import geosurf as gs
-from geosurf.errors import FormatError
 from geosurf.read.model3d import read_region_faces, read_regions
-from geosurf.scenario import build_scene, read_scenario, run
-from geosurf.scenario.build import box_of_walls, unit_of_body
+from geosurf.scenario import read_scenario, run
+from geosurf.scenario.build import unit_of_body
 
 OUTPUT = """
 [output]
@@ -118,16 +116,6 @@ def test_units_of_model_a4_are_the_regions_of_its_file(shared, tmp_path):
     found = [float(words) for words in re.findall(r"<td>(\d\.\de[+-]\d\d)</td>", section)]
     assert len(found) == 8
     assert max(found) < 1e-12
-
-
-def test_a_model_that_is_no_box_or_does_not_say_what_is_what(tmp_path):
-    write_model(tmp_path / "model.ml", kind="none")
-    with pytest.raises(FormatError, match=r"surface 'H' is not marked as .*export it again"):
-        build_scene(read_scenario(scenario(tmp_path)))
-    tilted = gs.TriSurface("w", "wall", [[0, 0, 0], [1, 0, 1], [0, 1, 0]], [[0, 1, 2]])
-    for walls in ([], [tilted], gs.build_walls((0, 1, 0, 1, 0, 1))[:5]):
-        with pytest.raises(FormatError, match=r"m.ml: its boundary is not a box .*\[\[horizons"):
-            box_of_walls(walls, "m.ml")
 
 
 def body(*bounds):

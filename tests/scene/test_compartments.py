@@ -69,20 +69,6 @@ def test_a_fault_that_dies_divides_the_field_along_the_shortest_join() -> None:
     assert "compartment_of" not in scene(faults).units.table.coords
 
 
-def test_a_wall_follows_the_dip_and_goes_on_above_and_below() -> None:
-    """A fault inside one zone divides all zones."""
-    faults = {"F1": fault((6, 5), (6, 10), dip=2.0, top=-5.0, base=-7.0)}
-    walled = scene(faults, True)
-    assert_divided(scene(faults), walled)
-    sides = {wall.side: wall.length for wall in walled.virtual_walls}
-    assert sides["up"] == pytest.approx(5.0)
-    assert sides["down"] == pytest.approx(5.0)
-    assert len(walled.units) == 6
-    wall = walled.surface("F1 (virtual)")
-    assert wall.role == "virtual"
-    assert wall.bounds[4:] == (-12.0, 0.0)
-
-
 def test_tips_that_face_each_other_share_one_wall_whatever_their_names() -> None:
     one, two = fault((5, -1), (5, 6), dip=1.0), fault((7, 9), (7, 17), dip=1.0)
     walled = scene({"F1": one, "F2": two}, True)
@@ -111,8 +97,6 @@ def test_a_contact_may_be_of_one_compartment() -> None:
     [
         ({"F9": True}, InputError, "'F9', which is not a fault"),
         ({"F1": "F9"}, InputError, "joins 'F1' to 'F9'"),
-        ({"F1": {"up": True}}, InputError, "has end 'up'"),
-        ({"F1": "F1"}, InputError, "joins 'F1' to itself"),
         ({"F1": "F2"}, InputError, "dies inside the model at both ends"),
         ({"F1": {"end": "boundary"}}, GeometryError, "its start stays open"),
         ({"F1": {"start": "boundary", "end": "F2"}}, GeometryError, "'F2'.*dies inside the model"),
@@ -154,30 +138,3 @@ def test_lattice_worlds_are_divided_exactly_or_refused(seed: int) -> None:
         assert caught.value.place is not None
         return
     assert_divided(scene(faults), walled)
-
-
-def test_what_dies_beyond_a_fault_that_it_crosses_needs_no_wall() -> None:
-    """F2 dies 1 m beyond F1, which divides the field: beyond it, a wall would divide nothing."""
-    main = fault((8, -1), (8, 17))
-    crossing = {"F1": main, "F2": fault((9, 6), (3, 6))}
-    ending = {"F1": main, "F2": fault((8, 6), (3, 6))}
-    walled = scene(crossing, {"F2": {"end": "boundary", "start": "F1"}})
-    assert_divided(scene(crossing), walled)
-    (tail,) = (one for one in walled.warnings if "divides nothing" in one.effect)
-    assert tail.subject == "F2"
-    assert "12 m² of fault 'F2'" in tail.effect
-    assert [wall.side for wall in walled.virtual_walls] == ["end"]
-    bare = scene(ending, {"F2": {"end": "boundary"}})
-    volumes = [sorted(u.volume for u in s.units.values()) for s in (walled, bare)]
-    assert volumes[0] == pytest.approx(volumes[1], rel=1e-12)
-    assert len(volumes[0]) == 9
-
-    # where neither divides, there is nothing to end at
-    short = {"F1": fault((8, 3), (8, 12)), "F2": crossing["F2"]}
-    with pytest.raises(GeometryError, match="fault 'F2' divides nothing"):
-        _ = scene(short, {"F2": {"start": "F1"}}).units
-
-    # the rest of a wall that is to reach another target is no tail
-    far = {**crossing, "F3": fault((13, 3), (13, 12))}
-    with pytest.raises(GeometryError, match="way around fault 'F2'"):
-        _ = scene(far, {"F2": {"end": "boundary", "start": "F3"}, "F3": {}}).units

@@ -103,18 +103,3 @@ def test_a_contact_on_a_flat_top_is_left_to_the_arrangement():
         assert len(scene.volumes) == n_unit
         assert (scene._graph.units_at_levels is None) == (level == 2.0)
         np.testing.assert_allclose(scene.volumes, scene.units.volumes, rtol=1e-15)
-
-
-def test_a_contact_that_grazes_a_peak_leaves_a_small_part():
-    """The part is a pyramid over the peak, far below what sums of large terms could resolve."""
-    x = np.arange(-1.0, 8.0)
-    z = np.full((9, 9), 2.0)
-    z[4, 4] = 3.0
-    hill = gs.TriSurface("T", "horizon", lattice=gs.Lattice(x, x, z))
-    height = 2.0**-13
-    contact = {"OWC": gs.FluidContact(3.0 - height, zones="below Top")}
-    scene = gs.Scene({"Top": hill}, {}, BOX, contacts=contact)
-    assert scene._graph.units_at_levels is not None
-    small = scene.volumes.sel(unit="below Top above OWC").item()
-    assert small == pytest.approx(height**3, rel=1e-6)  # six triangles of half a cell, over three
-    np.testing.assert_allclose(scene.volumes, scene.units.volumes, rtol=1e-6)

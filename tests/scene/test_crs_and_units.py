@@ -57,25 +57,6 @@ def test_units_are_those_of_elevations(kind, tmp_path):
     np.testing.assert_allclose([wall[:, 2].min(), wall[:, 2].max()], [-10000 * FT, -4000 * FT])
 
 
-def test_axes_that_declare_their_unit_keep_it(tmp_path):
-    """And a caller's word of elevations contradicts only what is declared of elevations."""
-    text = in_feet("ts", tmp_path).read_text()
-    lines = ["GOCAD_ORIGINAL_COORDINATE_SYSTEM", "NAME x", "AXIS_NAME X Y Z"]
-    lines += ["AXIS_UNIT {} {} {}", "ZPOSITIVE Elevation", "END_ORIGINAL_COORDINATE_SYSTEM"]
-    frame = "\n".join([*lines, "TFACE"])
-    path = tmp_path / "said.ts"
-    path.write_text(text.replace("TFACE", frame.format("ft", "ft", "m")))
-    with pytest.raises(
-        InputError, match=r"file has the length unit 'm', but length_unit='ft' was given"
-    ):
-        gs.read_fault(path, length_unit="ft")
-    wall = gs.read_fault(path).vertices
-    assert wall[:, 0].max() == pytest.approx(3000 * FT)
-    assert wall[:, 2].min() == -10000
-    path.write_text(text.replace("TFACE", frame.format("m", "m", "ft")))
-    assert gs.read_fault(path, length_unit="ft").vertices[:, 0].max() == 3000.0
-
-
 # ---- coordinate reference systems ----------------------------------------------------------
 
 

@@ -120,17 +120,6 @@ def test_the_volume_is_exact_where_one_surface_is_above_the_other(stride):
     np.testing.assert_allclose(found.volume, parts, rtol=1e-9)
 
 
-def test_what_is_too_far_off_is_found_wherever_it_is():
-    z = np.zeros((61, 61))
-    for seed in range(30):
-        i, j = np.random.default_rng(seed).integers(0, 61, 2)
-        z[:], z[i, j] = 0.0, 1.0
-        whole = Lattice(np.arange(61.0), np.arange(61.0), z)
-        found = measure_differences(whole, Frame.of(whole, 5), 0.5)
-        assert isinstance(found, float)
-        assert abs(found * 60 - i) <= 5
-
-
 # ---- models ----------------------------------------------------------------------------
 
 
@@ -153,58 +142,6 @@ def test_a_model_of_fewer_nodes_is_within_its_bound_and_certified():
     (first,) = accuracy(quick)
     error = max(quick.surface(name).vertex_data["vertical_error"].max() for name in horizons)
     assert f"at most {error:.2g} m off" in first
-
-
-def test_the_largest_error_is_that_of_the_nodes():
-    quick = scene_of({"Top": waves(-300.0)}, 0.5)
-    few = quick.surface("Top")
-    axis = np.linspace(0.0, 200.0, N)
-    e, n = np.meshgrid(axis, axis)
-    here = heights(few.lattice.easting, few.lattice.northing, few.lattice.elevation, e, n)
-    true = np.abs(here - waves(-300.0)).max()
-    assert true <= few.vertex_data["vertical_error"].max() <= true * (1 + 1e-6)
-
-
-@pytest.mark.parametrize("flaw", ["rough", "one node", "a step of a fault", "a hole", "few nodes"])
-def test_what_needs_all_nodes_has_them(flaw):
-    z = waves(-300.0, n=151 if flaw == "few nodes" else N)
-    if flaw == "rough":
-        z += np.random.default_rng(1).normal(0, 1, z.shape)
-    elif flaw == "one node":
-        z[77, 121] += 0.8
-    elif flaw == "a step of a fault":
-        z[:, 131:] -= 5.0
-    elif flaw == "a hole":
-        z[:4, :4] = np.nan
-    box = (0.0, 150.0, 30.0, 180.0, -500.0, -100.0)
-    exact, other = (
-        gs.Scene({"Top": grid_of(z)}, {"F1": FAULT}, box, tolerance=t) for t in (None, 0.5)
-    )
-    for key in ("vertices", "triangles", "surface_of_triangle", "parent_of_triangle"):
-        assert getattr(exact.patches, key).tobytes() == getattr(other.patches, key).tobytes()
-    assert exact.volumes.values.tobytes() == other.volumes.values.tobytes()
-    assert other.volume_error_bound == 0.0
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_horizons_on_one_frame_keep_their_order_and_where_they_coincide(seed):
-    rng = np.random.default_rng(seed)
-    x = np.linspace(0.0, 200.0, N)
-    z, found = waves(-300.0), {}
-    for k in range(3):
-        found[f"H{k}"] = z
-        pinched = np.maximum(20.0 * np.sin(np.add.outer(x, x) / rng.uniform(40, 90) + k), 0.0)
-        z = z - pinched
-    quick = scene_of(found, 2.0)
-    few = [quick.surface(name).lattice for name in found]
-    assert {one.shape for one in few} == {(101, 101)}
-    for (name, upper), (other, lower) in zip([*found.items()], [*found.items()][1:], strict=False):
-        a, b = (quick.surface(one).lattice.elevation for one in (name, other))
-        assert (a >= b).all()
-        np.testing.assert_array_equal(a == b, (upper == lower)[::2, ::2])
-    clipped = quick.units.report["clipped"]
-    assert not [one for one in clipped if getattr(one, "area", 0.0) > 0.0]
-    assert quick.check().ok
 
 
 def test_a_changed_horizon_is_looked_at_again():

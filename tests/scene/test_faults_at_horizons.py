@@ -119,17 +119,6 @@ def test_a_detachment_is_an_unconformity_upside_down(heights):
     assert flipped(lower.surface("F2")).bounds == pytest.approx(upper.surface("F2").bounds)
 
 
-def test_a_flat_fault_is_a_detachment_too():
-    flat = {"F2": dipping("F2"), "D": level("D", 1, "fault")}
-    one, two = (scene({"F2": ("D", keep)}, faults=flat) for keep in ("above", "hanging wall"))
-    at_horizon = scene({"F2": ("Base", "above")})
-    assert sizes(one) == sizes(two)
-    assert one.surface("F2").bounds[4] == at_horizon.surface("F2").bounds[4] == 1
-    upper = ("above Top", "Top/U")  # zones above the detachment
-    dipping_one = scene({"F2": ("Base", "above")}, faults={"F2": dipping("F2")})
-    assert [sizes(one)[zone] for zone in upper] == [sizes(dipping_one)[zone] for zone in upper]
-
-
 def test_a_short_fault_is_extended_to_the_horizon():
     short = {"F2": upright(3, "F2")}
     short["F2"] = gs.TriSurface(
@@ -205,18 +194,3 @@ def test_only_horizons_that_the_fault_reaches_are_torn(field):
     sheets = {"Top": made.sheets["Top"], "D": horizons["D"]}
     with pytest.raises(InputError, match=r"'Top' is torn at 'F1', and truncations keep only what"):
         gs.Scene(sheets, faults, box, truncations={"F1": ("D", "below")})
-
-
-def test_what_is_torn_may_be_eroded(field):
-    horizons, faults, box = field
-    top = horizons["Top"]
-    cut = (0 * top + float(top.mean())).assign_attrs(top.attrs)
-    made = gs.Scene(
-        {"U": cut, "Top": top, "D": horizons["D"]}, faults, box, column={"U": "erosional"},
-        truncations={"F1": ("U", "below", True)}, tear=True,
-    )  # fmt: skip
-    assert made.check().ok
-    assert made.surface("F1").bounds[5] == pytest.approx(float(top.mean()), abs=1e-9)
-    above = made.units["above U"].volume
-    size = (box[1] - box[0]) * (box[3] - box[2])
-    assert above == pytest.approx(size * (box[5] - float(top.mean())), rel=1e-12)

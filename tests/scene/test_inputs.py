@@ -64,24 +64,6 @@ def test_a_scene_outlives_what_is_done_to_its_inputs():
     assert first == second
 
 
-def test_values_that_nobody_can_write_to_are_not_copied():
-    world = synthetic.tilted_planes()
-    top, fault = world.horizons["Top"], world.faults["F1"]
-    base = world.horizons["Base"]
-    held = base.values
-    view = held.view()
-    for values in (top.values, view, *(one.values for one in fault.data_vars.values())):
-        values.flags.writeable = False
-    horizons = {"Top": top, "Base": base.copy(data=view)}
-    scene = Scene(horizons, {"F1": fault}, world.box)
-    surfaces = {name: scene.surface(name).lattice for name in ("Top", "Base", "F1")}
-    assert np.shares_memory(surfaces["Top"].elevation, top.values)
-    assert np.shares_memory(surfaces["F1"].elevation, fault["elevation"].values)
-    assert not np.shares_memory(
-        surfaces["Base"].elevation, held
-    )  # a view of what can be written to
-
-
 def test_a_frame_that_would_round_inputs_is_not_taken():
     """The box lies beyond 2048 m, but 1000.1 - 2048 has more digits than a double."""
     axis = np.arange(900.1, 3200.0, 200.0)

@@ -87,19 +87,6 @@ def test_a_fault_beside_the_box_is_named(fault, where):
     assert wide.warnings == ()
 
 
-def test_a_fault_in_the_box_but_beside_the_area_is_named_by_the_units():
-    top = gs.synthetic.graben(n=21).horizons["Top"]
-    corners = [(0, 0), (4000, 0), (0, 4000)]
-    scene = gs.Scene({"Top": top}, {}, BOX, aoi=corners)
-    assert scene.replace(faults={"F": wall("F", 1000)}).warnings == ()
-    far = [(3500, 3500, -2600), (3900, 3900, -2600), (3900, 3900, -1000)]
-    scene = scene.replace(faults={"F": gs.TriSurface("F", "fault", far, [[0, 1, 2]])})
-    with pytest.warns(GeosurfWarning, match=r"about \d+ m away from the area of interest"):
-        assert len(scene.units) == 2
-    (found,) = scene.warnings
-    assert found.kind == "outside"
-
-
 # ---- bodies and folds ---------------------------------------------------------------------------
 
 

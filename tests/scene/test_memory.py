@@ -107,17 +107,6 @@ def test_a_file_that_was_written_anew_is_read_anew(tmp_path):
     assert seen(first) == before != after
 
 
-def test_an_array_that_was_changed_in_place_is_another_one():
-    top = array()
-    first = Scene({"Top": top}, {"F1": wall()}, BOX, positive="up", length_unit="m")
-    before = seen(first)
-    top.values[...] = STEPS + 1.0
-    after = seen(first.replace(horizons={"Top": top}))
-    fresh = Scene({"Top": array(STEPS + 1.0)}, {"F1": wall()}, BOX, positive="up", length_unit="m")
-    assert after == seen(fresh)
-    assert seen(first) == before != after
-
-
 def test_what_counts_by_its_identity_is_held():
     """Another thing may get the number of one that is gone, and be taken for it."""
 

@@ -54,29 +54,6 @@ def result(scene):
         return type(error), str(error)
 
 
-@pytest.mark.parametrize("step", [COARSE, FINE, 0.0])
-@pytest.mark.parametrize("seed", range(4))
-def test_a_scene_with_a_moved_surface_is_the_scene_made_afresh(seed, step):
-    """Faults newly meet horizons or leave them; every third step goes back to an earlier scene."""
-    rng = np.random.default_rng([54, seed])
-    inputs = {
-        "horizons": {
-            name: horizon(rng, z, step) for name, z in (("Top", 4), ("Mid", 2), ("Base", 0))
-        },
-        "faults": {name: fault(rng, step) for name in ("F1", "F2", "F3")},
-    }
-    family = [(inputs, gs.Scene(**inputs, box=BOX))]
-    for k in range(8):
-        inputs, scene = family[rng.integers(len(family)) if k % 3 == 2 else -1]
-        kind = "faults" if k % 2 else "horizons"
-        name = str(rng.choice(list(inputs[kind])))
-        new = fault(rng, step) if k % 2 else horizon(rng, int(rng.integers(0, 5)), step)
-        inputs = {**inputs, kind: {**inputs[kind], name: new}}
-        scene = scene.replace(**{kind: {name: new}})
-        assert result(scene) == result(gs.Scene(**inputs, box=BOX)), k
-        family.append((inputs, scene))
-
-
 @pytest.mark.parametrize("seed", range(3))
 def test_grids_that_are_newly_crossed_are_those_made_afresh(seed):
     """Runs that nothing touched are cut, also amid a patch: a hill rises into a horizon,

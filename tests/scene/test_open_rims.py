@@ -83,26 +83,3 @@ def test_a_fault_that_stops_short_of_a_side_is_named_with_its_gap(gap):
 def test_faults_that_cross_a_side_or_die_inside_are_quiet(fault):
     scene = gs.Scene(HORIZONS, {"F1": fault}, BOX)
     assert [one for one in scene.warnings if one.kind == "rim"] == []
-
-
-def test_surfaces_of_modelling_packages_go_in_as_horizons_and_faults():
-    """As LoopStructural has them (triangles), and GemPy (edges)."""
-
-    class Surface:
-        def __init__(self, mesh):
-            self.vertices, self.triangles = mesh
-
-    class Element:
-        def __init__(self, mesh):
-            self.vertices, self.edges = mesh
-
-    top, base = sheet(-1000), sheet(-1500)
-    expected = gs.Scene({"Top": top, "Base": base}, {"F1": wall()}, BOX).volumes
-    assert len(expected) == 6
-    for kind in (Surface, Element):
-        given = {"Top": kind(top), "Base": kind(base)}
-        assert gs.Scene(given, {"F1": kind(wall())}, BOX).volumes.equals(expected)
-    short = {"Top": Surface(sheet(-1000, (30, 1050)))}
-    with pytest.raises(gs.errors.OpenUnitError, match="ends 30 m before the west side") as refused:
-        gs.Scene(short, {}, BOX).units  # noqa: B018
-    assert str(refused.value).startswith("units leak around horizon 'Top': ")

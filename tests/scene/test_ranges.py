@@ -142,30 +142,3 @@ def test_every_seam_joins(n_thread, n_edge, monkeypatch):
     assert piece.tolist() == [0] * n
     assert (seen == seen[0]).all()
     assert seen[0, 0] != seen[0, 1]
-
-
-def test_records_of_ranges_are_those_of_one(monkeypatch):
-    """Each once: what comes later drops those that come twice, and would hide them."""
-    rng = np.random.default_rng(9)
-    horizons = [
-        gs.triangulate_horizon(horizon(rng, z, 0.0), name=name) for name, z in (("A", 1), ("B", 0))
-    ]
-    surfaces = [
-        *horizons,
-        fault(rng, 0.0),
-        sheet("F", [(2, -1, -5), (2, 5, -5), (2, 5, 9), (2, -1, 9)]),
-    ]
-
-    def records():
-        contacts = search.find_contacts(surfaces)
-        assert len(contacts.rows) > 8
-        assert contacts.ids.shape[1] == 2  # none in a plane
-        assert len(contacts.records) < 2 * len(contacts.rows)  # what lies on own edges cuts nothing
-        return contacts.records.tolist()
-
-    monkeypatch.setenv("GEOSURF_THREADS", "1")
-    alone = records()
-    monkeypatch.setattr(search, "_CONTACTS_OF_A_THREAD", 1)
-    for n in ("2", "3", "8"):
-        monkeypatch.setenv("GEOSURF_THREADS", n)
-        assert records() == alone

@@ -62,22 +62,6 @@ def test_a_scene_shows_its_inputs_and_what_is_computed_and_computes_nothing(scen
         assert word in shown(scene), word
 
 
-def test_every_noun_shows_its_figures(scene):
-    units = scene.units
-    for unit in units.values():
-        assert unit.block in shown(units)
-        assert NAME in shown(unit) or "Base" in shown(unit)
-        assert gs.conventions.volume_text(unit.volume, 5) in shown(unit)
-    assert shown(scene.surface(NAME)).startswith(f"Horizon {NAME}")
-    assert str(scene.patches.n_patch) in shown(scene.patches)
-    lengths = re.findall(r"([\d.]+) (k?)m\b", shown(scene.curves))
-    total, *parts = (float(number) * (1000 if kilo else 1) for number, kilo in lengths)
-    assert sum(parts) == pytest.approx(total, rel=1e-3)
-    assert total == pytest.approx(scene.curves.length, rel=1e-3)
-    assert shown(scene.check()).count("pass") == len(scene.check().checks) + 1
-    assert "FaultNetwork: 0 rows" in shown(scene.propose_fault_network())
-
-
 def test_an_interactive_view_is_one_page_in_a_frame_without_rights(scene, tmp_path):
     view = scene.show()
     frame = view._repr_html_()
@@ -131,18 +115,6 @@ def test_law_a_view_has_all_lines_of_curves_and_sticks(scene):
     assert sum(lengths[:-1]) == pytest.approx(scene.curves.length)
     assert lengths[-1] == 11.0
     assert len(bodies) == 1 + len(np.unique(scene.curves.surfaces_of_curve, axis=0))
-
-
-def test_tetrahedra_are_shown_by_their_skin():
-    places = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]])
-    tets = [[0, 1, 2, 3], [1, 2, 3, 4]]
-    faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3], [1, 2, 4], [2, 3, 4], [3, 1, 4]]
-    sides = [[-1, 0], [-1, 0], [-1, 0], [1, 0], [-1, 1], [-1, 1], [-1, 1]]
-    mesh = gs.TetMesh(places, np.zeros(3), tets, [0, 1], ("A", "B"), faces, [0] * 7, sides, ("F",))
-    for body in view_of([mesh]).bodies:
-        edges = np.sort(body.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2))
-        assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).all()
-        assert len(body.lines) == 6
 
 
 def test_a_fault_network_shows_its_faults_and_a_mark_for_each_row():

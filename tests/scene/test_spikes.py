@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import HorizonError
@@ -73,18 +72,6 @@ def test_spikes_are_warned_of(where, shape):
     (found,) = [one.message for one in issued]
     assert found.kind == "spike"
     assert found.place[2] > -1800
-
-
-def test_what_is_proposed_removes_it():
-    z = relief()
-    z[20, 12:14] += 700.0
-    axes = {"northing": np.arange(40) * CELL, "easting": np.arange(30) * CELL}
-    grid = xr.DataArray(z, axes, attrs={"units": "m", "positive": "up"})
-    with pytest.warns(gs.GeosurfWarning) as issued:
-        check_spikes(gs.triangulate_horizon(grid, name="Top"))
-    remedy = issued[0].message.remedy
-    mended = eval(remedy[remedy.index("grid.where") :].rstrip("."))
-    assert np.argwhere(np.isnan(mended.values)).tolist() == [[20, 12], [20, 13]]
 
 
 def fault(z):

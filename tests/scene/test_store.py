@@ -144,17 +144,3 @@ def test_nothing_waits_for_the_garbage_collector():
 def _is_ours(one):
     """Whether geosurf has made an object, or it holds numbers; loaders of kernels leave rings."""
     return isinstance(one, np.ndarray) or type(one).__module__.startswith("geosurf")
-
-
-def test_a_chain_stays_within_the_budget(monkeypatch):
-    monkeypatch.setenv(CHOICE, "1 MB")
-    world = gs.synthetic.graben(n=9)
-    scene = gs.Scene(world.horizons, world.faults, world.box)
-    for step in range(40):
-        top = (world.horizons["Top"] + 0.5 * step).assign_attrs(world.horizons["Top"].attrs)
-        scene = scene.replace(horizons={"Top": top})
-        _ = scene.units
-        assert scene._graph.memory.store.bytes_stored() <= 1_000_000
-    (line,) = [line for line in scene.explain().splitlines() if line.startswith("memory")]
-    assert "of at most" in line
-    assert "of at most" not in scene.explain(seconds=False)

@@ -8,9 +8,7 @@ import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import HorizonError
-from geosurf.model import Lattice
 from geosurf.triangulate import decimate, stored
-from geosurf.triangulate.decimate import Frame, kept_nodes, measure_differences
 
 pytest.importorskip("dask")
 pytest.importorskip("zarr")
@@ -69,24 +67,6 @@ def test_law_what_fits_is_read_as_if_it_had_been_in_memory(tmp_path, lazy, rotat
     assert one.triangles.tobytes() == two.triangles.tobytes()
     scenes = [gs.Scene({"Top": of}) for of in (grid, opened)]
     assert scenes[0].volumes.identical(scenes[1].volumes)
-
-
-@pytest.mark.parametrize("seed", range(8))
-def test_law_differences_in_bands_are_those_of_all_nodes(seed):
-    rng = np.random.default_rng(seed)
-    shape = rng.integers(13, 60, 2).tolist()
-    z = np.cumsum(rng.normal(size=shape), axis=0)
-    way = rng.choice([-1, 1], 2)
-    opened = grid_of(z, rng.integers(3, 20, 2).tolist(), way)
-    grid = stored.StoredGrid.of(opened, "Top", -1.0)
-    whole = Lattice(grid.easting, grid.northing, z)
-    rows, cols = (kept_nodes(n, int(rng.integers(2, 11))) for n in shape)
-    nodes = Frame.of_nodes(whole, rows, cols)
-    one, two = measure_differences(whole, nodes, np.inf), stored._differences(grid, nodes, np.inf)
-    for key in ("elevation", "largest", "volume", "change", "doubt"):
-        np.testing.assert_array_equal(getattr(one, key), getattr(two, key))
-    assert stored._differences(grid, nodes, float(np.median(one.largest))) is None
-    assert stored._differences(grid, nodes, float(one.largest.max())) is not None
 
 
 @pytest.mark.parametrize("tolerance", [0.2, 1.5])

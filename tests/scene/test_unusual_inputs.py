@@ -70,22 +70,6 @@ def test_a_fault_that_is_not_in_the_model_is_said_to_be_left_out(world):
         model.allan("Far")
 
 
-def test_a_fault_in_the_corner_of_an_area_that_is_not_in_it_is_left_out_too(world):
-    """Its box meets that of the model, which is no proof that it does."""
-    corners = [[4500, 3600, -3000], [4900, 3900, -3000], [4700, 3750, -1000]]
-    near = gs.TriSurface("Near", "fault", corners, [[0, 1, 2]])
-    ring = [(0, 0), (5000, 0), (0, 4000)]
-    model = scene(world, aoi=ring).replace(faults={"Near": near})
-    with pytest.warns(
-        gs.GeosurfWarning, match="'Near' lies about 2499 m away from the area of int"
-    ):
-        assert model.units.report["outside"] == ("Near",)
-    (step,) = [step for step in model.steps if step.outcome == "skipped"]
-    assert (step.stage, step.subject) == ("carve", "Near")
-    assert step.detail == "does not reach the area of interest, and parts nothing"
-    assert scene(world).replace(faults={"Near": near}).units.report["outside"] == ()
-
-
 def test_grids_in_two_reference_systems_are_refused_by_name(world, tmp_path):
     """Both are metres: nothing else would tell."""
     here = {name: da.assign_attrs(crs="EPSG:32631") for name, da in world.horizons.items()}

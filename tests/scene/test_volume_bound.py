@@ -9,8 +9,7 @@ import pytest
 import xarray
 
 import geosurf as gs
-from geosurf.model import Lattice
-from geosurf.triangulate.decimate import Frame, bound_of_change, measure_differences
+from geosurf.triangulate.decimate import bound_of_change
 
 N = 201  # the smallest grid of which every second node is enough
 
@@ -78,48 +77,6 @@ def test_no_sum_of_units_differs_by_more_than_the_bound(seed):
     assert 0.0 < alone <= together <= quick.volume_error_bound + 1e-9 * exact.units.box_volume
     everything = sum(quick.surface(k).vertex_data["volume_error"].sum() for k in horizons)
     assert quick.volume_error_bound <= everything * (1 + 1e-12)
-
-
-def rotated(z, angle):
-    """A grid of 1 m, turned about its corner, far from the origin."""
-    i, j = np.meshgrid(*map(np.arange, z.shape), indexing="ij")
-    c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
-    dims = ("row", "column")
-    places = {"easting": 460_000 + c * j - s * i, "northing": 5_930_000 + s * j + c * i}
-    coords = {key: (dims, value) for key, value in places.items()}
-    return xarray.DataArray(z, coords, dims, attrs={"units": "m", "positive": "up"})
-
-
-@pytest.mark.parametrize("angle", [25.0, 65.0, 140.0])
-def test_rotated_grids_have_the_differences_and_bounds_of_straight_ones(angle):
-    rng = np.random.default_rng(int(angle))
-    grids = {key: rotated(horizon(rng, level).values, angle)
-             for key, level in (("Top", -300.0), ("Base", -330.0))}  # fmt: skip
-    given = gs.triangulate_horizon(grids["Top"], name="Top")
-    nodes = Frame.of(given.lattice, 5)
-    found = measure_differences(given.lattice, nodes, 50.0)
-
-    # diagonals that fall in rows and columns rise where columns run the other way
-    sense = 1 if given.lattice.rising else -1
-    z = given.lattice.elevation[:, ::sense].copy()
-    straight = Lattice(np.arange(float(N)), np.arange(float(N)), z)
-    plain = measure_differences(straight, Frame.of(straight, 5), 50.0)
-    for key in ("elevation", "largest", "volume", "change"):
-        values = getattr(plain, key)[:, ::sense]
-        np.testing.assert_allclose(getattr(found, key), values, rtol=1e-6, atol=1e-4)
-    assert (np.abs(found.change - plain.change[:, ::sense]) <= found.doubt).all()
-
-    west, east, south, north = given.bounds[:4]
-    a, b = 0.5 * (west + east), 0.5 * (south + north)
-    corners = [(a - 200, b - 90, -900), (a + 200, b + 70, -900), (a + 200, b + 40, 0)]
-    wall = gs.TriSurface("F1", "fault", [*corners, (a - 200, b - 130, 0)], [(0, 1, 2), (0, 2, 3)])
-    exact = gs.Scene(grids, {"F1": wall})
-    quick = exact.replace(tolerance=3.0)
-    assert quick.surface("Top").n_vertex < N**2
-    together, _ = worst_sum(quick, exact)
-    assert 0.0 < together <= quick.volume_error_bound
-    everything = sum(quick.surface(k).vertex_data["volume_error"].sum() for k in grids)
-    assert quick.volume_error_bound < 0.9 * everything
 
 
 @pytest.mark.parametrize("seed", range(6))

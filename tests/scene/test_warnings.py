@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import copy
 import pickle
-import re
 import warnings
-from pathlib import Path
 
 import pytest
 
@@ -15,7 +13,6 @@ from geosurf.cli.console import printed_warnings
 from geosurf.scene.memory import Memory
 from geosurf.warning import warn
 
-ROOT = Path(__file__).resolve().parents[2]
 NOTE = gs.GeosurfWarning("spike", "Top", "One node stands out by 900 m.", "Remove it.", (1, 2, 3))
 OTHER = gs.GeosurfWarning("area", "box", "The box covers 18 % of the field.", "Give aoi=.")
 
@@ -99,11 +96,3 @@ def test_the_command_line_prints_each_once(capsys):
 
 
 # ---- docs/warnings.md ----------------------------------------------------------------------
-
-
-def test_warnings_are_issued_through_one_door():
-    """By `geosurf.warning.warn`, so that a scene can collect them."""
-    for path in sorted((ROOT / "geosurf").rglob("*.py")):
-        if path.name != "warning.py":
-            text = path.read_text(encoding="utf-8")
-            assert not re.search(r"\bwarnings\.warn\(\s*GeosurfWarning", text), path

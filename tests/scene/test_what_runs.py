@@ -7,7 +7,6 @@ import pytest
 
 from geosurf import Scene, intersect_surfaces
 from geosurf.errors import InputError
-from geosurf.scene import graph
 from geosurf.synthetic.world import make_fault
 from tests.scene.small import level, ran, upright
 from tests.strategies import BOX
@@ -38,15 +37,6 @@ def test_the_second_time_comes_from_memory(scene):
     assert scene.units is scene.units
     assert ran(scene, "rebuild") == ["4 surfaces and the box"]
     assert ran(scene, "carve") == ["the box"]
-
-
-def test_skipped_pairs_are_listed(scene):
-    assert scene.cutoffs("Top", "F2") == []
-    (step,) = [s for s in scene.steps if s.outcome == "skipped"]
-    assert (step.stage, step.subject, step.detail) == ("curves", "Top x F2", "boxes do not meet")
-    assert scene.curves.n_curve == 4
-    assert ran(scene, "curves", "skipped") == ["Top x F2", "Top x Base", "Top x F2"]
-    assert "Top x F2" in scene.explain()
 
 
 def test_faults_that_lean_side_by_side_are_not_searched_pair_by_pair():
@@ -83,15 +73,3 @@ def test_replace_recomputes_the_pairs_of_what_changed(scene):
     # the first scene is what it was
     assert scene.curves is before
     assert {*scene.cutoffs("Top", "F1")[0][:, 0]} == {1.0}
-
-
-def test_another_rule_keeps_the_cells(scene, monkeypatch):
-    """Cells follow from the patches; rules, slivers and names do not change them."""
-    _ = scene.units
-    monkeypatch.setattr(graph, "find_cells", None)
-    ruled = scene.replace(column={"Base": "base"})
-    assert len(ruled.units) == len(scene.units)
-    assert ran(ruled) == ["the box"]
-    fresh = Scene({"Top": level(3), "Base": level(1)}, {"F1": upright(1)}, BOX)
-    with pytest.raises(TypeError):
-        fresh.units  # noqa: B018
