@@ -2,7 +2,6 @@
 
 =================  ====================================================================
 search.py          `find_contacts`: surfaces -> contacts of their triangles
-checked.py         surfaces that the search accepts; errors for all others
 candidates.py      pairs of triangles that may meet, of each pair of surfaces
                    candidate pairs from voxels in a common box (Lo & Wang 2004)
                    contacts of two surfaces, stored for the next search of both

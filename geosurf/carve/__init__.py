@@ -9,13 +9,13 @@ measures.py          volume below, area and bounds of each face
                      compensated and exact volumes (Dekker 1971, Shewchuk 1997)
 zones.py             on which side of each horizon and contact each cell is
                      blocks of a zone, named by the sides of faults
-horizon_sides.py     the same for the triangles of a fault, which may end at a horizon
 column.py            rules of the stratigraphic column: sides of horizons -> zones
+                     sides of triangles of a fault, which may end at a horizon
 clipped.py           parts of horizons that these rules removed
                      triangles of some faces, one by one
 fluids.py            units split at their fluid contacts
                      volumes of the parts of finished units at level contacts
-slivers.py           which neighbour each sliver becomes a part of
+                     which neighbour each sliver becomes a part of
                      warning: horizons in the wrong order
                      warning: units thinner than the rounding error
 outside.py           walls, and the cells outside of them

@@ -13,7 +13,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from geosurf.errors import DependencyError, GeosurfWarning
-from geosurf.kernels.compile.memory_pages import of_glibc
+from geosurf.kernels.compile.jit import of_glibc
 
 # extra -> its packages, by the names that Python imports; pyproject.toml has their versions
 EXTRAS = {

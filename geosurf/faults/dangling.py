@@ -24,8 +24,7 @@ from geosurf.faults.rim import (
 )
 from geosurf.kernels.meshes.mesh import edges, join_pairs
 from geosurf.model import Patches, TriSurface
-from geosurf.model.faults import SIDES
-from geosurf.model.network import NetworkRow
+from geosurf.model.network import SIDES, NetworkRow
 
 # ---- edges ----------------------------------------
 # Edges of arrangements, by which virtual walls and faults are cut into pieces.

@@ -33,7 +33,7 @@ from geosurf.faults.rules import ALL_SIDES, read_names, read_sides
 from geosurf.kernels.exact.predicates import flat_triangles, frame_of
 from geosurf.model import TriSurface
 from geosurf.model.expected import box_of_sides, expect
-from geosurf.model.faults import SIDES, ExtendedFault, Extension
+from geosurf.model.network import SIDES, ExtendedFault, Extension
 
 # ---- notches ----------------------------------------
 # Strips of triangles along a rim: notches filled, lengths smoothed, lines joined.

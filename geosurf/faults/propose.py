@@ -35,8 +35,7 @@ from geosurf.faults.sides import Adjacency, adjacency
 from geosurf.faults.truncate import main_side
 from geosurf.model import Patches, TriSurface
 from geosurf.model.expected import box_of_sides, expect
-from geosurf.model.faults import SIDES, ExtendedFault
-from geosurf.model.network import FaultNetwork, NetworkRow
+from geosurf.model.network import SIDES, ExtendedFault, FaultNetwork, NetworkRow
 
 # ---- bridge ----------------------------------------
 # A fault that stops short of its main fault -> a fault that reaches beyond it.

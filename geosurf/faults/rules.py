@@ -22,7 +22,7 @@ from geosurf.kernels.meshes.mesh import edges, pieces, weld
 from geosurf.model import TriSurface
 from geosurf.model.base import in_crs_of
 from geosurf.model.expected import expect, listed
-from geosurf.model.faults import SIDES
+from geosurf.model.network import SIDES
 
 KEEP = ("hanging wall", "footwall", "right", "left", "+", "-", "above", "below")
 LEVELS = ("above", "below")  # parts of a fault that ends at a horizon

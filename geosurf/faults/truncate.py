@@ -23,7 +23,7 @@ from geosurf.faults.rules import LEVELS, Rule, part_in_words, read_truncations
 from geosurf.faults.sides import Adjacency, adjacency
 from geosurf.model import Patches, TriSurface
 from geosurf.model.expected import expect
-from geosurf.model.faults import TruncatedFaults, Truncation
+from geosurf.model.network import TruncatedFaults, Truncation
 
 FENCE = "aoi"  # the wall around an area of interest, as `build_walls` calls it
 # steeper than this a fault counts as vertical and has no hanging wall, as in orient_fault

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.arrangement.arrange import Children, cut_contacts
-from geosurf.arrangement.checked import check_surfaces
-from geosurf.arrangement.search import Contacts, find_contacts
+from geosurf.arrangement.search import Contacts, check_surfaces, find_contacts
 from geosurf.errors import InvariantError
 from geosurf.intersect.link import (
     are_plain,

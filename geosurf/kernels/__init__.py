@@ -26,6 +26,6 @@ per call instead of 10. Helpers inside an entry take bundles (named tuples such 
 `exact_signs.Frame`), which cost nothing there.
 """
 
-from geosurf.kernels.compile.memory_pages import retain_pages
+from geosurf.kernels.compile.jit import retain_pages
 
 retain_pages()

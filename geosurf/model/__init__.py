@@ -23,16 +23,16 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
     from geosurf.model.curves import TriangleContact as TriangleContact
     from geosurf.model.curves import TriangleSteps as TriangleSteps
     from geosurf.model.curves import VoxelSearch as VoxelSearch
-    from geosurf.model.faults import ExtendedFault as ExtendedFault
-    from geosurf.model.faults import Extension as Extension
-    from geosurf.model.faults import TruncatedFaults as TruncatedFaults
-    from geosurf.model.faults import Truncation as Truncation
     from geosurf.model.grids import CornerPointGrid as CornerPointGrid
     from geosurf.model.lattice import Lattice as Lattice
+    from geosurf.model.network import ExtendedFault as ExtendedFault
+    from geosurf.model.network import Extension as Extension
     from geosurf.model.network import FaultNetwork as FaultNetwork
     from geosurf.model.network import NetworkDecision as NetworkDecision
     from geosurf.model.network import NetworkRow as NetworkRow
     from geosurf.model.network import NetworkTrial as NetworkTrial
+    from geosurf.model.network import TruncatedFaults as TruncatedFaults
+    from geosurf.model.network import Truncation as Truncation
     from geosurf.model.patches import Patches as Patches
     from geosurf.model.patches import TetMesh as TetMesh
     from geosurf.model.sheets import FaultCut as FaultCut

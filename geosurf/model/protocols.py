@@ -16,7 +16,7 @@ import numpy as np
 from geosurf.errors import GeosurfWarning
 from geosurf.model.column import FluidContact, VirtualWall
 from geosurf.model.curves import Curves, VoxelSearch
-from geosurf.model.faults import Extension, Truncation
+from geosurf.model.network import Extension, Truncation
 from geosurf.model.patches import Patches
 from geosurf.model.sheets import Sheet
 from geosurf.model.surfaces import TriSurface

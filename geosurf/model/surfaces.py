@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import cached_property
 from hashlib import sha256
 from typing import TYPE_CHECKING, Any
@@ -27,7 +26,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 # Exact numbers of single triangles, for the few that floating point leaves in doubt.
 
 
-def exact_normal(corners: np.ndarray) -> tuple[Fraction, Fraction, Fraction]:
+def exact_normal(corners: np.ndarray) -> tuple[Any, Any, Any]:
     """Return the normal of a triangle, twice as long as its area, without rounding.
 
     Parameters
@@ -45,6 +44,8 @@ def exact_normal(corners: np.ndarray) -> tuple[Fraction, Fraction, Fraction]:
     >>> exact_normal(np.array([[0.0, 0, 0], [0.5, 0, 0], [0, 3, 1]]))
     (Fraction(0, 1), Fraction(-1, 2), Fraction(3, 2))
     """
+    from fractions import Fraction  # loaded by those who ask for exact normals
+
     # floats are fractions with a power of two below: nothing is rounded from here on
     a, b, c = ([Fraction(value) for value in corner] for corner in corners.tolist())
     u = [q - p for p, q in zip(a, b, strict=True)]

@@ -15,7 +15,7 @@ from typing import Any
 from geosurf.conventions import METRES_PER_UNIT
 from geosurf.faults.rules import BOTH, KEEP
 from geosurf.model import RULES
-from geosurf.model.faults import SIDES
+from geosurf.model.network import SIDES
 from geosurf.model.tops import RANGE, TOLERANCE, TieSettings
 from geosurf.model.units import SliverSettings
 from geosurf.scenario import values

@@ -19,7 +19,7 @@ from geosurf.errors import InputError, ScenarioError
 from geosurf.faults.rules import Rule, faults_at, halves_of, read_truncations
 from geosurf.model.column import ELSEWHERE, read_compartments
 from geosurf.model.expected import path_of
-from geosurf.model.faults import filling_by_horizon
+from geosurf.model.network import filling_by_horizon
 from geosurf.read._guard import opened
 from geosurf.scenario.keys import FaultInput, Scenario, ThrowInput, TruncationInput, check_faults
 from geosurf.scenario.output_keys import check_uncertain

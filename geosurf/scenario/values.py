@@ -18,7 +18,7 @@ from typing import Any, NoReturn, Protocol
 from geosurf.conventions import did_you_mean, is_number
 from geosurf.conventions.text import closest
 from geosurf.errors import InputError
-from geosurf.model.faults import WAYS
+from geosurf.model.network import WAYS
 from geosurf.read._guard import is_zarr
 from geosurf.render.views import LARGEST, SMALLEST, ZOOMS, check_size
 

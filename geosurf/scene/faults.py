@@ -19,14 +19,14 @@ from geosurf.faults.propose import bridge_to, check_reach, propose_network
 from geosurf.faults.rules import Rule
 from geosurf.model import Patches, TriSurface
 from geosurf.model.expected import name_of
-from geosurf.model.faults import (
+from geosurf.model.network import (
     SIDES,
     ExtendedFault,
     Extension,
+    FaultNetwork,
     TruncatedFaults,
     Truncation,
 )
-from geosurf.model.network import FaultNetwork
 from geosurf.model.sheets import TearPlan
 from geosurf.rebuild import patches_from
 from geosurf.scene.inputs import Box, SceneInputs

@@ -36,7 +36,7 @@ from geosurf.arrangement import KnownPairs, find_contacts, meeting_surfaces
 from geosurf.carve import carve_cells, find_cells
 from geosurf.carve.cells import Cells
 from geosurf.carve.fluids import parts_at_levels
-from geosurf.carve.slivers import warnings_of_order, warnings_of_slivers, warnings_of_thin_units
+from geosurf.carve.units import warnings_of_order, warnings_of_slivers, warnings_of_thin_units
 from geosurf.conventions import counted, did_you_mean, is_number, shared_name
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.faults.distance import lies_beside, warning_of_fault, warnings_of_rims
@@ -46,7 +46,7 @@ from geosurf.model import Curves, FluidContact, Patches, Sheet, TriSurface, Unit
 from geosurf.model.base import in_crs_of
 from geosurf.model.column import VirtualWall, fault_of
 from geosurf.model.expected import name_of
-from geosurf.model.faults import Extension, Truncation
+from geosurf.model.network import Extension, Truncation
 from geosurf.rebuild import patches_from, trim_sheets
 from geosurf.rebuild.ghosts import warnings_of_moves
 from geosurf.scene import area

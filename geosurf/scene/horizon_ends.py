@@ -2,7 +2,7 @@
 
 Everything is split first, with whole faults. Then the triangles of a fault that lie on the other
 side of the horizon are dropped, so that the fault ends exactly on their common curve. Sides are
-those of the zones (`geosurf.carve.horizon_sides`).
+those of the zones (`geosurf.carve.column`).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 
 from geosurf.arrangement import find_contacts
 from geosurf.carve.cells import OUTSIDE, Cells, find_cells
-from geosurf.carve.horizon_sides import FaultSides, HorizonSides, horizon_sides, outside_of_model
+from geosurf.carve.column import FaultSides, HorizonSides, horizon_sides, outside_of_model
 from geosurf.conventions import area_text, counted, length_text, place, toml_key
 from geosurf.errors import GeometryError, GeosurfWarning
 from geosurf.faults.dangling import areas_of, edge_keys, edges_of, model_of, pieces_between, rows_of
@@ -26,7 +26,7 @@ from geosurf.faults.virtual.walls import Wall, build_virtual_walls
 from geosurf.measure.section import chains_of
 from geosurf.model import Patches, TriSurface
 from geosurf.model.column import BOUNDARY, EITHER, ENDS, NEAREST, VirtualWall, virtual_name
-from geosurf.model.faults import Truncation
+from geosurf.model.network import Truncation
 from geosurf.rebuild import drop_triangles, patches_from
 from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, NoReturn, TypeVar
 
-from geosurf.arrangement.checked import check_voxel_size
+from geosurf.arrangement.search import check_voxel_size
 from geosurf.conventions import (
     did_you_mean,
     elevation_sign,
@@ -21,7 +21,7 @@ from geosurf.faults.rules import Halves, Rule, faults_at, halves_of, read_extend
 from geosurf.model import Sheet, check_column
 from geosurf.model.column import read_compartments
 from geosurf.model.expected import box_of_sides, flag_of, name_of
-from geosurf.model.faults import filling_by_horizon
+from geosurf.model.network import filling_by_horizon
 from geosurf.model.tops import tie_settings
 from geosurf.model.units import sliver_settings
 from geosurf.triangulate.neighbours import own_form

@@ -24,8 +24,7 @@ from geosurf.model.base import multiblock, need_pyvista
 from geosurf.model.column import VirtualWall
 from geosurf.model.curves import Curves, VoxelSearch
 from geosurf.model.expected import flag_of, name_of
-from geosurf.model.faults import Extension, Truncation
-from geosurf.model.network import FaultNetwork
+from geosurf.model.network import Extension, FaultNetwork, Truncation
 from geosurf.model.protocols import View3D
 from geosurf.model.sheets import TearPlan
 from geosurf.model.tops import TieReport, Tops

@@ -19,7 +19,7 @@ from geosurf.conventions.crs import crs_of, refuse_other_crs
 from geosurf.errors import GeosurfWarning, HorizonError, InputError
 from geosurf.model import FaultSticks, FluidContact, Lattice, Sheet, TriSurface
 from geosurf.model.base import in_crs_of
-from geosurf.model.faults import in_order
+from geosurf.model.network import in_order
 from geosurf.model.tops import TieReport, TieSettings, Tops, tops_of
 from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory

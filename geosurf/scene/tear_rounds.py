@@ -15,7 +15,7 @@ import numpy as np
 
 from geosurf.errors import GeosurfError, InvariantError
 from geosurf.model import Sheet, TriSurface
-from geosurf.model.faults import in_order
+from geosurf.model.network import in_order
 from geosurf.model.sheets import NeededFaults
 from geosurf.scene.memory import OnStart, silent
 from geosurf.warning import collected

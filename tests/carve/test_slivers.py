@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from geosurf import Scene, build_walls, carve_units, rebuild_surfaces
 from geosurf.carve.certificate import certify
-from geosurf.carve.slivers import homes_of_slivers
+from geosurf.carve.units import homes_of_slivers
 from geosurf.errors import InputError
 from geosurf.measure import juxtaposition_table
 from geosurf.model import Unit, Units

@@ -9,8 +9,7 @@ import pytest
 
 from geosurf.errors import GeosurfWarning
 from geosurf.kernels.compile import file_cache
-from geosurf.kernels.compile.cache_folder import cache_folder
-from geosurf.kernels.compile.file_cache import Store
+from geosurf.kernels.compile.file_cache import Store, cache_folder
 
 NAME, PAYLOAD = "mesh.weld-1.nbc", bytes(range(256)) * 3
 posix = pytest.mark.skipif(not hasattr(os, "getuid"), reason="permissions are of POSIX")

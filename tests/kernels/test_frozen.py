@@ -27,10 +27,9 @@ from geosurf.kernels.compile.frozen_runner import (
     Unfit,
     stamp_of,
 )
-from geosurf.kernels.compile.gate import Signature
+from geosurf.kernels.compile.gate import PlainRunner, Signature
 from geosurf.kernels.compile.jit import Entry
 from geosurf.kernels.compile.numba_runner import JitRunner, check_results
-from geosurf.kernels.compile.plain_runner import PlainRunner
 from geosurf.kernels.compile.platforms import PLATFORMS, platform_name
 from tests.kernels import frozen
 from tests.kernels.tiny import basic

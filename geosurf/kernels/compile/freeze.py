@@ -31,9 +31,14 @@ from pathlib import Path
 from typing import Any
 
 from geosurf.errors import DependencyError, InputError
-from geosurf.kernels.compile.call_wrappers import source_of_wrappers
 from geosurf.kernels.compile.frozen_runner import MANIFEST, stamp_of
-from geosurf.kernels.compile.platforms import COFF, PLATFORMS, Platform, platform_name
+from geosurf.kernels.compile.platforms import (
+    COFF,
+    PLATFORMS,
+    Platform,
+    platform_name,
+    source_of_wrappers,
+)
 
 NOT_HERE = 3
 _SHIM = Path(__file__).with_name("shim.c")

@@ -26,9 +26,8 @@ from typing import Any
 import numpy as np
 
 from geosurf.errors import InvariantError
-from geosurf.kernels.compile.call_wrappers import wrapper
 from geosurf.kernels.compile.gate import DTYPES, Signature
-from geosurf.kernels.compile.platforms import PLATFORMS, platform_name
+from geosurf.kernels.compile.platforms import PLATFORMS, platform_name, wrapper
 from geosurf.kernels.compile.sources import MACHINERY, kernel_files
 
 MANIFEST = "manifest.json"

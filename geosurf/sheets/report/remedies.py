@@ -11,7 +11,7 @@ from geosurf.conventions import place
 from geosurf.errors import GeosurfError, GeosurfWarning
 from geosurf.faults.rim import find_rim
 from geosurf.model import TriSurface
-from geosurf.model.faults import SIDES
+from geosurf.model.network import SIDES
 from geosurf.model.sheets import Extended
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.picks import Frame
