@@ -1,7 +1,6 @@
-"""Signs against rationals. GEOSURF_CASES sets how many; `tests.kernels.million` counts more.
+"""Signs against rationals. GEOSURF_CASES sets how many.
 
-``GEOSURF_CASES=1000000 python -m pytest tests/kernels/test_predicates.py`` takes a minute;
-``NUMBA_DISABLE_JIT=1 python -m tests.kernels.million 100000`` runs the kernels uncompiled.
+``GEOSURF_CASES=1000000 python -m pytest tests/kernels/test_predicates.py`` takes a minute.
 """
 
 from __future__ import annotations
