@@ -15,8 +15,6 @@ import importlib
 import itertools
 import os
 import sys
-import time
-from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 
@@ -27,6 +25,7 @@ from geosurf.arrangement.search import find_contacts
 from geosurf.errors import GeosurfError, InvariantError
 from geosurf.kernels.contacts.packed_contact import in_plane, n_corners
 from tests import oracles
+from tests.field_data.spoiled import run
 
 KINDS = ("random", "lattice", "lattice triple", "catalogue", "structured", "random triple")
 OFFSET = np.array([456_000.0, 6_780_000.0, -2_000.0])
@@ -160,28 +159,14 @@ def assert_triple_points(verify, meshes, patches, tol) -> None:
         assert off <= tol + patches.report["largest_move"], f"no vertex at {place}"
 
 
-def main(arguments: list[str]) -> int:
-    total = int(arguments[0]) if arguments else 10_000
-    seconds = float(arguments[1]) if len(arguments) > 1 else float("inf")
-    first = int(arguments[2]) if len(arguments) > 2 else 0
-    verify, cases = kit()
-    start, done, meeting = time.monotonic(), Counter(), 0
-    for seed in range(first, first + total):
-        if time.monotonic() - start > seconds:
-            break
-        try:
-            kind, n_pair = check(seed, verify, cases)
-            done[kind], meeting = done[kind] + 1, meeting + n_pair
-        except Exception as error:  # whatever it is, it is counted
-            known = isinstance(error, GeosurfError) and not isinstance(error, InvariantError)
-            done["refused" if known else "wrong"] += 1
-            words = " ".join(str(error).split())[:200]
-            sys.stdout.write(f"case {seed}: {type(error).__name__}: {words}\n")
-    counts = ", ".join(f"{n} {word}" for word, n in sorted(done.items()))
-    seconds = time.monotonic() - start
-    sys.stdout.write(f"{done.total()} cases, {meeting} pairs meet: {counts}; {seconds:.0f} s\n")
-    return int(done["wrong"] > 0)
+def what_becomes_of(seed: int) -> tuple[str, str]:
+    """The kind of a case, or "refused" or "wrong", and why."""
+    try:
+        return check(seed, *kit())[0], ""
+    except Exception as error:  # whatever it is, it is counted
+        known = isinstance(error, GeosurfError) and not isinstance(error, InvariantError)
+        return "refused" if known else "wrong", f"{type(error).__name__}: {error}"
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(run(what_becomes_of, sys.argv[1:]))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
+import importlib
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
+from tests.field_data.columns import column_integrals
 
 
 @pytest.fixture(scope="session")
@@ -93,7 +94,4 @@ def pieces():
 @pytest.fixture(scope="session")
 def columns():
     """Function of horizons and a box: see `column_integrals`."""
-    spec = importlib.util.spec_from_file_location("columns", Path(__file__).parent / "columns.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module.column_integrals
+    return column_integrals

@@ -9,11 +9,8 @@ case is wrong.
 
 from __future__ import annotations
 
-import faulthandler
 import sys
-import time
 import warnings
-from collections import Counter
 
 import numpy as np
 
@@ -21,6 +18,7 @@ import geosurf as gs
 from geosurf.carve.certificate import certify
 from geosurf.errors import GeosurfError, InvariantError
 from tests import oracles
+from tests.field_data.spoiled import run
 from tests.field_data.test_fuzz import DAMAGES, put, read_only, whole, whole_way
 
 
@@ -195,26 +193,6 @@ def what_becomes_of(seed: int) -> tuple[str, str]:
     return ("right", "") if answer.ok else ("wrong", str(answer))
 
 
-def main(arguments: list[str]) -> int:
-    total = int(arguments[0]) if arguments else 10_000
-    seconds = float(arguments[1]) if len(arguments) > 1 else float("inf")
-    first = int(arguments[2]) if len(arguments) > 2 else 0
-    start, done = time.monotonic(), Counter()
-    what_becomes_of(0)  # kernels are compiled in no case's time
-    warnings.simplefilter("error")  # one that we let through is as foreign as an error
-    for seed in range(first, first + total):
-        if time.monotonic() - start > seconds:
-            break
-        faulthandler.dump_traceback_later(30, exit=True)
-        word, why = what_becomes_of(seed)
-        done[word] += 1
-        if why:
-            sys.stdout.write(f"case {seed}: {' '.join(why.split())[:200]}\n")
-    faulthandler.cancel_dump_traceback_later()
-    counts = ", ".join(f"{n} {word}" for word, n in sorted(done.items()))
-    sys.stdout.write(f"{done.total()} cases: {counts}; {time.monotonic() - start:.0f} s\n")
-    return int(done["wrong"] > 0)
-
-
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    what_becomes_of(0)  # kernels are compiled in no case's time
+    sys.exit(run(what_becomes_of, sys.argv[1:]))

@@ -14,10 +14,7 @@ HDF5 library, which cannot be interrupted, is counted apart. The run ends with 1
 from __future__ import annotations
 
 import argparse
-import faulthandler
-import os
 import resource
-import signal
 import sys
 import tempfile
 import time
@@ -66,36 +63,21 @@ def verdict_of(path: Path) -> tuple[str, str]:
 def read_apart(path: Path) -> tuple[str, str, int]:
     """Verdict on a file, why, and how many bytes its process took to read it."""
     size = path.stat().st_size
-    told, stack = path.with_name("told"), path.with_name("stack")
-    for old in (told, stack):
-        old.unlink(missing_ok=True)
-    faulthandler.cancel_dump_traceback_later()
-    with warnings.catch_warnings(action="ignore"):  # of threads, none at work
-        child = os.fork()
-    if child == 0:
-        try:
-            resource.setrlimit(resource.RLIMIT_AS, (address_space() + SPACE,) * 2)
-            start = memory_of_this_process()
-            with stack.open("w") as file:
-                faulthandler.enable(file)
-                faulthandler.dump_traceback_later(SECONDS, file=file)
-                word, why = verdict_of(path)
-                told.write_text(f"{start}\n{word}\n{why}", encoding="utf-8", errors="replace")
-        finally:  # nothing of a child's goes on where its parent does
-            os._exit(0)
-    end = time.monotonic() + SECONDS + 2.0
-    while not (done := os.wait4(child, os.WNOHANG))[0] and time.monotonic() < end:
-        time.sleep(0.001)
-    if not done[0]:
-        os.kill(child, signal.SIGKILL)
-        os.waitpid(child, 0)
-    if told.exists() and (text := told.read_text(encoding="utf-8")):
-        start, word, why = text.split("\n", 2)
-        taken = 1024 * done[2].ru_maxrss - int(start) if done[0] else 0
+
+    def case() -> tuple[str, ...]:
+        """Memory at the start, verdict, and why."""
+        resource.setrlimit(resource.RLIMIT_AS, (address_space() + SPACE,) * 2)
+        start = memory_of_this_process()
+        return str(start), *verdict_of(path)
+
+    told, stack, peak = spoiled.forked(case, SECONDS)
+    if told:
+        start, word, why = told.split("\n", 2)
+        taken = 1024 * peak - int(start) if peak else 0
         if taken > limit_of(size) + SLACK:
             return "over the limit", f"{taken >> 20} MB for {size} bytes", taken
         return word, why, taken
-    where, why = spoiled.at_fault(stack.read_text(), "crashed" if done[0] else "hung")
+    where, why = spoiled.at_fault(stack, "crashed" if peak else "hung")
     return where if where != "wrong" else why.split()[0], why, 0
 
 

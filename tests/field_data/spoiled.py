@@ -439,6 +439,13 @@ def in_a_child(case: Callable[[], tuple[str, str]], seconds: float = 20.0) -> tu
         What `case` returned; else "hung in h5py", say, if a library of HDF5 was at work, and
         "wrong" if anything else was.
     """
+    told, stack, memory = forked(case, seconds)
+    word, _, why = told.partition("\n")
+    return (word, why) if told else at_fault(stack, "crashed" if memory else "hung")
+
+
+def forked(case: Callable[[], tuple[str, ...]], seconds: float) -> tuple[str, str, int]:
+    """What a case says in a process of its own; its stack; and its memory [kB], 0 if it hung."""
     with tempfile.TemporaryDirectory() as folder:
         told, stack = Path(folder, "told"), Path(folder, "stack")
         faulthandler.cancel_dump_traceback_later()  # a child would wait for its thread for ever
@@ -449,19 +456,18 @@ def in_a_child(case: Callable[[], tuple[str, str]], seconds: float = 20.0) -> tu
                 with stack.open("w") as file:
                     faulthandler.enable(file)
                     faulthandler.dump_traceback_later(seconds, file=file)
-                    told.write_text("\n".join(case()), encoding="utf-8")
+                    words = "\n".join(case())
+                    told.write_text(words, encoding="utf-8", errors="replace")
             finally:  # nothing of a child's goes on where its parent does
                 os._exit(0)
         end = time.monotonic() + seconds + 2.0
-        while not (over := os.waitpid(child, os.WNOHANG)[0]) and time.monotonic() < end:
-            time.sleep(0.002)
-        if not over:
+        while not (over := os.wait4(child, os.WNOHANG))[0] and time.monotonic() < end:
+            time.sleep(0.001)
+        if not over[0]:
             os.kill(child, signal.SIGKILL)
             os.waitpid(child, 0)
-        if told.exists() and (text := told.read_text(encoding="utf-8")):
-            word, _, why = text.partition("\n")
-            return word, why
-        return at_fault(stack.read_text(), "crashed" if over else "hung")
+        words = told.read_text(encoding="utf-8") if told.exists() else ""
+        return words, stack.read_text(), over[2].ru_maxrss if over[0] else 0
 
 
 def at_fault(stack: str, what: str) -> tuple[str, str]:
@@ -479,31 +485,33 @@ def compile_all() -> None:
     use(scene.surface("Top"))
 
 
-def main(arguments: list[str]) -> int:
-    total = int(arguments[0]) if arguments else 10_000
-    seconds = float(arguments[1]) if len(arguments) > 1 else float("inf")
-    begin = int(arguments[2]) if len(arguments) > 2 else 0
+def run(case: Callable[[int], tuple[str, str]], arguments: list[str]) -> int:
+    """Run cases by seed, a word and a reason each; [cases] [seconds] [first]; 1 if one is wrong."""
+    total, seconds, first, *_ = *map(float, arguments), *(10_000, np.inf, 0)[len(arguments) :]
     start, done = time.monotonic(), Counter()
-    compile_all()
     warnings.simplefilter("error")  # one that we let through is as foreign as an error
     warnings.simplefilter("ignore", gs.GeosurfWarning)
-    for seed in range(begin, begin + total):
+    for seed in range(int(first), int(first + total)):
         if time.monotonic() - start > seconds:
             break
         faulthandler.dump_traceback_later(30, exit=True)
-        apart = goes_to_hdf5(seed)
-        word, why = (
-            in_a_child(lambda s=seed: what_becomes_of(s)) if apart else what_becomes_of(seed)
-        )
+        word, why = case(seed)
         done[word] += 1
-        if word not in ("right", "refused"):
-            name = KINDS[seed % len(KINDS)].__name__
-            sys.stdout.write(f"case {seed}, {name}: {' '.join(why.split())[:300]}\n")
+        if why and word != "refused":
+            sys.stdout.write(f"case {seed}: {' '.join(why.split())[:300]}\n")
     faulthandler.cancel_dump_traceback_later()
     counts = ", ".join(f"{n} {word}" for word, n in sorted(done.items()))
     sys.stdout.write(f"{done.total()} cases: {counts}; {time.monotonic() - start:.0f} s\n")
     return int(done["wrong"] > 0)
 
 
+def apart(seed: int) -> tuple[str, str]:
+    """What becomes of a case, in a process of its own if a library of HDF5 reads it."""
+    if goes_to_hdf5(seed):
+        return in_a_child(lambda: what_becomes_of(seed))
+    return what_becomes_of(seed)
+
+
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    compile_all()
+    sys.exit(run(apart, sys.argv[1:]))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-
 import numpy as np
 import pytest
 
@@ -11,16 +9,6 @@ import geosurf as gs
 
 WORLDS = ("tilted_planes", "graben", "listric", "dome_and_flat_fault", "egg_box", "noisy")
 UTM = (456000.0, 6.78e6, 0.0)
-
-
-@pytest.fixture
-def verify(shared):
-    sys.path.insert(0, str(shared))
-    try:
-        import verify
-    finally:
-        sys.path.pop(0)
-    return verify
 
 
 def scene_of(name, offset=(0.0, 0.0, 0.0), turned=False):
