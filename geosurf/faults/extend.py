@@ -229,12 +229,7 @@ def _in_turn(
 
 
 def continue_side(
-    surface: TriSurface,
-    rim: Rim,
-    guides: Guides,
-    side: str,
-    reach: Reach,
-    until: str,
+    surface: TriSurface, rim: Rim, guides: Guides, side: str, reach: Reach, until: str
 ) -> tuple[TriSurface, Guides, Extension]:
     """Return (surface, guides, extension) with one more side.
 

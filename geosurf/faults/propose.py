@@ -42,10 +42,7 @@ from geosurf.model.network import SIDES, ExtendedFault, FaultNetwork, NetworkRow
 
 
 def bridge_to(
-    fault: TriSurface,
-    main: TriSurface,
-    keep: str,
-    split: Callable[[Sequence[TriSurface]], Patches],
+    fault: TriSurface, main: TriSurface, keep: str, split: Callable[[Sequence[TriSurface]], Patches]
 ) -> ExtendedFault:
     """Continue a fault beyond another one, from the side that faces it.
 

@@ -248,11 +248,7 @@ def _contents(fill: bool | Sheet) -> tuple[Any, ...]:
 
 
 def _by_throw(
-    scene: Scene,
-    throws: list[ThrowInput],
-    name: str,
-    horizon: Any,
-    cache: ResultCache | None,
+    scene: Scene, throws: list[ThrowInput], name: str, horizon: Any, cache: ResultCache | None
 ) -> Sheet:
     """A sheet from a continuous horizon and the throws that move it."""
     from geosurf.sheets import EllipticThrow, throw_horizon  # loaded by those who tear

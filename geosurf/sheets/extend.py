@@ -20,13 +20,7 @@ from geosurf.model.expected import box_of_sides, flag_of
 from geosurf.sheets.faults.network import Network
 from geosurf.sheets.faults.traces import mesh_in_frame
 from geosurf.sheets.lattice.picks import Frame, frame_of_lattice
-from geosurf.sheets.lattice.solve import (
-    Graph,
-    grounded,
-    lattice_graph,
-    smoothest,
-    steps_to_known,
-)
+from geosurf.sheets.lattice.solve import Graph, grounded, lattice_graph, smoothest, steps_to_known
 from geosurf.sheets.mesh.finish import crs_among, fault_surfaces
 from geosurf.triangulate import triangulate_horizon
 from geosurf.triangulate.horizon import EXTRAPOLATED

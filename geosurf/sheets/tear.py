@@ -307,10 +307,7 @@ def _as_data_show(
 
 
 def _what_works(
-    bad: Sequence[int],
-    faults: Sequence[TriSurface],
-    closed: Closed,
-    search: Search,
+    bad: Sequence[int], faults: Sequence[TriSurface], closed: Closed, search: Search
 ) -> str:
     """Which faults to leave out so that the others close, as it was tried.
 
@@ -337,10 +334,7 @@ def _what_works(
 
 
 def _open_at(
-    rest: Sequence[int],
-    faults: Sequence[TriSurface],
-    trims: Sequence[float],
-    search: Search,
+    rest: Sequence[int], faults: Sequence[TriSurface], trims: Sequence[float], search: Search
 ) -> set[int]:
     """Faults, of the `rest` that tears a sheet, at which it stays open; all if it has no sheet."""
     if not rest:

@@ -363,11 +363,7 @@ def decimate_frame(frame: Sequence[TriSurface], tolerance: float) -> list[TriSur
 
 
 def _all_within(
-    lattices: list[Lattice],
-    nodes: Frame,
-    tolerance: float,
-    worst: int,
-    first: float,
+    lattices: list[Lattice], nodes: Frame, tolerance: float, worst: int, first: float
 ) -> list[Differences] | tuple[int, float]:
     """Differences of all lattices; or one that is farther off than the tolerance, and where.
 

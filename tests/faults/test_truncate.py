@@ -13,15 +13,7 @@ from geosurf import TriSurface, rebuild_surfaces, truncate_faults
 from geosurf.errors import GeometryError, InputError, SurfaceError
 from geosurf.faults.distance import closest_approach
 from geosurf.faults.rules import read_extend, read_truncations
-from tests.faults.worlds import (
-    across,
-    antithetic,
-    bytes_of,
-    dipping,
-    turned,
-    upright,
-    vector_area,
-)
+from tests.faults.worlds import across, antithetic, bytes_of, dipping, turned, upright, vector_area
 from tests.strategies import sheet, shuffled
 
 

@@ -18,9 +18,7 @@ def two_walls(apart: float, z):
     at = [CELL * (20.0 + sign * 0.5 * apart) for sign in (-1, 1)]
     grid = z(x, y) - 20.0 * (x > at[0]) - 30.0 * (x > at[1])
     horizon = xr.DataArray(
-        grid,
-        {"northing": y[:, 0], "easting": x[0]},
-        attrs={"units": "m", "positive": "up"},
+        grid, {"northing": y[:, 0], "easting": x[0]}, attrs={"units": "m", "positive": "up"}
     )
     faults = {}
     for name, here in zip(("F1", "F2"), at, strict=True):

@@ -14,12 +14,7 @@ from geosurf.kernels.sheets.smooth_surface import (
     normal_equations,
     places_in_order,
 )
-from geosurf.sheets.lattice.solve import (
-    fourth_order,
-    lattice_graph,
-    smoothest,
-    without_absent,
-)
+from geosurf.sheets.lattice.solve import fourth_order, lattice_graph, smoothest, without_absent
 
 LINE = [(-1, 1), (1, -2, 1), (-1, 3, -3, 1), (1, -4, 6, -4, 1)]
 

@@ -136,7 +136,6 @@ def test_an_overlap_that_scattered_points_cannot_close_is_told_with_its_width(mo
     world = gs.synthetic.torn("thrust", n=61)
     points = world.truth["scattered"](6000)
     with pytest.raises(
-        GeometryError,
-        match=r"cut at fault 'F1'.* 6\.9 cells, .* or a larger spacing\.",
+        GeometryError, match=r"cut at fault 'F1'.* 6\.9 cells, .* or a larger spacing\."
     ):
         gs.tear_horizon(points, world.faults, name="Top", trim=0.5, spacing=25.0, positive="up")

@@ -43,12 +43,7 @@ def volumes(scene):
 
 @pytest.mark.parametrize(
     ("onto", "west", "lean"),
-    [
-        ("lower", True, -0.5),
-        ("upper", False, 0.5),
-        ("lower", False, 0.5),
-        ("upper", True, 0.0),
-    ],
+    [("lower", True, -0.5), ("upper", False, 0.5), ("lower", False, 0.5), ("upper", True, 0.0)],
 )
 def test_the_zone_between_is_absent_and_the_other_takes_its_space(onto, west, lean):
     there = X < 1950 if west else X > 2053

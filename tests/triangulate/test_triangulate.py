@@ -15,10 +15,7 @@ from hypothesis import strategies as st
 from geosurf.conventions import rising_diagonal
 from geosurf.errors import HorizonError, InputError
 from geosurf.model import Lattice, TriSurface
-from geosurf.triangulate import (
-    build_walls,
-    triangulate_horizon,
-)
+from geosurf.triangulate import build_walls, triangulate_horizon
 from geosurf.triangulate.mesh import find_zero_area, map_turns
 
 UP = {"positive": "up", "units": "m"}
@@ -252,19 +249,13 @@ WRONG_HORIZONS = {
         lambda: _swap(horizon(FLAT), "easting", 1, np.nan),
         r"easting\[1\] is nan.*isel",
     ),
-    "all absent": (
-        lambda: horizon(FLAT * np.nan),
-        r"all 9 nodes are NaN\. Check the no-data",
-    ),
+    "all absent": (lambda: horizon(FLAT * np.nan), r"all 9 nodes are NaN\. Check the no-data"),
     "infinite": (
         lambda: _with(1, 2, np.inf),
         r"1 nodes are infinite, the first is node \(1, 2\) at \(E 50,.*elevation inf.*NaN",
     ),
     "one row": (lambda: horizon(FLAT[:1]), r"1 x 3 nodes, expected 2 x 2.*larger"),
-    "no triangle": (
-        _holes,
-        r"has its three nodes: only 3 of 9 nodes are present.*NaN mask",
-    ),
+    "no triangle": (_holes, r"has its three nodes: only 3 of 9 nodes are present.*NaN mask"),
     "folded": (
         _folded,
         r"folded: \d+ of 18 triangles are turned over, the first at \(E .*2-D coordinates",

@@ -401,9 +401,7 @@ def test_grids_in_metres_are_not_copied(rng):
 def test_minus_zero_is_zero():
     """Results are compared by their bytes; -0.0 and 0.0 differ in theirs."""
     dims, (i, j) = ("down_dip", "along_strike"), np.mgrid[:3, :4] * 10.0
-    ds = xr.Dataset(
-        {"easting": (dims, j), "northing": (dims, i), "elevation": (dims, -i)},
-    )
+    ds = xr.Dataset({"easting": (dims, j), "northing": (dims, i), "elevation": (dims, -i)})
     ds["elevation"].attrs["units"] = "m"
     lattice = triangulate_fault(ds, name="F1").lattice
     assert np.signbit(ds["elevation"].values[0]).all()

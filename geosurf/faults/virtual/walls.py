@@ -18,13 +18,7 @@ from geosurf.errors import GeometryError, InputError, SurfaceError
 from geosurf.faults.dangling import Model, Tip, crossed_by, met_by, tips_of
 from geosurf.faults.extend import strip
 from geosurf.faults.rim import Rim
-from geosurf.faults.virtual.joins import (
-    Join,
-    Target,
-    TipLine,
-    join_to_boundary,
-    joins_by_length,
-)
+from geosurf.faults.virtual.joins import Join, Target, TipLine, join_to_boundary, joins_by_length
 from geosurf.kernels.exact.predicates import flat_triangles, frame_of
 from geosurf.kernels.meshes.mesh import weld
 from geosurf.model import Patches, TriSurface

@@ -18,11 +18,7 @@ from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.kernels.sheets.fault_trace import block_bounds
 from geosurf.kernels.sheets.link_lines import UNIT, line_crossings
 from geosurf.sheets.faults.cut_edges import Cuts, Joint, cut_at_joints, cuts_of, whole_units
-from geosurf.sheets.faults.fault_distance import (
-    NearTrace,
-    mesh_blocks,
-    side_at_own_height,
-)
+from geosurf.sheets.faults.fault_distance import NearTrace, mesh_blocks, side_at_own_height
 from geosurf.sheets.faults.traces import FaultMesh, Trace, extended, sample, trace_lines
 from geosurf.sheets.lattice.picks import Frame
 from geosurf.sheets.lattice.solve import around, grounded, lattice_graph, smoothest, without_absent

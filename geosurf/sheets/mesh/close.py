@@ -55,14 +55,7 @@ from geosurf.sheets.mesh.build import (
 from geosurf.sheets.mesh.cut import Hole
 from geosurf.sheets.mesh.finish import ghosts_by_points
 from geosurf.sheets.mesh.ghosts import carry_on_by, ghosts_by_picks
-from geosurf.sheets.mesh.tear_ends import (
-    VERTICAL,
-    Short,
-    TooShort,
-    added_up,
-    extended,
-    too_short,
-)
+from geosurf.sheets.mesh.tear_ends import VERTICAL, Short, TooShort, added_up, extended, too_short
 
 # ---- last links ----------------------------------------
 # Where a tear ends early, both nodes of its last link go to their own sides of the fault.

@@ -13,15 +13,7 @@ from geosurf.conventions.crs import crs_of, refuse_other_crs, warn_of_unclear_cr
 from geosurf.errors import GeometryError, InputError
 from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.kernels.sheets.smooth_surface import energy_gradient
-from geosurf.model import (
-    FaultCut,
-    Lattice,
-    Sheet,
-    SheetReport,
-    ThrowReport,
-    TriSurface,
-    frozen,
-)
+from geosurf.model import FaultCut, Lattice, Sheet, SheetReport, ThrowReport, TriSurface, frozen
 from geosurf.model.surfaces import Content
 from geosurf.rebuild.ghosts import WALL
 from geosurf.sheets.faults.fault_distance import NearTrace
@@ -123,9 +115,7 @@ def ghosts_by_points(
         rows = known.all(axis=1)
         vertex, pick, share = vertex[rows], pick[rows], np.concatenate([shares[used], share])[rows]
         slot = np.where(
-            vertex >= torn.n_node,
-            len(nodes) + vertex - torn.n_node,
-            np.searchsorted(nodes, vertex),
+            vertex >= torn.n_node, len(nodes) + vertex - torn.n_node, np.searchsorted(nodes, vertex)
         )
 
         # solve for what is left without the bend at tips, nodes first, then ghosts
@@ -278,11 +268,7 @@ def _walls(built: Built) -> dict[str, np.ndarray]:
     return {key.removeprefix(WALL): frozen(of, np.int8) for key, of in found.items()}
 
 
-def refuse_leaks(
-    picks: Picks,
-    built: Built,
-    faults: Sequence[TriSurface],
-) -> None:
+def refuse_leaks(picks: Picks, built: Built, faults: Sequence[TriSurface]) -> None:
     """Raise an error where a sheet does not end on its faults, with the place and a remedy."""
     # Leaks first: they name the faults that cut them.
     open_edges = built.cut.leaks or built.cut.dead_ends

@@ -134,9 +134,7 @@ class Triangles:
         low, high = np.minimum(corners, other), np.maximum(corners, other)
         step = high - low
         kind = np.select(
-            [step == 1, step == self.n_col, step == self.n_col + 1],
-            [EAST, NORTH, RISING],
-            FALLING,
+            [step == 1, step == self.n_col, step == self.n_col + 1], [EAST, NORTH, RISING], FALLING
         )
         return np.where(kind == FALLING, low - 1, low), kind
 

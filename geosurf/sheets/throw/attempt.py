@@ -21,12 +21,7 @@ from geosurf.sheets.faults.traces import Trace, mesh_in_frame
 from geosurf.sheets.heights.state import Heights, Tears
 from geosurf.sheets.mesh.ghosts import ghost_heights, kept_apart
 from geosurf.sheets.mesh.torn_mesh import Torn, Triangles
-from geosurf.sheets.throw.displacement import (
-    Branches,
-    Movement,
-    refuse_folds,
-    sheet_heights,
-)
+from geosurf.sheets.throw.displacement import Branches, Movement, refuse_folds, sheet_heights
 
 # ---- tear ends ----------------------------------------
 # Where the tears of a moved horizon end, and errors where throw would be left without a fault.
@@ -204,12 +199,7 @@ class Attempt:
         return dict(zip(names, np.where(self.walls > 0.5, 1, -1).astype(np.int8), strict=True))
 
     def ghosts(
-        self,
-        torn: Torn,
-        triangles: Triangles,
-        bits: np.ndarray,
-        state: Heights,
-        _: Collection[int],
+        self, torn: Torn, triangles: Triangles, bits: np.ndarray, state: Heights, _: Collection[int]
     ) -> np.ndarray:
         """Heights (n_ghost,) on the sheets of their anchors; the energy fills in at holes."""
         frame = self.movement.frame

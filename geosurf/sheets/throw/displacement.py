@@ -156,11 +156,7 @@ def _filled(values: np.ndarray) -> np.ndarray:
 
 
 def sheet_heights(
-    before: Before,
-    slips: Sequence[Slip],
-    xy: np.ndarray,
-    parts: np.ndarray | Parts,
-    cell: float,
+    before: Before, slips: Sequence[Slip], xy: np.ndarray, parts: np.ndarray | Parts, cell: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """
     Elevations of the moved horizon at places, and where its particles were.
