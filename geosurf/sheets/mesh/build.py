@@ -8,7 +8,8 @@ is cut again.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+from functools import partial
 from threading import Lock
 
 import numpy as np
@@ -16,8 +17,8 @@ import numpy as np
 from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.model import TriSurface
 from geosurf.sheets.faults.cut_edges import Cuts, Part, is_torn, within
-from geosurf.sheets.faults.fault_distance import Blocks, mesh_blocks, side_at_own_height
-from geosurf.sheets.faults.traces import FaultMesh, mesh_in_frame
+from geosurf.sheets.faults.fault_distance import mesh_blocks, side_at_own_height
+from geosurf.sheets.faults.traces import mesh_in_frame
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.picks import Frame, Picks
 from geosurf.sheets.mesh.cut import Cut, Hole, band_of, cut_band
@@ -92,26 +93,19 @@ class Plan:
     untorn: tuple[Part, ...]
 
 
-def repaired(
-    repairs: Repairs,
-    state: Heights,
-    torn: Torn,
-    cut: Cut,
-    stuck: Collection[Hole],
-    rising: bool,
-    at_any_cost: bool,
-) -> Repairs | None:
-    """Repairs for the next attempt; None if nothing is left to try.
+def repaired(built: Built, stuck: Collection[Hole], at_any_cost: bool) -> Repairs | None:
+    """Repairs for the attempt after this one; None if nothing is left to try.
 
     Holes that are stuck get no further ring. `at_any_cost` allows what changes cut-offs: a level
     sheet, ends of tears that are moved far, and parts of traces that are left out.
     """
+    repairs, state, rising = built.repairs, built.state, built.triangles.rising
     # All holes of one attempt are planned for together: each attempt costs a cut.
     frame, plan = state.network.frame, Plan(set(), set(), [], repairs.untorn)
     tears = Ends(state, torn_limits(state, repairs.shortened, rising))
-    for hole in cut.holes:
+    for hole in built.cut.holes:
         is_stuck = any(hole is one for one in stuck)
-        _plan_for(hole, plan, repairs, tears, torn, cut, is_stuck, at_any_cost)
+        _plan_for(hole, plan, built, tears, is_stuck, at_any_cost)
     # Nothing changes: another attempt would find the same holes.
     if not (plan.ends or plan.links or plan.untorn != repairs.untorn):
         return None
@@ -137,17 +131,10 @@ def repaired(
 
 
 def _plan_for(
-    hole: Hole,
-    plan: Plan,
-    repairs: Repairs,
-    tears: Ends,
-    torn: Torn,
-    cut: Cut,
-    is_stuck: bool,
-    at_any_cost: bool,
+    hole: Hole, plan: Plan, built: Built, tears: Ends, is_stuck: bool, at_any_cost: bool
 ) -> None:
     """Add to a plan what may close one hole."""
-    state, frame = tears.state, tears.state.network.frame
+    repairs, state, frame = built.repairs, tears.state, tears.state.network.frame
     at = frame.to_lattice(hole.place[None, :2])[0] * frame.stretch
     tried = _rings_near(repairs, frame, at)
 
@@ -173,11 +160,11 @@ def _plan_for(
     elif end is not None and repairs.shortened.get(end, 0) < MOST_LINKS:
         plan.ends.add(end)
     elif tried < most or (at_any_cost and len(level) < LEVELLED):
-        leaks = _leaks_near(at, cut, torn, frame)
+        leaks = _leaks_near(at, built, frame)
         plan.links |= leaks
         if not leaks or tried > 1:
             # no outer edge leaks here, or rings did not help: one at all ghosts behind the hole
-            nodes = torn.node_of(hole.ghosts).tolist()
+            nodes = built.torn.node_of(hole.ghosts).tolist()
             plan.links.update(zip(nodes, nodes, strict=True))
         if tried >= most:
             plan.level.append((float(at[0]), float(at[1])))
@@ -195,12 +182,13 @@ def _rings_first(end: End, repairs: Repairs, state: Heights, hole: Hole) -> int:
     return AT_END if repairs.shortened.get(end, -1) < 1 else 0
 
 
-def _leaks_near(at: np.ndarray, cut: Cut, torn: Torn, frame: Frame) -> set[Pair]:
+def _leaks_near(at: np.ndarray, built: Built, frame: Frame) -> set[Pair]:
     """Pairs of nodes at outer edges that leak near a hole [cells]."""
-    if not cut.leaks:
+    if not built.cut.leaks:
         return set()
     # Pairs of nodes, since vertices are numbered anew in each attempt.
-    pairs = torn.node_of(np.array([leak[:2] for leak in cut.leaks]).ravel()).reshape(-1, 2)
+    nodes = np.array([leak[:2] for leak in built.cut.leaks]).ravel()
+    pairs = built.torn.node_of(nodes).reshape(-1, 2)
     places = frame.cells_of_node(pairs.ravel()).reshape(-1, 2, 2).mean(axis=1)
     near = np.hypot(*(places - at).T) <= NEAR_LEAK
     return {(int(a), int(b)) for a, b in pairs[near]}
@@ -347,8 +335,8 @@ class Built:
     cuts: Cuts
     outer: np.ndarray
     repairs: Repairs
-    n_cut: int = 1
-    walls: dict[str, np.ndarray] | None = None
+    n_cut: int
+    walls: dict[str, np.ndarray] | None
 
     @property
     def is_open(self) -> bool:
@@ -359,34 +347,6 @@ class Built:
     def is_hopeless(self) -> bool:
         """Whether there are so many holes that the data contradict the faults."""
         return len(self.cut.holes) > MANY
-
-
-@dataclass(frozen=True, eq=False)
-class Setting:
-    """What stays the same in all attempts to close one sheet.
-
-    Attributes
-    ----------
-    picks : Picks
-    faults : list of TriSurface
-    triangles : Triangles
-    reach : int
-        Cells from a trace within which the mesh is cut.
-    carry_on : callable
-        Gives the heights of ghosts.
-    known : Known
-        What attempts have found out.
-    walls : dict or None
-        See `Built`.
-    """
-
-    picks: Picks
-    faults: list[TriSurface]
-    triangles: Triangles
-    reach: int
-    carry_on: CarryOn
-    known: Known
-    walls: dict[str, np.ndarray] | None
 
 
 def build(
@@ -430,21 +390,21 @@ def build(
     Built
         The first that is closed, or the last attempt.
     """
-    setting = _setting(picks, state, faults, rising, carry_on, walls)
+    attempts = Attempts(picks, state, faults, rising, carry_on, walls)
 
     # Attempts: solve where ends have changed, tear, cut, then plan repairs from the holes.
     repairs = start
     solved_for: tuple[dict[End, int], tuple[Part, ...]] = ({}, ())
     if is_solved:
         solved_for = start.shortened, start.untorn
-    fewest, since = len(setting.triangles.present), 0
+    fewest, since = picks.n_node, 0
     before: list[Sequence[Hole]] = []
     for n_before in range(ROUNDS):
         # heights change with the ends of tears only: rings and level ghosts need no new solve
         if (repairs.shortened, repairs.untorn) != solved_for:
             solved_for = repairs.shortened, repairs.untorn
             state = die_at_tips(state, repairs, rising, solve_again)
-        built = replace(_cut(setting, state, repairs), n_cut=n_before + 1)
+        built = attempts.cut(state, repairs, n_before + 1)
         if not built.is_open:
             break
 
@@ -458,32 +418,12 @@ def build(
         # A fault that is too short cannot be repaired in the mesh: the caller extends it.
         if needs_more is not None and needs_more(stuck):
             break
-        more = repaired(repairs, state, built.torn, built.cut, stuck, rising, at_any_cost)
+        more = repaired(built, stuck, at_any_cost)
         # No repair is left: the last attempt is handed back, open.
         if more is None:
             break
         repairs = more
     return built
-
-
-def _setting(
-    picks: Picks,
-    state: Heights,
-    faults: Sequence[TriSurface],
-    rising: bool,
-    carry_on: CarryOn,
-    walls: dict[str, np.ndarray] | None,
-) -> Setting:
-    """What stays the same in all attempts, for the arguments of `build`."""
-    triangles = Triangles(picks.frame.shape, rising, np.isfinite(state.values))
-
-    # cut-offs lie as far from their trace as the widest gap or overlap: the band holds them all
-    widest = [np.abs([w.left, w.right]).max(initial=0.0) for w in state.walls]
-    reach = int(np.ceil(max(widest, default=0.0))) + 3
-    meshes = [mesh_in_frame(fault, picks.frame) for fault in faults]
-    blocks = [(mesh, mesh_blocks(mesh, float(reach))) for mesh in meshes]
-    known = Known(picks.frame, triangles, blocks, float(reach))
-    return Setting(picks, list(faults), triangles, reach, carry_on, known, walls)
 
 
 def _stuck(holes: Sequence[Sequence[Hole]], cell: float) -> list[Hole]:
@@ -506,64 +446,40 @@ def die_at_tips(state: Heights, repairs: Repairs, rising: bool, solve_again: Sol
     return solve_again(state, limits, repairs.untorn)
 
 
-def _meshed(setting: Setting, state: Heights, repairs: Repairs) -> tuple[Torn, np.ndarray, Cuts]:
-    """The mesh with some repairs, heights of its ghosts, and the links that it is torn at."""
-    triangles, picks = setting.triangles, setting.picks
-    every = state.network.cuts
-    limits = torn_limits(state, repairs.shortened, triangles.rising)
-
-    # links between the ends of the tears, without the parts of traces that are left out
-    torn_rows = within(every, *limits) & is_torn(every, repairs.untorn, state.network.traces)
-    cuts = every.take(np.flatnonzero(torn_rows))
-
-    # the mesh, with rings of ghosts where they are needed
-    torn = setting.known.mesh(cuts, state, repairs.rings)
-    # Traces whose tears end before their faults: their ghosts do not bend at the tip.
-    early = {trace for (trace, _), n_link in repairs.shortened.items() if n_link > 0}
-    ghosts = setting.carry_on(torn, triangles, cuts.bits(picks.n_node), state, early)
-    return torn, levelled(torn, ghosts, state.values, repairs.level, picks.frame), cuts
-
-
-def _cut(setting: Setting, state: Heights, repairs: Repairs) -> Built:
-    """Cut the mesh with some repairs exactly."""
-    triangles, frame = setting.triangles, setting.picks.frame
-    torn, ghosts, cuts = _meshed(setting, state, repairs)
-    band = band_of(torn, triangles, frame, state.values, ghosts, setting.reach, setting.walls)
-
-    def is_own(nodes: np.ndarray) -> np.ndarray:
-        """Which nodes are clearly on their own side of all faults."""
-        return setting.known.is_own(nodes, state)
-
-    cut = cut_band(band, torn, triangles, setting.faults, frame, is_own)
-    return Built(state, triangles, torn, ghosts, cut, cuts, band.outer, repairs, 1, setting.walls)
-
-
 CLEARLY = 0.3  # cells from a fault at which a node's side is clear
 Ring = Collection[tuple[int, int]]
 
 
-class Known:
-    """What attempts to close one sheet have found out.
+class Attempts:
+    """Attempts to close one sheet: what stays the same in all, and what they have found out.
+
+    For the arguments, see `build`.
 
     Attributes
     ----------
-    frame : Frame
-    triangles : Triangles
+    reach : int
+        Cells from a trace within which the mesh is cut, and sides are looked at.
     meshes : list of (FaultMesh, Blocks)
         The faults in the frame of the lattice, and blocks to search them by.
-    reach : float
-        Cells from a trace within which sides are looked at.
     """
 
     def __init__(
         self,
-        frame: Frame,
-        triangles: Triangles,
-        meshes: Sequence[tuple[FaultMesh, Blocks]],
-        reach: float,
+        picks: Picks,
+        state: Heights,
+        faults: Sequence[TriSurface],
+        rising: bool,
+        carry_on: CarryOn,
+        walls: dict[str, np.ndarray] | None,
     ) -> None:
-        self.frame, self.triangles = frame, triangles
-        self.meshes, self.reach = list(meshes), reach
+        self.frame, self.faults, self.carry_on, self.walls = picks.frame, faults, carry_on, walls
+        self.triangles = Triangles(picks.frame.shape, rising, np.isfinite(state.values))
+
+        # cut-offs lie as far from their trace as the widest gap or overlap: the band holds them all
+        widest = [np.abs([w.left, w.right]).max(initial=0.0) for w in state.walls]
+        self.reach = int(np.ceil(max(widest, default=0.0))) + 3
+        meshes = [mesh_in_frame(fault, picks.frame) for fault in faults]
+        self.meshes = [(mesh, mesh_blocks(mesh, float(self.reach))) for mesh in meshes]
         # what all of this follows from, besides links, rings and heights
         self._state: Heights | None = None
         # links that tear the last mesh, and the mesh without rings, with one, with two ..
@@ -571,9 +487,31 @@ class Known:
         self._rings: list[Ring] = []
         self._torn: list[Torn] = []
         # heights at which nodes were asked for, NaN for others, and what came of it
-        self._height = np.full(len(triangles.present), np.nan)
-        self._is_own = np.zeros(len(triangles.present), dtype=bool)
+        self._height = np.full(picks.n_node, np.nan)
+        self._is_own = np.zeros(picks.n_node, dtype=bool)
         self._lock = Lock()
+
+    def cut(self, state: Heights, repairs: Repairs, n_cut: int) -> Built:
+        """Cut the mesh with some repairs exactly."""
+        triangles, frame, every = self.triangles, self.frame, state.network.cuts
+        limits = torn_limits(state, repairs.shortened, triangles.rising)
+
+        # links between the ends of the tears, without the parts of traces that are left out
+        torn_rows = within(every, *limits) & is_torn(every, repairs.untorn, state.network.traces)
+        cuts = every.take(np.flatnonzero(torn_rows))
+
+        # the mesh, with rings of ghosts where they are needed
+        torn = self.mesh(cuts, state, repairs.rings)
+        # Traces whose tears end before their faults: their ghosts do not bend at the tip.
+        early = {trace for (trace, _), n_link in repairs.shortened.items() if n_link > 0}
+        ghosts = self.carry_on(torn, triangles, cuts.bits(len(self._height)), state, early)
+        ghosts = levelled(torn, ghosts, state.values, repairs.level, frame)
+        band = band_of(torn, triangles, frame, state.values, ghosts, self.reach, self.walls)
+        own = partial(self.is_own, state=state)
+        found = cut_band(band, torn, triangles, self.faults, frame, own)
+        return Built(
+            state, triangles, torn, ghosts, found, cuts, band.outer, repairs, n_cut, self.walls
+        )
 
     def mesh(self, cuts: Cuts, state: Heights, rings: Sequence[Ring]) -> Torn:
         """The mesh torn by some links, with rings of ghosts.
@@ -625,7 +563,7 @@ class Known:
         # Sides at the solved height: a fault that dips is elsewhere at another elevation.
         network = state.network
         sides = {
-            k: side_at_own_height(*self.meshes[k], points, self.reach)
+            k: side_at_own_height(*self.meshes[k], points, float(self.reach))
             for k in {trace.fault for trace in network.traces}
         }
         for trace, limits, near in zip(network.traces, network.mesh, state.near, strict=True):
