@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 import re
 import struct
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from importlib import import_module
 from os import PathLike
 from pathlib import Path
@@ -22,113 +22,84 @@ from geosurf.model.expected import path_of
 from geosurf.read._guard import damaged, is_zarr, opened
 from geosurf.read.grids.node_lists import looks_like_ijxyz
 
-# format -> (module, function, suffixes)
-MESH_FORMATS = {
-    "tsurf": ("gocad", "read_gocad", (".ts",)),
-    "vtp": ("vtp", "read_vtp", (".vtp",)),
-    "vtk": ("vtk_legacy", "read_vtk", (".vtk",)),
-    "gltf": ("gltf", "read_gltf", (".glb", ".gltf")),
-    "mesh": (
-        "mesh",
-        "read_mesh",
-        (".vtu", ".vtk", ".obj", ".stl", ".ply", ".off", ".msh", ".inp", ".xdmf"),
-    ),
+Formats = dict[str, tuple[str, str, tuple[str, ...]]]  # key -> (module, function, suffixes)
+_FEATURES = {
+    "read_fault": "read_feature_sticks",
+    "read_points": "read_feature_points",
+    "read_polygons": "read_feature_polygons",
 }
+_MESH = "read_horizon", "read_fault"
+# key -> (what people call it, suffixes, module, which function of the module reads it for whom)
+_TABLE: dict[str, tuple[str, str, str, dict[str, str]]] = {
+    "irap": ("IRAP classic and binary", ".gri .irap .irapbin .irapasc .irapascii .fgr",
+             "grids.binary_grids", {"read_horizon": "read_irap"}),
+    "netcdf": ("NetCDF", ".nc .nc4", "netcdf",
+               {"read_horizon": "read_netcdf_horizon", "read_fault": "read_netcdf_fault"}),
+    "zarr": ("Zarr store", ".zarr", "netcdf", {"read_horizon": "read_zarr_horizon"}),
+    "zmap": ("ZMAP+", ".zmap .zmp", "grids.text_grids", {"read_horizon": "read_zmap"}),
+    "cps3": ("CPS-3", ".cps3 .cps", "grids.text_grids", {"read_horizon": "read_cps3"}),
+    "surfer": ("Surfer 6 and 7", ".grd", "grids.binary_grids", {"read_horizon": "read_surfer"}),
+    "storm": ("STORM", ".storm", "grids.binary_grids", {"read_horizon": "read_storm"}),
+    "esri": ("ESRI text", ".asc", "grids.text_grids", {"read_horizon": "read_esri"}),
+    "gxf": ("GXF", ".gxf", "grids.text_grids", {"read_horizon": "read_gxf"}),
+    "earthvision": ("EarthVision grid", ".evgrid", "grids.node_lists",
+                    {"read_horizon": "read_earthvision"}),
+    "sgrid": ("GOCAD SGrid", ".sg", "gocad",
+              {"read_horizon": "read_sgrid", "read_fault": "read_sgrid_fault"}),
+    "geotiff": ("GeoTIFF", ".tif .tiff", "grids.binary_grids", {"read_horizon": "read_geotiff"}),
+    "ijxyz": ("seismic grid (IJXYZ)", ".ijxyz", "grids.node_lists", {"read_horizon": "read_ijxyz"}),
+    "sticks": ("fault sticks", ".pol .csv .dat .txt", "polylines", {"read_fault": "read_sticks"}),
+    "polygons": ("polygons", ".pol .csv .txt .dat", "polylines",
+                 {"read_polygons": "read_polylines"}),
+    "xyz": ("points", ".poi .xyz .txt .csv .dat", "polylines", {"read_points": "read_xyz"}),
+    "charisma": ("Charisma fault sticks", ".charisma", "polylines",
+                 {"read_fault": "read_charisma_sticks"}),
+    "cps3_lines": ("CPS-3 lines", ".cps3lines", "polylines",
+                   {"read_fault": "read_cps3_sticks", "read_polygons": "read_cps3_polygons"}),
+    "attributes": ("points and lines with attributes", ".rmsattr", "polylines",
+                   {"read_fault": "read_attribute_sticks", "read_points": "read_attribute_points",
+                    "read_polygons": "read_attribute_polygons"}),
+    "pline": ("GOCAD PLine", ".pl", "gocad",
+              {"read_fault": "read_pline_sticks", "read_polygons": "read_pline"}),
+    "vset": ("GOCAD VSet", ".vs", "gocad", {"read_points": "read_vset"}),
+    "las": ("LAS", ".las", "las", {"read_points": "read_las_points"}),
+    "geojson": ("GeoJSON", ".geojson .json", "features", _FEATURES),
+    "shapefile": ("ESRI shapefile", ".shp", "features", _FEATURES),
+    "tsurf": ("GOCAD TSurf", ".ts", "gocad", dict.fromkeys(_MESH, "read_gocad")),
+    "vtp": ("VTK XML", ".vtp", "vtp", dict.fromkeys(_MESH, "read_vtp")),
+    "vtk": ("legacy VTK", ".vtk", "vtk_legacy", dict.fromkeys(_MESH, "read_vtk")),
+    "gltf": ("glTF", ".glb .gltf", "gltf", dict.fromkeys(_MESH, "read_gltf")),
+    "mesh": ("other meshes", ".vtu .vtk .obj .stl .ply .off .msh .inp .xdmf", "mesh",
+             dict.fromkeys(_MESH, "read_mesh")),
+    "resqml": ("RESQML 2.0.1", ".epc", "resqml.surfaces",
+               {"read_horizon": "read_resqml_horizon", "read_fault": "read_resqml_fault",
+                "read_points": "read_resqml_points", "read_polygons": "read_resqml_polygons"}),
+}  # fmt: skip
+
+
+def _read_by(caller: str) -> Formats:
+    """Formats that a function reads."""
+    return {
+        key: (module, functions[caller], tuple(suffixes.split()))
+        for key, (_, suffixes, module, functions) in _TABLE.items()
+        if caller in functions
+    }
+
+
+HORIZON_FORMATS = _read_by("read_horizon")  # grids or meshes
+FAULT_FORMATS = _read_by("read_fault")
+POINT_FORMATS = _read_by("read_points")
+POLYGON_FORMATS = _read_by("read_polygons")
+MESH_FORMATS = {key: HORIZON_FORMATS[key] for key in ("tsurf", "vtp", "vtk", "gltf", "mesh")}
 GRID_FORMATS = {
-    "irap": (
-        "grids.binary_grids",
-        "read_irap",
-        (".gri", ".irap", ".irapbin", ".irapasc", ".irapascii", ".fgr"),
-    ),
-    "netcdf": ("netcdf", "read_netcdf_horizon", (".nc", ".nc4")),
-    "zarr": ("netcdf", "read_zarr_horizon", (".zarr",)),
-    "zmap": ("grids.text_grids", "read_zmap", (".zmap", ".zmp")),
-    "cps3": ("grids.text_grids", "read_cps3", (".cps3", ".cps")),
-    "surfer": ("grids.binary_grids", "read_surfer", (".grd",)),
-    "storm": ("grids.binary_grids", "read_storm", (".storm",)),
-    "esri": ("grids.text_grids", "read_esri", (".asc",)),
-    "gxf": ("grids.text_grids", "read_gxf", (".gxf",)),
-    "earthvision": ("grids.node_lists", "read_earthvision", (".evgrid",)),
-    "sgrid": ("gocad", "read_sgrid", (".sg",)),
-    "geotiff": ("grids.binary_grids", "read_geotiff", (".tif", ".tiff")),
-    "ijxyz": ("grids.node_lists", "read_ijxyz", (".ijxyz",)),
+    key: row for key, row in HORIZON_FORMATS.items() if key not in (*MESH_FORMATS, "resqml")
 }
-HORIZON_FORMATS = {
-    **GRID_FORMATS,
-    **MESH_FORMATS,
-    "resqml": ("resqml.surfaces", "read_resqml_horizon", (".epc",)),  # grids or meshes
-}
-FAULT_FORMATS = {
-    "sticks": ("polylines", "read_sticks", (".pol", ".csv", ".dat", ".txt")),
-    "charisma": ("polylines", "read_charisma_sticks", (".charisma",)),
-    "cps3_lines": ("polylines", "read_cps3_sticks", (".cps3lines",)),
-    "attributes": ("polylines", "read_attribute_sticks", (".rmsattr",)),
-    "netcdf": ("netcdf", "read_netcdf_fault", (".nc", ".nc4")),
-    "pline": ("gocad", "read_pline_sticks", (".pl",)),
-    "sgrid": ("gocad", "read_sgrid_fault", (".sg",)),
-    "geojson": ("features", "read_feature_sticks", (".geojson", ".json")),
-    "shapefile": ("features", "read_feature_sticks", (".shp",)),
-    "resqml": ("resqml.surfaces", "read_resqml_fault", (".epc",)),
-    **MESH_FORMATS,
-}
-POINT_FORMATS = {
-    "xyz": ("polylines", "read_xyz", (".poi", ".xyz", ".txt", ".csv", ".dat")),
-    "vset": ("gocad", "read_vset", (".vs",)),
-    "las": ("las", "read_las_points", (".las",)),
-    "geojson": ("features", "read_feature_points", (".geojson", ".json")),
-    "shapefile": ("features", "read_feature_points", (".shp",)),
-    "attributes": ("polylines", "read_attribute_points", (".rmsattr",)),
-    "resqml": ("resqml.surfaces", "read_resqml_points", (".epc",)),
-}
-POLYGON_FORMATS = {
-    "polygons": ("polylines", "read_polylines", (".pol", ".csv", ".txt", ".dat")),
-    "pline": ("gocad", "read_pline", (".pl",)),
-    "geojson": ("features", "read_feature_polygons", (".geojson", ".json")),
-    "shapefile": ("features", "read_feature_polygons", (".shp",)),
-    "cps3_lines": ("polylines", "read_cps3_polygons", (".cps3lines",)),
-    "attributes": ("polylines", "read_attribute_polygons", (".rmsattr",)),
-    "resqml": ("resqml.surfaces", "read_resqml_polygons", (".epc",)),
-}
-# what people call the formats; the table of docs/formats.md is tested against it
-TITLES = {
-    "irap": "IRAP classic and binary",
-    "zmap": "ZMAP+",
-    "netcdf": "NetCDF",
-    "zarr": "Zarr store",
-    "cps3": "CPS-3",
-    "surfer": "Surfer 6 and 7",
-    "storm": "STORM",
-    "esri": "ESRI text",
-    "gxf": "GXF",
-    "earthvision": "EarthVision grid",
-    "ijxyz": "seismic grid (IJXYZ)",
-    "geotiff": "GeoTIFF",
-    "sgrid": "GOCAD SGrid",
-    "resqml": "RESQML 2.0.1",
-    "las": "LAS",
-    "tsurf": "GOCAD TSurf",
-    "model3d": "GOCAD Model3d",
-    "pline": "GOCAD PLine",
-    "vset": "GOCAD VSet",
-    "vtp": "VTK XML",
-    "vtk": "legacy VTK",
-    "gltf": "glTF",
-    "geojson": "GeoJSON",
-    "shapefile": "ESRI shapefile",
-    "mesh": "other meshes",
-    "sticks": "fault sticks",
-    "charisma": "Charisma fault sticks",
-    "cps3_lines": "CPS-3 lines",
-    "attributes": "points and lines with attributes",
-    "polygons": "polygons",
-    "xyz": "points",
-    "petrel_tops": "well tops",
-    "tops": "well tops",
-    "petrel_well": "well trace of Petrel",
-    "rms_well": "well of RMS",
-    "wells": "paths of wells",
+# what people call the formats
+TITLES = {key: title for key, (title, *_) in _TABLE.items()} | {
+    "model3d": "GOCAD Model3d", "petrel_tops": "well tops", "tops": "well tops",
+    "petrel_well": "well trace of Petrel", "rms_well": "well of RMS", "wells": "paths of wells",
     "well_heads": "heads of wells",
-}
+}  # fmt: skip
 # recognised by content, and read by functions without a choice of formats
 OF_ONE_FUNCTION = {
     "petrel_tops": "read_tops",
@@ -137,7 +108,7 @@ OF_ONE_FUNCTION = {
 }
 
 
-def known_formats() -> dict[str, Mapping[str, tuple[str, str, tuple[str, ...]]]]:
+def known_formats() -> dict[str, Formats]:
     """Formats by the function that reads them."""
     return {
         "read_horizon": HORIZON_FORMATS,
@@ -159,7 +130,7 @@ def _who_reads(suffix: str) -> str:
 
 def reader_of(
     path: str | PathLike[str],
-    formats: Mapping[str, tuple[str, str, tuple[str, ...]]],
+    formats: Formats,
     format: str | None,  # noqa: A002
     caller: str,
 ) -> tuple[Path, str, Any]:
@@ -208,9 +179,7 @@ def reader_of(
     return path, key, getattr(import_module(f"geosurf.read.{module}"), function)
 
 
-def _by_content(
-    path: Path, formats: Mapping[str, tuple[str, str, tuple[str, ...]]], caller: str
-) -> str | None:
+def _by_content(path: Path, formats: Formats, caller: str) -> str | None:
     """Return the format that the content shows, if it is open None."""
     found = detect(path)
     if found in formats:
