@@ -195,12 +195,17 @@ def points_dataset(
     """
     import xarray as xr
 
-    data = {
-        key: ("point", points[:, k].copy(), dict(meaning))
+    stated = {} if crs is None else {"crs": crs}
+    data = _axes(points, "point") | (others or {})
+    return xr.Dataset(data, attrs={"source": source, **attrs, **stated})
+
+
+def _axes(places: np.ndarray, dims: Any) -> dict[str, Any]:
+    """Easting, northing, elevation of places (..., 3) as xarray takes variables."""
+    return {
+        key: (dims, places[..., k].copy(), dict(meaning))
         for k, (key, meaning) in enumerate(AXES.items())
     }
-    stated = {} if crs is None else {"crs": crs}
-    return xr.Dataset(data | (others or {}), attrs={"source": source, **attrs, **stated})
 
 
 def fault_dataset(nodes: np.ndarray, name: str, source: str, crs: str | None) -> xr.Dataset:
@@ -222,12 +227,9 @@ def fault_dataset(nodes: np.ndarray, name: str, source: str, crs: str | None) ->
     """
     import xarray as xr
 
-    data = {
-        key: (FAULT_DIMS, nodes[..., k].copy(), dict(meaning))
-        for k, (key, meaning) in enumerate(AXES.items())
-    }
     stated = {} if crs is None else {"crs": crs}
-    return xr.Dataset(data, attrs={"name": name, "source": source, **stated})
+    attrs = {"name": name, "source": source, **stated}
+    return xr.Dataset(_axes(nodes, FAULT_DIMS), attrs=attrs)
 
 
 def refuse_columns(path: Path, format_: str, request: Request) -> None:

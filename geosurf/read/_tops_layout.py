@@ -82,7 +82,7 @@ def layout_of(path: Path, decimal: str, *, typed: bool = False) -> Layout:
         found = _with_attributes(numbered)
     else:
         found = _table(path, numbered, decimal)
-    _check_widths(path, found, typed)
+    check_widths(path, found.header, found.rows, ends=typed)
     return found
 
 
@@ -171,16 +171,16 @@ def _blank_words(line: str) -> list[str]:
     ]
 
 
-def _check_widths(path: Path, found: Layout, ends: bool = False) -> None:
-    """Refuse rows that are shorter or longer than the header."""
-    if found.header is None:
-        return
-    for number, words in found.rows:
+def check_widths(
+    path: Path, header: list[str] | None, rows: list[tuple[int, list[str]]], *, ends: bool = False
+) -> None:
+    """Refuse rows that are shorter or longer than the header, except perhaps end marks."""
+    for number, words in rows if header else ():
         if ends and len(words) >= 3 and all(is_number(w) and float(w) == 999 for w in words[:3]):
             continue
-        if len(words) != len(found.header):
+        if len(words) != len(header or ()):
             raise FormatError(
-                f"{path}, line {number}: found {len(words)} values, expected {len(found.header)} "
-                "as in the header. Put names with blanks in quotes. Numbers with decimal commas "
-                "need another separator and decimal=','."
+                f"{path}, line {number}: found {len(words)} values, expected {len(header or ())} "
+                f"as the columns {', '.join(header or ())}. Put names with blanks in quotes. "
+                "Numbers with decimal commas need another separator and decimal=','."
             )

@@ -20,9 +20,9 @@ from geosurf.conventions.packages import need
 from geosurf.errors import FormatError
 from geosurf.model import TriSurface
 from geosurf.read._common import Request
-from geosurf.read._guard import damaged, opened, read_bytes, reading_with, refuse_bombs, same_file
+from geosurf.read._guard import damaged, opened, read_bytes, reading_with, same_file
 from geosurf.read._placed import split_quads, surface_from_mesh
-from geosurf.read.vtp import read_vtu, xml_of
+from geosurf.read.vtp import read_vtu
 
 # ---- gmsh ----------------------------------------
 # Counts and tags of a Gmsh file, checked before meshio makes room for them.
@@ -235,6 +235,10 @@ def read_mesh(path: Path, request: Request) -> TriSurface:
 
     # the format by suffix; without it meshio would try one after the other, and print
     kind, printed = FORMATS.get(path.suffix.lower()), io.StringIO()
+    if kind is None:
+        raise FormatError(
+            f"{path}: the suffix of a mesh is one of {', '.join(FORMATS)}. Rename or export it."
+        )
     with (
         opened(path) as (file, _),
         contextlib.redirect_stdout(printed),
@@ -243,7 +247,7 @@ def read_mesh(path: Path, request: Request) -> TriSurface:
         np.errstate(all="ignore"),
     ):
         warnings.simplefilter("ignore")
-        opened_as = same_file(path, file) if kind else str(path)
+        opened_as = same_file(path, file)
         with reading_with(path, "meshio", opened_as, printed):
             mesh = meshio.read(opened_as, file_format=kind)
             points = np.asarray(mesh.points, dtype=np.float64)
@@ -276,23 +280,6 @@ def _refuse_counts(path: Path, data: bytes) -> None:
             f"{path}: the header announces {max(counts)} points, cells or bytes, but the file has "
             f"{len(data)} bytes"
         )
-
-
-def _refuse_foreign_data(path: Path, data: bytes) -> None:
-    """Look at the files that XDMF refers to as at any other: what is read of them has a limit."""
-    for item in xml_of(path, data).iter("DataItem"):
-        # HDF parts are written as file:path; other formats name a file.
-        kind, text = (item.get("Format") or "XML").upper(), (item.text or "").strip()
-        if kind == "XML":
-            continue
-        other = path.parent / (text.split(":")[0] if kind == "HDF" else text)
-        with opened(other) as (file, size):
-            if kind == "HDF":
-                import h5py
-
-                name = same_file(other, file)
-                with reading_with(other, "h5py", name), h5py.File(name, "r") as held:
-                    refuse_bombs(other, held, size)
 
 
 def _triangles(path: Path, blocks: Any) -> np.ndarray:
@@ -328,8 +315,6 @@ def _refuse_cut_short(path: Path, data: bytes) -> None:
             raise damaged(f"{path}: a section does not begin with '$Name' and end with '$EndName'")
         refuse_wrong_counts(path, data)
 
-    if path.suffix.lower() == ".xdmf":
-        _refuse_foreign_data(path, data)
     _refuse_counts(path, data)
 
     # text is left: its last line has to be whole

@@ -23,7 +23,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 
 
 def text_values(
-    blocks: TextBlocks, header: GridHeader, look: Callable[[str], object] | None = None
+    blocks: TextBlocks, header: GridHeader, prepare: Callable[[str], str] = str
 ) -> np.ndarray:
     """
     All words of a text as one value for each node.
@@ -33,8 +33,8 @@ def text_values(
     blocks : TextBlocks
         Without the header.
     header : GridHeader
-    look : callable, optional
-        Gets each piece of the text.
+    prepare : callable, optional
+        Gets each piece of the text, and returns what is read of it.
 
     Returns
     -------
@@ -43,9 +43,7 @@ def text_values(
 
     def take(piece: str, line: int) -> np.ndarray:
         """Values of a piece."""
-        if look is not None:
-            look(piece)
-        return piece_numbers(piece, blocks.path, line, "value of a node")
+        return piece_numbers(prepare(piece), blocks.path, line, "value of a node")
 
     values, n = block_numbers(blocks, header.ncol * header.nrow, take)
     check_count(blocks.path, n, header)

@@ -12,12 +12,10 @@ import numpy as np
 from geosurf.errors import FormatError
 from geosurf.read._common import (
     TextBlocks,
-    block_numbers,
     integer,
     is_number,
     noted,
     number,
-    numbers,
 )
 from geosurf.read._guard import damaged
 from geosurf.read._placed import crs_of_prj
@@ -25,7 +23,6 @@ from geosurf.read._table import words_per_line
 from geosurf.read.grids.nodes import (
     Decoded,
     GridHeader,
-    check_count,
     check_step,
     from_corners,
     grid_reader,
@@ -278,51 +275,32 @@ def read_cps3(path: Path) -> Decoded:
     noted("null", f"{null:g}")
 
     blocks.skip(start)
-    ends = _LineEnds(header)
-    values = text_values(blocks, header, ends.look)
-    ends.refuse_rows(path)
+    counts: list[np.ndarray] = []  # of values, line by line
+
+    def counted(piece: str) -> str:
+        counts.append(words_per_line(piece))
+        return piece
+
+    values = text_values(blocks, header, counted)
+    _refuse_rows(path, header, np.concatenate(counts))
     values[values == null] = np.nan
     grid = values.reshape(header.ncol, header.nrow).T[::-1]
     return Decoded(header, grid, "columns from the west, each from the north")
 
 
-class _LineEnds:
-    """
-    Where lines end, counted in values: after columns of the map, or after its rows.
+def _refuse_rows(path: Path, header: GridHeader, count: np.ndarray) -> None:
+    """Refuse values that begin a new line with each row of the map, not with each column.
 
     Some programs write rows, and do not agree whether the first is in the north or in the south.
-
-    Parameters
-    ----------
-    header : GridHeader
     """
-
-    def __init__(self, header: GridHeader) -> None:
-        self.header = header
-        self._n_value = 0
-        self._n_end = {header.nrow: 0, header.ncol: 0}  # lines that end after a multiple of these
-
-    def look(self, piece: str) -> None:
-        """Count the values of each line of a piece."""
-        if self.header.nrow == self.header.ncol:
-            return
-        count = words_per_line(piece)
-        ends = self._n_value + np.cumsum(count[count > 0])
-        for size in self._n_end:
-            self._n_end[size] += int(np.count_nonzero(ends % size == 0))
-        self._n_value += int(count.sum())
-
-    def refuse_rows(self, path: Path) -> None:
-        """Refuse values that begin a new line with each row of the map, not with each column."""
-        nrow, ncol = self.header.nrow, self.header.ncol
-        if nrow == ncol:
-            return
-        if self._n_end[ncol] == nrow and self._n_end[nrow] < ncol:
-            raise FormatError(
-                f"{path}: a new line begins after every {ncol} values, so they run along rows. "
-                "CPS-3 has columns from the north, and programs that write rows do not agree "
-                "where they begin. Export the grid as IRAP or ZMAP+."
-            )
+    nrow, ncol = header.nrow, header.ncol
+    ends = np.cumsum(count[count > 0])
+    by_rows, by_columns = (np.count_nonzero(ends % size == 0) for size in (ncol, nrow))
+    if nrow != ncol and by_rows == nrow and by_columns < ncol:
+        raise FormatError(
+            f"{path}: a new line begins after every {ncol} values, so they run along rows. "
+            "CPS-3 has columns from the north. Export the grid as IRAP or ZMAP+."
+        )
 
 
 def _cps3_header(path: Path, text: str) -> tuple[Lines, int]:
@@ -363,6 +341,7 @@ def _line(path: Path, lines: Lines, key: str, count: int) -> tuple[int, list[str
 
 
 SYSTEM = re.compile(r"^![ \t]*CRS:[ \t]*(\S[^\n]*\S)[ \t]*$", re.MULTILINE)  # as geosurf writes it
+NULL_WORD = "1e30"  # what a null value that is no number is read as
 PASSED_OVER = re.compile(r"^[ \t]*[!+].*", re.MULTILINE)  # comments and extensions
 
 
@@ -403,12 +382,23 @@ def read_zmap(path: Path) -> Decoded:
     # values begin on the line after the second @
     blocks.skip((head.find("\n", marks[1].end()) + 1) or len(head))
 
-    # Null values are compared as words first, then as numbers.
-    pieces = _Pieces(path, nulls)
-    values, n = block_numbers(blocks, header.ncol * header.nrow, pieces.values)
-    check_count(path, n, header)
-    values[np.isin(values, [float(null) for null in nulls if is_number(null)])] = np.nan
-    if decimals and not pieces.has_point and not np.isnan(values).all():
+    # nulls that are words become a number, and numbers are compared when all are there
+    has_point, words = False, [null for null in nulls if not is_number(null)]
+
+    def prepared(piece: str) -> str:
+        nonlocal has_point
+        if "!" in piece or "+" in piece:  # comments among values are rare
+            piece = PASSED_OVER.sub("", piece)
+        for word in words:
+            piece = re.sub(rf"(?<!\S){re.escape(word)}(?!\S)", NULL_WORD, piece)
+        if not has_point:
+            has_point = any("." in word for word in piece.split() if word not in nulls)
+        return piece
+
+    values = text_values(blocks, header, prepared)
+    undefined = [float(NULL_WORD if null in words else null) for null in nulls]
+    values[np.isin(values, undefined)] = np.nan
+    if decimals and not has_point and not np.isnan(values).all():
         # old programs then read 12345 as 1.2345, newer ones do not
         raise FormatError(
             f"{path}, line {lines[1][0]}: the header announces {decimals} decimals, but no "
@@ -419,53 +409,6 @@ def read_zmap(path: Path) -> Decoded:
     grid = values.reshape(header.ncol, header.nrow).T[::-1]
     order = "columns from the west, each from the north"
     return Decoded(header, grid, order, crs=None if system is None else system[1])
-
-
-class _Pieces:
-    """
-    Values of pieces of a file, NaN where undefined.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-    nulls : set of str
-        Words that stand for 'undefined'.
-
-    Attributes
-    ----------
-    has_point : bool
-        Whether a value has had a decimal point.
-    """
-
-    def __init__(self, path: Path, nulls: set[str]) -> None:
-        self.path, self.nulls = path, nulls
-        self.has_point = False
-
-    def values(self, piece: str, first: int) -> np.ndarray:
-        """Values of a piece that begins on line `first`."""
-        # comments among values are rare
-        if "!" in piece or "+" in piece:
-            piece = PASSED_OVER.sub("", piece)
-
-        # words that mean no value are taken out, and the others become numbers at once;
-        # kept (n,): words that are numbers
-        words = piece.split()
-        kept = np.array([word not in self.nulls for word in words], dtype=bool)
-        real = words if kept.all() else list(itertools.compress(words, kept.tolist()))
-        self.has_point = self.has_point or any("." in word for word in real)
-        found = numbers(real)
-
-        # one of them is no number: look for it line by line, so that the error names its place
-        if found is None:
-            for i, row in enumerate(piece.split("\n"), start=first):
-                for word in row.split():
-                    if word not in self.nulls:
-                        number(word, self.path, i, "value of a node")
-            raise AssertionError(f"{self.path}: a number was refused, and then not")
-
-        values = np.full(len(words), np.nan)
-        values[kept] = found
-        return values
 
 
 def _zmap_header(

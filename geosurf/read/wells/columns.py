@@ -14,7 +14,7 @@ from geosurf.conventions import did_you_mean, metres_per_unit, real_numbers
 from geosurf.errors import FormatError, InputError
 from geosurf.read._common import COMMA, is_number, noted, number, read_text
 from geosurf.read._guard import damaged
-from geosurf.read._tops_layout import COMMENTS, layout_of, plain_name, unit_in_name
+from geosurf.read._tops_layout import COMMENTS, check_widths, layout_of, plain_name, unit_in_name
 from geosurf.read.registry import detect
 from geosurf.read.tops import USUAL as OF_TOPS
 
@@ -128,7 +128,7 @@ def trace_of(path: Path, decimal: str, numbered: bool) -> Trace:
             "'x': 2, 'y': 3, 'z': 4}."
         )
     found = Trace("table", header or [], layout.rows)
-    _check_widths(path, found)
+    check_widths(path, found.header, found.rows)
     return found
 
 
@@ -143,16 +143,6 @@ def _commented_header(lines: list[str]) -> list[str] | None:
     words = (last or "").replace(",", " ").replace(";", " ").split()
     known = [word for word in words if any(plain_name(word) in names for names in USUAL.values())]
     return words if len(known) >= 3 else None
-
-
-def _check_widths(path: Path, found: Trace) -> None:
-    """Refuse rows that are shorter or longer than the header."""
-    for line, words in found.rows:
-        if found.header and len(words) != len(found.header):
-            raise damaged(
-                f"{path}, line {line}: found {len(words)} values, expected {len(found.header)} as "
-                f"the columns {', '.join(found.header)}"
-            )
 
 
 # ----------------------------------------------------------------------- Petrel
@@ -186,7 +176,7 @@ def _petrel(path: Path, lines: list[str]) -> Trace:
             f"{path}: the well trace has no line with names of columns and rows below it, such as "
             "'MD X Y Z TVD DX DY AZIM_TN INCL DLS AZIM_GN'"
         )
-    _check_widths(path, found)
+    check_widths(path, found.header, found.rows)
     return found
 
 
@@ -205,7 +195,7 @@ def _rms(path: Path) -> Trace:
     found = Trace("well of RMS", ["x", "y", "z", *logs], rows, " ".join(words[:n]))
     if not rows:
         raise damaged(f"{path}: the well has no points below its header")
-    _check_widths(path, found)
+    check_widths(path, found.header, found.rows)
     return found
 
 
