@@ -7,6 +7,7 @@ noted with the path of its value, and the check goes on with what is right.
 from __future__ import annotations
 
 import os
+import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -23,7 +24,7 @@ from geosurf.model.network import filling_by_horizon
 from geosurf.read._guard import opened
 from geosurf.scenario.keys import FaultInput, Scenario, ThrowInput, TruncationInput, check_faults
 from geosurf.scenario.output_keys import check_uncertain
-from geosurf.scenario.toml_text import lines_of_keys, mistakes_of_toml, with_settings
+from geosurf.scenario.toml_text import lines_of_keys, mistake_of_toml, with_settings
 from geosurf.scenario.values import KeyPath, Keys, Mistake, read_table
 
 # ---- tear checks ----------------------------------------
@@ -350,19 +351,19 @@ def find_mistakes(
 
 def _examined(path: Path, settings: Sequence[str]) -> tuple[Scenario | None, list[MistakeOnLine]]:
     """The scenario, None if it lacks what it needs, and its mistakes."""
-    broken, data, text = mistakes_of_toml(text_of(path))
-    found = [MistakeOnLine(*one) for one in broken]
-    if data is None:
-        return None, found
-    written, data = data, with_settings(data, settings, path)
+    text = text_of(path)
+    try:
+        written = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        return None, [MistakeOnLine(*mistake_of_toml(text, error))]
+    data = with_settings(written, settings, path)
     scenario, mistakes = _checked(path, data, tuple(settings))
 
     # what --set gives has no line; a key is on the line of its table if it has none
     lines: dict[Keys, int | None] = {**lines_of_keys(text)}
     lines |= dict.fromkeys(_changes(written, data))
+    found = []
     for one in mistakes:
-        if broken and one.missing:
-            continue  # it may be on a line that is not TOML
         keys = one.keys
         while keys and keys not in lines:
             keys = keys[:-1]

@@ -147,7 +147,7 @@ def read_table(kind: type, at: KeyPath, found: Mapping[str, Any], **more: Any) -
         if word not in tried:
             with at.noting():
                 allowed = entry.metadata["check"].allowed
-                at.refuse(f"{word!r} is missing{where}; give {allowed}.", missing=True)
+                at.refuse(f"{word!r} is missing{where}; give {allowed}.")
         if word not in ("name", "file"):
             return None
         checked[word] = at.file if word == "file" else f"table {at.words}"
@@ -171,13 +171,10 @@ class Mistake:
         The path of the value, or of the table that lacks it.
     sentence : str
         What is wrong, and what to write.
-    missing : bool
-        Whether a key is not there.
     """
 
     keys: Keys
     sentence: str
-    missing: bool = False
 
 
 class WrongValue(Exception):
@@ -226,9 +223,9 @@ class KeyPath:
         keys = self.tables.get(words, (words,) if words else ())
         return replace(self, keys=(*keys, key) if key else keys, words=words)
 
-    def refuse(self, sentence: str, *, missing: bool = False) -> NoReturn:
+    def refuse(self, sentence: str) -> NoReturn:
         """End the check of this value with a sentence."""
-        raise WrongValue(Mistake(self.keys, sentence, missing))
+        raise WrongValue(Mistake(self.keys, sentence))
 
     @contextmanager
     def noting(self) -> Iterator[None]:
