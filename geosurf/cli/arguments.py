@@ -14,11 +14,10 @@ from geosurf.cli.console import Answer
 # ---- completion ----------------------------------------
 # The command ``completion``: a script that lets a shell complete commands and options.
 #
-# The script is written from the parser. It starts no Python, so a key press costs nothing. The
-# library shtab writes such scripts for bash, zsh and tcsh, not for fish.
+# The script is written from the parser. It starts no Python, so a key press costs nothing.
 
 
-SHELLS = ("bash", "zsh", "fish")
+SHELLS = ("bash", "zsh")
 BASH = """_geosurf() {{
     local word="${{COMP_WORDS[COMP_CWORD]}}" command="${{COMP_WORDS[1]}}" words
     if [ "$COMP_CWORD" -eq 1 ]; then
@@ -51,14 +50,12 @@ def completion_script(parser: Parser, shell: str) -> str:
     Parameters
     ----------
     parser : Parser
-    shell : {"bash", "zsh", "fish"}
+    shell : {"bash", "zsh"}
 
     Returns
     -------
     str
     """
-    if shell == "fish":
-        return _fish(parser)
     commands = commands_of(parser)
     cases = [
         f'            {name}) words="{" ".join(options_of(command))}" ;;'
@@ -70,29 +67,6 @@ def completion_script(parser: Parser, shell: str) -> str:
     # zsh runs scripts of bash
     first = "autoload -U +X bashcompinit && bashcompinit\n" if shell == "zsh" else ""
     return first + script
-
-
-def _fish(parser: Parser) -> str:
-    """One line for each command and option."""
-    lines = []
-    for name, command in commands_of(parser).items():
-        about = _quoted(command.description or "")
-        lines.append(f"complete -c geosurf -n __fish_use_subcommand -f -a {name} -d {about}")
-        for action in command._actions:
-            words = [
-                f"-{'s' if len(word) == 2 else 'l'} {word.lstrip('-')}"
-                for word in action.option_strings
-            ]
-            if words:
-                inside = f"'__fish_seen_subcommand_from {name}'"
-                about = _quoted(action.help or "")
-                lines.append(f"complete -c geosurf -n {inside} {' '.join(words)} -d {about}")
-    return "\n".join(lines) + "\n"
-
-
-def _quoted(text: str) -> str:
-    """Text between single quotes, as fish reads it."""
-    return "'" + text.replace("\\", "\\\\").replace("'", "\\'") + "'"
 
 
 WRONG = 2  # exit code: that of InputError

@@ -80,7 +80,7 @@ def build_parser() -> Parser:
     )
     completion.set_defaults(parser=parser)
     completion.add_argument(
-        "shell", type=one_of(*SHELLS), metavar="SHELL", help="bash, zsh or fish"
+        "shell", type=one_of(*SHELLS), metavar="SHELL", help="bash or zsh"
     )
     return parser
 
