@@ -79,9 +79,7 @@ def build_parser() -> Parser:
         "bash >> ~/.bash_completion",
     )
     completion.set_defaults(parser=parser)
-    completion.add_argument(
-        "shell", type=one_of(*SHELLS), metavar="SHELL", help="bash or zsh"
-    )
+    completion.add_argument("shell", type=one_of(*SHELLS), metavar="SHELL", help="bash or zsh")
     return parser
 
 

@@ -152,10 +152,7 @@ def _led(level: Callable[[np.ndarray], np.ndarray], points: np.ndarray) -> np.nd
 
 
 def _section(
-    wall: str,
-    line: Any,
-    axes: np.ndarray,
-    level: Callable[[np.ndarray], np.ndarray] | None,
+    wall: str, line: Any, axes: np.ndarray, level: Callable[[np.ndarray], np.ndarray] | None
 ) -> np.ndarray:
     """Columns of a cut-off line, in the direction of strike: along strike where it is compared,
     down dip, elevation, and along strike where it is.

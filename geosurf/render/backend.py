@@ -98,10 +98,7 @@ PEELS = 6  # transparent surfaces one behind the other
 
 
 def draw_layers(
-    layers: tuple[Layer, ...],
-    camera: Camera,
-    background: RGB = PAPER,
-    transparent: bool = False,
+    layers: tuple[Layer, ...], camera: Camera, background: RGB = PAPER, transparent: bool = False
 ) -> np.ndarray:
     """Return the picture of some layers.
 

@@ -26,15 +26,7 @@ from geosurf.render.furniture import (
     draw_scale_bar,
     draw_words,
 )
-from geosurf.render.layers import (
-    BOX_EDGES,
-    Bar,
-    Content,
-    Entry,
-    Layer,
-    show_box,
-    triangle_layer,
-)
+from geosurf.render.layers import BOX_EDGES, Bar, Content, Entry, Layer, show_box, triangle_layer
 from geosurf.render.overlay import draw_names
 from geosurf.render.picture_style import PictureStyle, background, style_of
 from geosurf.render.sheet import Sheet, figure_bytes, lay_out, sheet_for

@@ -10,12 +10,7 @@ import numpy as np
 from geosurf.errors import InputError
 from geosurf.model.expected import expect
 from geosurf.render import palette
-from geosurf.render.furniture import (
-    draw_legend,
-    draw_words,
-    label_axes,
-    rim_of_words,
-)
+from geosurf.render.furniture import draw_legend, draw_words, label_axes, rim_of_words
 from geosurf.render.layers import Entry
 from geosurf.render.picture_style import FONT, apply_theme, readable
 from geosurf.render.sheet import DPI, Sheet, UserSheet
@@ -35,11 +30,7 @@ WAVES = 12  # of the line of an unconformity
 
 
 def draw_column(
-    sheet: Sheet,
-    zones: Mapping[str, float],
-    rules: Mapping[str, str],
-    *,
-    title: str | None = None,
+    sheet: Sheet, zones: Mapping[str, float], rules: Mapping[str, str], *, title: str | None = None
 ) -> None:
     """Draw the column.
 
@@ -291,11 +282,7 @@ def draw_ends(sheet: Sheet, axes: Axes, azimuth: float) -> None:
 
 
 def diagram_axes(
-    sheet: Sheet,
-    shown: tuple[float, ...],
-    along: str,
-    room: float,
-    upwards: str = "Elevation [m]",
+    sheet: Sheet, shown: tuple[float, ...], along: str, room: float, upwards: str = "Elevation [m]"
 ) -> tuple[Axes, float]:
     """Return axes in metres with a margin on both sides [design pixels], and the exaggeration."""
     layout, unit = sheet.layout, sheet.layout.unit

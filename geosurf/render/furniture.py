@@ -19,12 +19,7 @@ from geosurf.render import palette
 from geosurf.render.layers import DETAIL_ROOM, Entry, shortened, shortened_apart
 from geosurf.render.palette import AreaStyle, LineStyle, Spot, TextStyle
 from geosurf.render.picture_style import FONT, LEGEND, apply_theme, readable
-from geosurf.render.sheet import (
-    STRIPE_WIDTH,
-    STRIPES,
-    Sheet,
-    UserSheet,
-)
+from geosurf.render.sheet import STRIPE_WIDTH, STRIPES, Sheet, UserSheet
 from geosurf.render.views import Camera, corners
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -106,11 +101,7 @@ def _outer_edge(pixels: np.ndarray, axis: int, shortest: float) -> tuple[int, in
 
 
 def _draw_axis(
-    sheet: Sheet,
-    places: np.ndarray,
-    texts: list[str],
-    outward: np.ndarray,
-    taken: list[np.ndarray],
+    sheet: Sheet, places: np.ndarray, texts: list[str], outward: np.ndarray, taken: list[np.ndarray]
 ) -> None:
     """Draw ticks and numbers; a number that would overlap one in `taken` is left out."""
     unit = sheet.layout.unit

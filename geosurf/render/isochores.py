@@ -96,11 +96,7 @@ def _dense(line: np.ndarray, step: float) -> np.ndarray:
 
 
 def draw_rings(
-    sheet: Sheet,
-    axes: Axes,
-    rings: xarray.Dataset,
-    dashes: Dashes,
-    metres: float,
+    sheet: Sheet, axes: Axes, rings: xarray.Dataset, dashes: Dashes, metres: float
 ) -> None:
     """Fault polygons of one horizon; each fault is named once, at its longest ring."""
     width = sheet.points(1.1)
@@ -315,10 +311,7 @@ def _letter_blocks(
 
 
 def _legend(
-    thickness: xarray.DataArray,
-    values: np.ndarray,
-    letters: list[str],
-    horizons: tuple[str, ...],
+    thickness: xarray.DataArray, values: np.ndarray, letters: list[str], horizons: tuple[str, ...]
 ) -> tuple[Entry, ...]:
     """Entries for the fault polygons, and mean and largest thickness of each block."""
     legend = []

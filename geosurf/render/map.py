@@ -119,10 +119,7 @@ def draw_curves(
 
 
 def _name_lines(
-    sheet: Sheet,
-    axes: Axes,
-    longest: dict[str, tuple[float, np.ndarray]],
-    colours: dict[str, RGB],
+    sheet: Sheet, axes: Axes, longest: dict[str, tuple[float, np.ndarray]], colours: dict[str, RGB]
 ) -> None:
     """Write the name of each other surface next to its longest line.
 
@@ -210,11 +207,7 @@ def check_lines(virtual: Any) -> Lines:
 RADIUS = 6.0  # of a mark [design pixels]
 
 
-def draw_remedies(
-    sheet: Sheet,
-    axes: Axes,
-    remedies: Sequence[GeosurfWarning],
-) -> list[Entry]:
+def draw_remedies(sheet: Sheet, axes: Axes, remedies: Sequence[GeosurfWarning]) -> list[Entry]:
     """Mark the place of each remedy on the map; return the entry of the legend.
 
     Parameters
@@ -360,11 +353,7 @@ def draw_map(
     )  # fmt: skip
 
 
-def _hatch(
-    axes: Axes,
-    surface: TriSurface,
-    outline: np.ndarray | None,
-) -> bool:
+def _hatch(axes: Axes, surface: TriSurface, outline: np.ndarray | None) -> bool:
     """Hatch the triangles with an extrapolated vertex; return whether there are some."""
     from matplotlib.patches import Polygon
     from matplotlib.tri import Triangulation

@@ -305,11 +305,7 @@ def draw_wells_on_map(sheet: Sheet, axes: Axes, tops: Sequence[WellTop]) -> list
 
 
 def draw_wells_on_section(
-    sheet: Sheet,
-    axes: Axes,
-    tops: Sequence[WellTop],
-    near: float,
-    colours: dict[str, palette.RGB],
+    sheet: Sheet, axes: Axes, tops: Sequence[WellTop], near: float, colours: dict[str, palette.RGB]
 ) -> list[Entry]:
     """Draw each well through its tops, named above; return the entry of the legend."""
     # tops by well, those in view only, from the top down: the line of a well joins them

@@ -10,27 +10,13 @@ from typing import TYPE_CHECKING, TypedDict
 
 import numpy as np
 
-from geosurf.conventions.colours import (
-    FAULTS as FAULTS,
-)
-from geosurf.conventions.colours import (
-    RGB as RGB,
-)
-from geosurf.conventions.colours import (
-    STRATA as STRATA,
-)
-from geosurf.conventions.colours import (
-    fault as fault,
-)
-from geosurf.conventions.colours import (
-    rgb as rgb,
-)
-from geosurf.conventions.colours import (
-    shade as shade,
-)
-from geosurf.conventions.colours import (
-    stratum as stratum,
-)
+from geosurf.conventions.colours import FAULTS as FAULTS
+from geosurf.conventions.colours import RGB as RGB
+from geosurf.conventions.colours import STRATA as STRATA
+from geosurf.conventions.colours import fault as fault
+from geosurf.conventions.colours import rgb as rgb
+from geosurf.conventions.colours import shade as shade
+from geosurf.conventions.colours import stratum as stratum
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from matplotlib.patheffects import AbstractPathEffect

@@ -378,10 +378,7 @@ def _draw_lines(
 
 
 def _name_faults(
-    sheet: Sheet,
-    axes: Axes,
-    named: dict[str, np.ndarray],
-    faults: dict[str, palette.RGB],
+    sheet: Sheet, axes: Axes, named: dict[str, np.ndarray], faults: dict[str, palette.RGB]
 ) -> None:
     """Name each fault once, at its highest point in the picture; no name lies over another."""
     unit, labels = sheet.layout.unit, shortened_apart(named, 12)

@@ -208,11 +208,7 @@ class Sheet:
         return line
 
     def rectangle(
-        self,
-        corner: tuple[float, float],
-        width: float,
-        height: float,
-        **look: Unpack[AreaStyle],
+        self, corner: tuple[float, float], width: float, height: float, **look: Unpack[AreaStyle]
     ) -> Rectangle:
         """Draw a filled rectangle from its lower left corner."""
         from matplotlib.patches import Rectangle

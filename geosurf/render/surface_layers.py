@@ -685,12 +685,7 @@ def show_curves(
     With `between`, only lines of the two named surfaces; with `within`, only the parts inside
     the model.
     """
-    expect(
-        curves,
-        Curves,
-        "curves must be Curves",
-        "pass scene.curves",
-    )
+    expect(curves, Curves, "curves must be Curves", "pass scene.curves")
 
     # pairs of names; without an order, as in `between`
     names = [{curves.names[i] for i in pair} for pair in curves.surfaces_of_curve.tolist()]

@@ -127,13 +127,7 @@ def report_scene(
     # last: the check of a large model is the most expensive step of the page
     certificate = certificate or getattr(scene, "certificate", None) or scene.check()
     html = build_page(
-        scene,
-        files,
-        str(title),
-        str("" if made is None else made),
-        certificate,
-        regions,
-        sources,
+        scene, files, str(title), str("" if made is None else made), certificate, regions, sources
     )
     return _write(folder / "index.html", html)
 

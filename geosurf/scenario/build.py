@@ -18,12 +18,7 @@ from geosurf.read.model3d import read_model3d
 from geosurf.scenario.keys import FaultInput, HorizonInput, ModelInput, PolygonInput, Scenario
 from geosurf.scenario.step_log import OnStep
 from geosurf.scenario.torn import torn_horizons
-from geosurf.scenario.validate import (
-    faults_reaching,
-    filling_of,
-    is_torn_as_picked,
-    truncations_of,
-)
+from geosurf.scenario.validate import faults_reaching, filling_of, is_torn_as_picked, truncations_of
 from geosurf.scene import Scene
 from geosurf.scene.result_cache import ResultCache
 from geosurf.scene.surfaces import footprint, holds_points, opened_outline, with_empty_blocks

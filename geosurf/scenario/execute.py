@@ -447,12 +447,7 @@ def _regions(scenario: Scenario, scene: Scene) -> dict[str, tuple[float, str]]:
 
 
 def _draw(
-    scene: Scene,
-    choice: dict[str, Any] | None,
-    folder: Path,
-    log: StepLog,
-    *,
-    asked: bool | None,
+    scene: Scene, choice: dict[str, Any] | None, folder: Path, log: StepLog, *, asked: bool | None
 ) -> dict[str, Path]:
     """Captions and files of the pictures asked for; `scene.warnings` has what is missing."""
     if choice is None:

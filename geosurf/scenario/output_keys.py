@@ -432,9 +432,7 @@ class OutputSettings:
         "A thickness map of each zone between two horizons.", values.switch, default=True
     )
     allan: bool = key(
-        "An Allan diagram of each fault: the juxtaposition across it.",
-        values.switch,
-        default=True,
+        "An Allan diagram of each fault: the juxtaposition across it.", values.switch, default=True
     )
     throw: bool = key("The throw of all horizons along each fault.", values.switch, default=True)
     sections_m: tuple[Any, ...] | None = key(

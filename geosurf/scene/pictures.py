@@ -35,13 +35,7 @@ from geosurf.render.views import (
     view_vectors,
     words_of,
 )
-from geosurf.scene.plots import (
-    ScenePlots,
-    cut_horizons,
-    middle_lines,
-    neighbours,
-    warn_of_colours,
-)
+from geosurf.scene.plots import ScenePlots, cut_horizons, middle_lines, neighbours, warn_of_colours
 from geosurf.warning import warn
 
 # ---- attempt ----------------------------------------

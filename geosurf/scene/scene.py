@@ -641,12 +641,7 @@ class Scene:
         )  # fmt: skip
 
     def thickness(
-        self,
-        zone: str,
-        grid: Any = None,
-        *,
-        kind: str = "isochore",
-        contact: str | None = None,
+        self, zone: str, grid: Any = None, *, kind: str = "isochore", contact: str | None = None
     ) -> xarray.DataArray:
         """Return a thickness map of a zone, block by block [m].
 
@@ -696,12 +691,7 @@ class Scene:
         )  # fmt: skip
 
     def sample(
-        self,
-        where: Any = None,
-        *,
-        cell: Any = None,
-        codes: bool = False,
-        distance: bool = False,
+        self, where: Any = None, *, cell: Any = None, codes: bool = False, distance: bool = False
     ) -> xarray.Dataset:
         """Return the zone, block, contact interval and unit at each of some places.
 

@@ -23,12 +23,7 @@ from geosurf.model.network import in_order
 from geosurf.model.tops import TieReport, TieSettings, Tops, tops_of
 from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory
-from geosurf.triangulate import (
-    build_contacts,
-    orient_fault,
-    triangulate_fault,
-    triangulate_horizon,
-)
+from geosurf.triangulate import build_contacts, orient_fault, triangulate_fault, triangulate_horizon
 from geosurf.triangulate.decimate import can_be_decimated, decimate_frame, strides_of
 from geosurf.triangulate.horizon import (
     EXTRAPOLATED,

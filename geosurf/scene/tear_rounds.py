@@ -183,10 +183,7 @@ class _Lengths:
         return replace(needed, faults=longer)
 
     def near(
-        self,
-        horizon: str,
-        untorn: Callable[[str], TriSurface],
-        needed: NeededFaults | None = None,
+        self, horizon: str, untorn: Callable[[str], TriSurface], needed: NeededFaults | None = None
     ) -> Faults:
         """Faults for a horizon, as short as it can take them, but as long as it has needed them.
 

@@ -95,10 +95,7 @@ BREACHES = {
     "comb": ("report/breach.py", "def late():\n    import geosurf.carve\n"),
     "undeclared room": ("helpers.py", ""),
     "kernels": ("kernels/exact/breach.py", "import xarray\n"),
-    "rooms of kernels": (
-        "kernels/exact/rooms.py",
-        "import geosurf.kernels.meshes.mesh\n",
-    ),
+    "rooms of kernels": ("kernels/exact/rooms.py", "import geosurf.kernels.meshes.mesh\n"),
     "rooms of sheets": ("sheets/lattice/breach.py", "import geosurf.sheets.heights.passes\n"),
     "numba": ("intersect/breach.py", "from numba import njit\n"),
     "pyvista": ("write/breach.py", "def late():\n    import pyvista\n"),

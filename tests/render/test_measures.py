@@ -9,10 +9,7 @@ from matplotlib.path import Path
 
 from geosurf.errors import GeosurfWarning
 from geosurf.model import TriSurface
-from geosurf.render import (
-    palette,
-    render_surfaces,
-)
+from geosurf.render import palette, render_surfaces
 from geosurf.render.allan import draw_allan
 from geosurf.render.compose import plotted
 from geosurf.render.furniture import Sheet, plain_number

@@ -7,13 +7,7 @@ import pytest
 
 import geosurf.render as render
 from geosurf.errors import OutputError
-from geosurf.render import (
-    backend,
-    compose,
-    palette,
-    surface_layers,
-    views,
-)
+from geosurf.render import backend, compose, palette, surface_layers, views
 from geosurf.render.backend import draw_layers
 from geosurf.render.compose import plotted
 from geosurf.render.layers import Layer

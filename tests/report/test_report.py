@@ -5,12 +5,7 @@ from html.parser import HTMLParser
 
 import pytest
 
-from geosurf.model import (
-    Certificate,
-    Check,
-    Clipped,
-    Remnant,
-)
+from geosurf.model import Certificate, Check, Clipped, Remnant
 from geosurf.report import report_scene, tables
 from geosurf.report.page import PAPER, Table, groups_of_columns, html_table
 from geosurf.scene import Scene

@@ -12,9 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from geosurf.errors import (
-    ScenarioError,
-)
+from geosurf.errors import ScenarioError
 from geosurf.scenario import read_scenario
 from geosurf.scenario.keys import BoxRanges
 from geosurf.scenario.output_keys import OutputSettings

@@ -127,7 +127,7 @@ def test_without_opengl_maps_and_everything_else_are_there(scenario, tmp_path, m
     )
     drawn = sorted(path.name for path in (tmp_path / "out" / "pictures").iterdir())
     assert [name.partition("_")[0] for name in drawn] == [
-        *("allan", "isochore", "map", "map", "section", "section", "throw"),
+        *("allan", "isochore", "map", "map", "section", "section", "throw")
     ]
     assert outcome.certificate.ok
 

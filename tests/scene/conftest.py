@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from geosurf import (
-    Scene,
-)
+from geosurf import Scene
 from tests.scene.small import level, upright
 from tests.strategies import BOX, sheet
 

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from geosurf import (
-    intersect_surfaces,
-)
+from geosurf import intersect_surfaces
 from tests import laws
 from tests.strategies import BOX
 

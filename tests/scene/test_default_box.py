@@ -5,13 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from geosurf import (
-    Lattice,
-    Scene,
-    TriSurface,
-    synthetic,
-    tear_horizon,
-)
+from geosurf import Lattice, Scene, TriSurface, synthetic, tear_horizon
 from geosurf.errors import GeometryError, GeosurfWarning, InputError
 from tests import laws
 from tests.scene.small import level

@@ -6,12 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from geosurf import (
-    Lattice,
-    Scene,
-    TriSurface,
-    synthetic,
-)
+from geosurf import Lattice, Scene, TriSurface, synthetic
 from geosurf.errors import InputError
 from tests.scene.small import level
 from tests.strategies import BOX, sheet

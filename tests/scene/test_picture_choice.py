@@ -31,13 +31,7 @@ def test_a_camera_gives_a_further_view_in_the_style_of_all(scene, tmp_path):
 
 @pytest.mark.parametrize(
     "wrong",
-    [
-        {"camera": (1, 2, 3)},
-        {"zoom": -1},
-        {"colour_by": "zoen"},
-        {"only": 5},
-        {"style": "dark"},
-    ],
+    [{"camera": (1, 2, 3)}, {"zoom": -1}, {"colour_by": "zoen"}, {"only": 5}, {"style": "dark"}],
 )
 def test_wrong_looks_are_refused(scene, wrong, tmp_path):
     with pytest.raises(InputError):

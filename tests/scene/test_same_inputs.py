@@ -6,11 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from geosurf import (
-    FaultSticks,
-    Scene,
-    TriSurface,
-)
+from geosurf import FaultSticks, Scene, TriSurface
 from geosurf.errors import GeosurfWarning
 from geosurf.scene.memory import fingerprint
 from tests.scene.small import level
