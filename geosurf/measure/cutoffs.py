@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import xarray as xr
 
 from geosurf.conventions import is_whole
 from geosurf.errors import InputError
@@ -328,8 +329,6 @@ def juxtaposition_table(patches: Patches, units: Units, fault: str) -> xarray.Da
     >>> found.zone_plus.values.tolist(), set(found.kind.values.tolist())
     (['above Top', 'Top/Base', 'below Base'], {'self-juxtaposed'})
     """
-    import xarray as xr
-
     faces = faces_of(patches, units, fault, "fault")
     pairs, group, between = _pairs(faces)
 

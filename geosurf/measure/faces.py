@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 
 from geosurf.conventions import did_you_mean, is_word
 from geosurf.errors import GeometryError, InputError
@@ -322,8 +323,6 @@ def orientation(patches: Patches, units: Units, name: str) -> xarray.Dataset:
     >>> round(float(found.mean_dip), 9), round(float(found.mean_azimuth), 9)
     (60.0, 75.0)
     """
-    import xarray as xr
-
     faces = faces_of(patches, units, name)
     role = patches.sources[row_of(patches, name, "horizon", "fault")].role
 

@@ -9,6 +9,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import xarray as xr
 
 from geosurf.arrangement.threads import map_threads
 from geosurf.conventions import (
@@ -208,8 +209,6 @@ def _of_table(where: Any) -> Places:
 
 def _of_xarray(where: Any) -> Places:
     """Three coordinates of an xarray object, or a map whose values are elevations."""
-    import xarray as xr
-
     known = {**getattr(where, "data_vars", {}), **where.coords}
     if "elevation" not in known and isinstance(where, xr.DataArray):
         known["elevation"] = where
@@ -352,8 +351,6 @@ def sample_units(
     >>> found.zone.values.tolist()
     ['Top/Base', '']
     """
-    import xarray as xr
-
     expect(units, Units, "sample_units takes Units", "pass the result of carve_units")
     if not isinstance(codes, bool | np.bool_):
         raise InputError(f"codes is {codes!r}; give True or False.")
@@ -487,8 +484,6 @@ def well_intervals(
     InputError
         For a path of fewer than two different points, or a measured depth that does not rise.
     """
-    import xarray as xr
-
     points, along = _path(path, md, units.box)
     local = points - boundaries.origin
 
@@ -546,8 +541,6 @@ def intervals_of_wells(
     InputError
         For a path that cannot be used; the message names the well.
     """
-    import xarray as xr
-
     found = []
     for name, path in wells.items():
         one = _named(name, well_intervals, units, path, None, locator, boundaries)

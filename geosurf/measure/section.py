@@ -13,6 +13,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import xarray as xr
 
 from geosurf.conventions import real_numbers
 from geosurf.errors import InputError
@@ -148,8 +149,6 @@ def ragged(
     xarray.Dataset
         Columns over ``point``; labels and ``count`` over ``line``; ``line_of_point``.
     """
-    import xarray as xr
-
     count = np.array([len(line) for line in lines], dtype=np.int64)
 
     # the empty block gives a table with all columns even when there is no line

@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import xarray as xr
 
 from geosurf.conventions import (
     HORIZON_DIMS,
@@ -123,8 +124,6 @@ def thickness_map(
     >>> found.dims, found.shape, found.attrs["units"]
     (('block', 'northing', 'easting'), (2, 15, 20), 'm')
     """
-    import xarray as xr
-
     expect(units, Units, "thickness_map takes Units", "pass the result of carve_units")
     if not is_word(kind, KINDS):
         raise InputError(f"kind is {kind!r}, expected one of {KINDS}.{did_you_mean(kind, KINDS)}")

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import xarray as xr
 
 from geosurf.conventions import place, real_numbers
 from geosurf.errors import GeometryError, InputError
@@ -84,8 +85,6 @@ def separation(
     >>> found.throw.values.tolist(), found.heave.values.round(9).tolist()
     ([20.0, 20.0], [10.0, 10.0])
     """
-    import xarray as xr
-
     azimuth = math.radians(number_of(dip_azimuth, "dip_azimuth", "give degrees from north"))
     if start is not None:
         start = number_of(start, "start", "give metres along the strike")
@@ -384,8 +383,6 @@ def _block_at(units: Units, columns: Columns, at: slice, picked: float) -> str:
 
 def _dataset(tops: Tops, rows: Sequence[_Row]) -> xarray.Dataset:
     """The table of all tops."""
-    import xarray as xr
-
     model = np.array([row.model for row in rows])
     picked = tops.points[:, 2].copy() if len(tops) else np.empty(0)
     numbers = {"picked": picked, "model": model, "misfit": model - picked}

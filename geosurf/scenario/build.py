@@ -12,8 +12,10 @@ import numpy as np
 from geosurf.conventions import counted, did_you_mean
 from geosurf.conventions.checks import are_points
 from geosurf.errors import FormatError, ScenarioError
+from geosurf.faults import split_fault
 from geosurf.model import FluidContact, TriSurface, Unit
-from geosurf.read import otherwise, read_fault, read_horizon, read_points, read_polygons
+from geosurf.model.network import fault_words, proposal_words
+from geosurf.read import otherwise, read_fault, read_horizon, read_points, read_polygons, read_tops
 from geosurf.read.model3d import read_model3d
 from geosurf.scenario.keys import FaultInput, HorizonInput, ModelInput, PolygonInput, Scenario
 from geosurf.scenario.step_log import OnStep
@@ -22,7 +24,7 @@ from geosurf.scenario.validate import faults_reaching, filling_of, is_torn_as_pi
 from geosurf.scene import Scene
 from geosurf.scene.result_cache import ResultCache
 from geosurf.scene.surfaces import footprint, holds_points, opened_outline, with_empty_blocks
-from geosurf.triangulate import triangulate_fault, triangulate_horizon
+from geosurf.triangulate import fault_from_polygons, triangulate_fault, triangulate_horizon
 
 # ---- sealed ----------------------------------------
 # A sealed model of another program -> a `Scene`: horizons, faults, and a box for its walls.
@@ -234,8 +236,6 @@ def fault_of(entry: FaultInput, words: dict[str, Any]) -> Any:
     if entry.columns is not None or entry.decimal != ".":
         table = {"columns": entry.columns, "decimal": entry.decimal}
     if entry.polygons:
-        from geosurf.triangulate import fault_from_polygons  # loaded by those who have polygons
-
         rings = {one.horizon: _polygon(one, entry.name, words | table) for one in entry.polygons}
         return fault_from_polygons(rings, name=entry.name)
     assert entry.file is not None
@@ -245,8 +245,6 @@ def fault_of(entry: FaultInput, words: dict[str, Any]) -> Any:
 
 def _piece(fault: Any, entry: FaultInput, number: int, path: Path) -> Any:
     """One piece of a mesh, under the name of the fault."""
-    from geosurf.faults import split_fault  # loaded by those who take a piece
-
     parts = list(split_fault(triangulate_fault(fault, name=entry.name)).values())
     if number > len(parts):
         raise ScenarioError(
@@ -368,8 +366,6 @@ def _with_network(scenario: Scenario, scene: Scene, on_step: OnStep) -> Scene:
     """The scene with the proposals for its faults, where these are to be applied."""
     if not scenario.network.apply:
         return scene
-    from geosurf.model.network import fault_words, proposal_words  # loaded by those who apply
-
     trial = scene.propose_fault_network(reach=scenario.network.reach_m).trial(scene)
     for one in trial.decisions:
         at = f" at {one.row.other}" if one.row.other else ""
@@ -461,8 +457,6 @@ def _tops(scenario: Scenario) -> dict[str, Any]:
     entry = scenario.tops
     if entry is None:
         return {}
-    from geosurf.read import read_tops  # loaded by those who have tops
-
     tops = read_tops(entry.file, **_words(scenario, entry))
     # Without `tie` the tops are only compared.
     return {"tops": tops, "tie": entry.settings}

@@ -21,11 +21,13 @@ from geosurf.model.column import CONFORMABLE
 from geosurf.model.expected import flag_of
 from geosurf.read import read_points, read_polygons
 from geosurf.report import report_scene
-from geosurf.scenario.build import build_scene
+from geosurf.scenario.build import build_scene, unit_of_body
 from geosurf.scenario.keys import Scenario
 from geosurf.scenario.output import (
     NO_NETCDF,
+    draw_grid,
     drawn_wells,
+    in_words,
     input_files,
     new_results,
     refuse_lists,
@@ -34,6 +36,7 @@ from geosurf.scenario.output import (
     without_lists,
     writable_formats,
     write_files,
+    write_grid,
     write_wells,
 )
 from geosurf.scenario.output_keys import OutputSettings
@@ -322,8 +325,6 @@ def run(
         grid, stepped = None, list[str]()
         if scenario.grid is not None:
             log.begin("grid")
-            from geosurf.scenario.output import in_words, write_grid  # loaded by those who want one
-
             grid, stepped = write_grid(scene, scenario.grid, folder)
             log.step("grid", "grid.grdecl, grid.inc", in_words(grid))
 
@@ -331,8 +332,6 @@ def run(
         log.begin("draw")
         drawn = _draw(scene, choice, folder, log, asked=pictures)
         if grid is not None and choice is not None:
-            from geosurf.scenario.output import draw_grid
-
             drawn |= draw_grid(grid, folder / "pictures")
         _write_certificate(scene, scenario, certificate, folder)
         notes = [*model_notes(scene), *stepped]
@@ -437,7 +436,6 @@ def _regions(scenario: Scenario, scene: Scene) -> dict[str, tuple[float, str]]:
     if scenario.model is None:
         return {}
     from geosurf.read.model3d import read_region_faces, volume_inside
-    from geosurf.scenario.build import unit_of_body  # loaded by those who have a model
 
     model = scenario.model
 

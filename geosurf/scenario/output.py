@@ -32,9 +32,11 @@ from geosurf.files.folders import (
     replace_files,
     replace_folder,
 )
+from geosurf.measure.places import wells_of
 from geosurf.model import CornerPointGrid
 from geosurf.model.expected import path_of
-from geosurf.read import otherwise, read_points
+from geosurf.read import otherwise, read_points, read_wells
+from geosurf.read.file_info import kind_of_file
 from geosurf.scenario.keys import Scenario
 from geosurf.scenario.output_keys import FORMATS, GridInput, OutputSettings
 from geosurf.scene import Scene
@@ -127,9 +129,6 @@ def wells_of_scenario(scenario: Scenario) -> dict[str, Any]:
 
 def _read(scenario: Scenario, entry: Any, file: Path) -> dict[str, Any]:
     """The wells of one file by their names."""
-    from geosurf.measure.places import wells_of
-    from geosurf.read import read_wells  # loaded by those who have wells
-
     # several files share these words: they hold where a file states nothing
     words = {key: getattr(entry, key) or getattr(scenario, key) for key in WORDS}
     return wells_of(read_wells(file, heads=entry.heads, **otherwise(words))) or {}
@@ -147,10 +146,6 @@ def drawn_wells(scenario: Scenario) -> dict[str, Any]:
     -------
     dict of str to xarray.Dataset
     """
-    from geosurf.measure.places import wells_of
-    from geosurf.read import read_wells
-    from geosurf.read.file_info import kind_of_file  # loaded by those who draw wells
-
     known: dict[str, Any] = {key: getattr(scenario, key) for key in WORDS}
     softer = otherwise(known)
     found = wells_of_scenario(scenario)

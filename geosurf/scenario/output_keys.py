@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from geosurf.conventions import METRES_PER_UNIT, did_you_mean, is_number
 from geosurf.errors import DependencyError, InputError
+from geosurf.model.distributions import Normal, Triangular, Uniform
 from geosurf.render.picture_style import COLOUR_BY, THEMES, PictureStyle
 from geosurf.scenario import values
 from geosurf.scenario.values import key
@@ -116,8 +117,6 @@ def distribution_of(entry: UncertainInput) -> Normal | Uniform | Triangular | No
     >>> distribution_of(UncertainInput(kind="fault dip", uniform=(-2.0, 2.0)))
     Uniform(low=-2.0, high=2.0)
     """
-    from geosurf.model.distributions import Normal, Triangular, Uniform  # loaded by ensembles
-
     if entry.normal is not None:
         return Normal(*entry.normal)
     if entry.uniform is not None:

@@ -57,6 +57,7 @@ from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory
 from geosurf.scene.surfaces import (
     InputSurfaces,
+    decimated,
     fluids_of,
     grid_of_sheet,
     horizons_in_map,
@@ -131,8 +132,6 @@ class Graph:
         """Horizons of which the model has every k-th node only, by name."""
         if self.inputs.tolerance is None:
             return {}
-        from geosurf.scene.surfaces import decimated  # loaded by those who give a tolerance
-
         return decimated(self.inputs, self.memory, self.whole)
 
     def whole(self, name: str) -> TriSurface:

@@ -14,6 +14,9 @@ from geosurf.errors import GeosurfWarning
 from geosurf.faults.rules import Rule
 from geosurf.model import Sheet, TriSurface
 from geosurf.model.tops import Tops
+from geosurf.read.features import features
+from geosurf.read.gocad import crs_of_gocad_lines
+from geosurf.read.registry import detect
 from geosurf.scene.inputs import SceneInputs
 from geosurf.scene.memory import Memory
 from geosurf.scene.surfaces import InputSurfaces, warnings_of_names
@@ -101,10 +104,6 @@ def _of_file(path: Path) -> str | None:
     """The system of a file of features or of GOCAD lines; other outlines have none."""
     if not path.is_file():
         return None
-    from geosurf.read.features import features
-    from geosurf.read.gocad import crs_of_gocad_lines
-    from geosurf.read.registry import detect
-
     key = detect(path)
     if key == "pline":
         return crs_of_gocad_lines(path)

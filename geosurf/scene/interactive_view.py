@@ -10,6 +10,7 @@ from typing import Any
 
 from geosurf.errors import InputError
 from geosurf.model.expected import number_of, path_of
+from geosurf.write.written import commit
 
 HEIGHT = 560  # in a notebook [pixels]
 
@@ -48,8 +49,6 @@ class InteractiveView:
         OutputError
             If the file cannot be written.
         """
-        from geosurf.write.written import commit
-
         path = path_of(path, "an interactive view")
         if path.suffix.lower() not in (".html", ".htm"):
             raise InputError(f"{path}: an interactive view is an HTML page. Use the suffix .html.")

@@ -24,6 +24,7 @@ from geosurf.conventions.crs import crs_of
 from geosurf.conventions.packages import most_memory_so_far
 from geosurf.conventions.running import count_of, running
 from geosurf.errors import GeosurfWarning, InputError
+from geosurf.kernels.lattices.decimate import AT_ONCE, mix_into
 from geosurf.model import FaultSticks, Sheet, TriSurface
 from geosurf.model.expected import flag_of
 from geosurf.model.surfaces import Sector
@@ -145,8 +146,6 @@ def _shortened(array: np.ndarray) -> bytes:
     arrays which differ in one number of a lane have different states. States of lanes that differ
     in more numbers are equal in one of 2**64 cases.
     """
-    from geosurf.kernels.lattices.decimate import AT_ONCE, mix_into
-
     content = array.reshape(-1).view(np.uint8)
     step = 8 * AT_ONCE * _LANES
     mixed = content.nbytes // step * step

@@ -18,6 +18,8 @@ from geosurf.carve.certificate import certify_repeated
 from geosurf.conventions import HORIZON_DIMS, counted, did_you_mean, is_word
 from geosurf.conventions.running import running
 from geosurf.errors import GeometryError, GeosurfWarning, InputError
+from geosurf.measure.locate import boundaries_of, locator_of
+from geosurf.measure.places import intervals_of_wells, well_intervals, wells_of
 from geosurf.measure.section import check_line
 from geosurf.model import Certificate, FluidContact, Patches, Sheet, TriSurface, Units
 from geosurf.model.base import multiblock, need_pyvista
@@ -45,6 +47,7 @@ from geosurf.scene.surfaces import (
     warnings_of_names,
 )
 from geosurf.scene.tearing import torn_graph, warnings_of_passed
+from geosurf.sheets.faults import DIRECTIONS
 from geosurf.triangulate.decimate import bound_of_change
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -621,8 +624,6 @@ class Scene:
     @property
     def _locator(self) -> Locator:
         """What finds the unit at a point, from memory if it is there."""
-        from geosurf.measure.locate import locator_of  # loaded by those who ask for places
-
         return self._graph.memory.get_or_compute(
             "measure", "units by place", ("locator", self._graph.units_key),
             lambda: locator_of(self.units),
@@ -632,8 +633,6 @@ class Scene:
     @property
     def _boundaries(self) -> Boundaries:
         """All triangles that bound units, from memory if they are there."""
-        from geosurf.measure.locate import boundaries_of  # loaded by those who ask for places
-
         return self._graph.memory.get_or_compute(
             "measure", "boundaries of units", ("boundaries", self._graph.units_key),
             lambda: boundaries_of(self.patches, self.units),
@@ -782,8 +781,6 @@ class Scene:
         >>> scene.well_intervals(wells).well.values.tolist()
         ['W-1', 'W-2', 'W-2', 'W-2']
         """
-        from geosurf.measure.places import intervals_of_wells, well_intervals, wells_of
-
         wells, boundaries = wells_of(path), self._boundaries
         if wells is not None and md is not None:
             raise InputError("md= is for one well. Give many wells as tables with a column 'md'.")
@@ -933,8 +930,6 @@ class Scene:
             If a fault is flat on average, or turns back against its mean dip direction between its
             cut-offs (``"local"`` only), or a cut-off turns back along the strike.
         """
-        from geosurf.sheets.faults import DIRECTIONS  # loaded by those who ask for throw
-
         if not is_word(direction, DIRECTIONS):
             raise InputError(f"direction is {direction!r}, expected one of {DIRECTIONS}.")
         horizon, fault = name_of(horizon, "horizon"), name_of(fault, "fault")

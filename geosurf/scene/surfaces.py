@@ -21,6 +21,16 @@ from geosurf.model import FaultSticks, FluidContact, Lattice, Sheet, TriSurface
 from geosurf.model.base import in_crs_of
 from geosurf.model.network import in_order
 from geosurf.model.tops import TieReport, TieSettings, Tops, tops_of
+from geosurf.read import (
+    HORIZON_FORMATS,
+    POINT_FORMATS,
+    otherwise,
+    read_fault,
+    read_horizon,
+    read_points,
+    read_polygons,
+    read_tops,
+)
 from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory
 from geosurf.triangulate import build_contacts, orient_fault, triangulate_fault, triangulate_horizon
@@ -56,8 +66,6 @@ Lookup = Callable[[str], TriSurface]
 def opened_horizon(value: Any, options: Options) -> Any:
     """Return the data of a horizon that is to be torn; a path is read, as points or as a grid."""
     if isinstance(value, str | Path):
-        from geosurf.read import otherwise, read_horizon, read_points
-
         read = read_points if holds_points(value) else read_horizon
         value = read(value, **otherwise(options))
     return read_stored(value, "to be torn") if is_stored(value) else value
@@ -65,8 +73,6 @@ def opened_horizon(value: Any, options: Options) -> Any:
 
 def holds_points(path: str | Path) -> bool:
     """Return whether a file holds points by its suffix, and no grid or mesh."""
-    from geosurf.read import HORIZON_FORMATS, POINT_FORMATS
-
     return Path(path).suffix.lower() in _suffixes(POINT_FORMATS) - _suffixes(HORIZON_FORMATS)
 
 
@@ -296,8 +302,6 @@ def opened_tops(tops: Any, options: dict[str, str | None]) -> Tops | None:
     if tops is None:
         return None
     if isinstance(tops, str | Path):
-        from geosurf.read import otherwise, read_tops
-
         tops = read_tops(tops, **otherwise(options))
     return tops_of(tops)
 
@@ -709,15 +713,11 @@ def _is_written_number(text: str) -> bool:
 def opened_outline(aoi: Any) -> np.ndarray:
     """Return the corners of an area of interest, given as an array or a file of polygons."""
     if isinstance(aoi, str | Path):
-        from geosurf.read import read_polygons
-
         aoi = read_polygons(aoi, positive="up")
     return check_outline(aoi)
 
 
 def _read(path: Any, role: str, options: Options) -> Any:
-    from geosurf.read import otherwise, read_fault, read_horizon
-
     return (read_horizon if role == "horizon" else read_fault)(path, **otherwise(options))
 
 
