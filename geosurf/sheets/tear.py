@@ -657,9 +657,9 @@ def tear_from(
         sheet, crs=crs, extrapolated=_extrapolated(data, sheet.lattice.shape),
         plan=plan_of(closed, torn.loss, searched), fewer_nodes=has_fewer_nodes(data),
     )  # fmt: skip
-    if filling.other is not None and len(closed.pinched):
+    if filling.other is not None and len(closed.rebuilt.pinched):
         present = np.isfinite(picks.means)
-        sheet = pinched_out(sheet, closed.pinched, present, filling.other)
+        sheet = pinched_out(sheet, closed.rebuilt.pinched, present, filling.other)
     for warning in sheet.warnings:
         warn(warning)
     return sheet

@@ -9,7 +9,7 @@ sheet of the other side overlaps, values beyond the trace belong to it.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -463,12 +463,23 @@ class Rebuilt:
     evidence : Evidence
         With the traces whose walls the second pass rebuilt without each other.
     state : Heights
+    filled : tuple of dict
+        Notes of blocks at faults without data that were filled before.
+    pinched : ndarray of int64, shape (n,)
+        Nodes of blocks without data that have heights of another horizon.
     """
 
     solver: Solver
     selection: Selection
     evidence: Evidence
     state: Heights
+    filled: Sequence[dict] = ()
+    pinched: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+
+    @property
+    def picks(self) -> Picks | Scattered:
+        """The data, with blocks that were filled."""
+        return self.solver.inputs.picks
 
     def torn_between(
         self, state: Heights, limits: np.ndarray, untorn: Sequence[Part] = ()

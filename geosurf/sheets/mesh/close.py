@@ -107,8 +107,6 @@ class Closed:
 
     Attributes
     ----------
-    picks : Picks or Scattered
-        With blocks that were filled.
     rebuilt : Rebuilt
     built : Built
         Open only if no remedy closes it.
@@ -117,24 +115,22 @@ class Closed:
     extensions : tuple of Extended
     trims, given_trims : Trims
         In use, and as they were at first.
-    filled : list of dict
-        Blocks at faults without data that were filled.
-    pinched : ndarray of int64, shape (n,)
-        Nodes of blocks without data that have heights of another horizon.
     n_cut : int
         How often the mesh was cut in the last step: without a loss, or at any cost.
     """
 
-    picks: Picks | Scattered
     rebuilt: Rebuilt
     built: Built
     faults: tuple[TriSurface, ...]
     extensions: tuple[Extended, ...]
     trims: Trims
     given_trims: Trims
-    filled: list[dict]
-    pinched: np.ndarray
     n_cut: int
+
+    @property
+    def picks(self) -> Picks | Scattered:
+        """The data, with blocks that were filled."""
+        return self.rebuilt.picks
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,9 +180,7 @@ def close(
         # each round extends faults next to holes, twice as far as before; MOST ends it
         found |= {k: one for k, (one, _) in more.items()}
         surfaces = tuple(more[k][1] if k in more else one for k, one in enumerate(surfaces))
-        filled_picks, rebuilt, filled, pinched = rebuilt_of(
-            picks, surfaces, trims, noise, filling, highest
-        )
+        rebuilt = rebuilt_of(picks, surfaces, trims, noise, filling, highest)
         # A block that is empty only because its data were ignored near faults gets some of them
         # back.
         narrower = _narrower(trims, rebuilt.state)
@@ -194,16 +188,14 @@ def close(
             trims, more = narrower, {}
             continue
         # What is still empty now has no data at all.
-        refuse_empty_blocks(filled_picks, rebuilt.state, [surface.name for surface in surfaces])
+        refuse_empty_blocks(rebuilt.picks, rebuilt.state, [one.name for one in surfaces])
         ends = _branch_ends(rebuilt.state)
         # Which faults the holes ask for is tested during the attempts too, so that these end early.
         asked = partial(_longer, given, surfaces, ends, dict(found), picks.frame.cell, make)
-        built = built_of(filled_picks, rebuilt, surfaces, needs_more=asked)
+        built = built_of(rebuilt, surfaces, needs_more=asked)
         n_cut += built.n_cut
-        closed = Closed(
-            filled_picks, rebuilt, built, surfaces, tuple(found.values()), trims, given_trims,
-            filled, pinched, n_cut,
-        )  # fmt: skip
+        extensions = tuple(found.values())
+        closed = Closed(rebuilt, built, surfaces, extensions, trims, given_trims, n_cut)
         # so many holes are a matter of the data, not of a fault that is too short
         more = asked(built.cut.holes) if built.is_open and not built.is_hopeless else {}
         # Closed, or no fault can be extended any further.
@@ -224,9 +216,7 @@ def _are_left(before: Built, now: Built, cell: float) -> bool:
 def close_at_any_cost(closed: Closed) -> Closed:
     """Go on from a sheet that is open with remedies that change cut-offs; it may stay open."""
     # From the repairs that were found: they hold at any cost too.
-    built = built_of(
-        closed.picks, closed.rebuilt, closed.faults, at_any_cost=True, start=closed.built.repairs
-    )
+    built = built_of(closed.rebuilt, closed.faults, True, closed.built.repairs)
     return replace(closed, built=built, n_cut=built.n_cut)
 
 
@@ -331,23 +321,21 @@ def rebuilt_of(
     noise: float | None,
     filling: Filling,
     highest: int,
-) -> tuple[Picks | Scattered, Rebuilt, list[dict], np.ndarray]:
-    """Heights of all nodes, once more where blocks at a fault without data were filled.
-
-    Returns the picks with those blocks, the heights, notes of the blocks, and the nodes that have
-    heights of another horizon.
-    """
+) -> Rebuilt:
+    """Heights of all nodes, once more where blocks at a fault without data were filled."""
     meshes = [mesh_in_frame(surface, picks.frame) for surface in surfaces]
-    rebuilt = rebuild(solver_of(picks, meshes, trims, noise, filling.carry, highest))
+
+    def again(picks: Picks | Scattered) -> Rebuilt:
+        return rebuild(solver_of(picks, meshes, trims, noise, filling.carry, highest))
 
     # blocks at a fault without data are known only once heights have shown which nodes stay empty
-    missing = missing_blocks(picks, rebuilt.state, meshes)
     filled: list[dict] = []
-    pinched = np.empty(0, dtype=np.int64)
+    rebuilt, pinched = again(picks), np.empty(0, dtype=np.int64)
+    missing = missing_blocks(picks, rebuilt.state, meshes)
     # Once is enough: what is filled has data afterwards.
     if missing and filling.carry:
         picks, filled = continued(picks, missing)
-        rebuilt = rebuild(solver_of(picks, meshes, trims, noise, True, highest))
+        rebuilt = again(picks)
         missing = missing_blocks(picks, rebuilt.state, meshes)
     while filling.other is not None and (missing or len(rebuilt.state.stray)):
         # block by block: the one beyond the next fault shows once the first has heights
@@ -356,15 +344,14 @@ def rebuilt_of(
             break
         pinched = distinct(pinched, more)
         picks = stood_in(picks, more, filling.other)
-        rebuilt = rebuild(solver_of(picks, meshes, trims, noise, False, highest))
+        rebuilt = again(picks)
         missing = missing_blocks(picks, rebuilt.state, meshes)
     # Blocks that were neither filled nor pinched out are an error with their place.
     refuse_missing(picks, missing)
-    return picks, rebuilt, filled, pinched
+    return replace(rebuilt, filled=filled, pinched=pinched)
 
 
 def built_of(
-    picks: Picks | Scattered,
     rebuilt: Rebuilt,
     surfaces: Sequence[TriSurface],
     at_any_cost: bool = False,
@@ -373,6 +360,7 @@ def built_of(
     is_solved: bool = False,
 ) -> Built:
     """The torn mesh, with ghosts on the sheets of their walls; see `build`."""
+    picks = rebuilt.picks
     # The diagonal rule of gridded horizons, so that a torn sheet equals its untorn part.
     rising = rising_diagonal(picks.frame.easting, picks.frame.northing)
     solver, weight = rebuilt.solver, rebuilt.solver.noise.weight
@@ -384,15 +372,14 @@ def built_of(
         known, order = ghosts_by_picks(picks, weight, solver.grid.mark), solver.noise.order
     carry_on = carry_on_by(picks.frame, weight, known, order)
     return build(
-        picks, rebuilt.state, surfaces, rising, carry_on, solved_again(rebuilt, surfaces),
+        picks, rebuilt.state, surfaces, rising, carry_on, solved_again(rebuilt),
         at_any_cost, start, needs_more, is_solved,
     )  # fmt: skip
 
 
-def solved_again(rebuilt: Rebuilt, surfaces: Sequence[TriSurface]) -> SolveAgain:
+def solved_again(rebuilt: Rebuilt) -> SolveAgain:
     """Gives heights in which throw dies where tears end early."""
-    frame = rebuilt.solver.inputs.picks.frame
-    meshes = [mesh_in_frame(surface, frame) for surface in surfaces]
+    frame, meshes = rebuilt.picks.frame, rebuilt.solver.inputs.meshes
     rising = rising_diagonal(frame.easting, frame.northing)
 
     def again(state: Heights, limits: np.ndarray, untorn: Sequence[Part]) -> Heights:
@@ -413,10 +400,10 @@ LARGE = 2.0  # cells: larger holes that are stuck are not those at the ends of t
 
 def plan_of(closed: Closed, loss: float, searched: bool) -> TearPlan:
     """What closed a sheet."""
-    built, repairs = closed.built, closed.built.repairs
+    rebuilt, built, repairs = closed.rebuilt, closed.built, closed.built.repairs
     rows, columns = closed.picks.frame.shape
-    picks, nearby = closed.picks, closed.rebuilt.solver.inputs.nearby
-    wrong = ~closed.rebuilt.selection.single
+    picks, nearby = rebuilt.picks, rebuilt.solver.inputs.nearby
+    wrong = ~rebuilt.selection.single
     if picks.several is not None:  # there data of both walls are no single ones, on either side
         wrong &= ~picks.several[picks.node]
     return TearPlan(
@@ -429,7 +416,7 @@ def plan_of(closed: Closed, loss: float, searched: bool) -> TearPlan:
             tuple(frozen(near.rows, np.int64) for near in nearby),
             tuple(frozen(near.side, np.int8) for near in nearby),
         ),
-        order=int(closed.rebuilt.solver.noise.order),
+        order=int(rebuilt.solver.noise.order),
         traces=traces_of(built.state.network),
         early=tuple((int(i), int(k), int(n)) for (i, k), n in sorted(repairs.shortened.items())),
         # sorted: sets have no order of their own
@@ -438,7 +425,7 @@ def plan_of(closed: Closed, loss: float, searched: bool) -> TearPlan:
         left_out=tuple((int(i), float(a), float(b)) for i, a, b in repairs.untorn),
         loss=float(loss),
         searched=searched,
-        base=None if closed.filled or len(closed.pinched) else base_heights(closed.rebuilt),
+        base=None if rebuilt.filled or len(rebuilt.pinched) else base_heights(rebuilt),
     )
 
 
@@ -466,18 +453,14 @@ def close_as_planned(
 
     def closed(rebuilt: Rebuilt, start: Repairs, is_solved: bool = False) -> Closed:
         """The mesh with the repairs of the plan, and those that go on from there."""
-        built = built_of(picks, rebuilt, surfaces, False, start, is_beyond, is_solved)
-        return Closed(
-            picks, rebuilt, built, surfaces, (), trims, given, filled, pinched, built.n_cut
-        )  # fmt: skip
+        built = built_of(rebuilt, surfaces, False, start, is_beyond, is_solved)
+        return Closed(rebuilt, built, surfaces, (), trims, given, built.n_cut)
 
     def is_beyond(stuck: Sequence[Hole]) -> bool:
         """Whether holes that attempts have not changed are a matter for the search."""
         return any(hole.length > LARGE * picks.frame.cell for hole in stuck)
 
     # first with the walls of the plan, and traces on its heights
-    filled: list[dict] = []
-    pinched = np.empty(0, dtype=np.int64)
     if not filling.carry and filling.other is None:
         known = _on_base_heights(picks, surfaces, plan, noise, trims)
         if known is not None:
@@ -486,8 +469,8 @@ def close_as_planned(
                 return found
 
     # then from these data alone
-    picks, rebuilt, filled, pinched = rebuilt_of(picks, surfaces, trims, noise, filling, plan.order)
-    refuse_empty_blocks(picks, rebuilt.state, [surface.name for surface in surfaces])
+    rebuilt = rebuilt_of(picks, surfaces, trims, noise, filling, plan.order)
+    refuse_empty_blocks(rebuilt.picks, rebuilt.state, [surface.name for surface in surfaces])
     start = repairs_of(plan, rebuilt.state.network)
     return None if start is None else closed(rebuilt, start)
 
@@ -509,7 +492,7 @@ def _on_base_heights(
     if known is None or start is None:
         return None
     rising = rising_diagonal(picks.frame.easting, picks.frame.northing)
-    state = die_at_tips(known.state, start, rising, solved_again(known, surfaces))
+    state = die_at_tips(known.state, start, rising, solved_again(known))
     state = state.with_walls(picks.frame)
     if len(state.stray) or state.filled_blocks or missing_blocks(picks, state, meshes):
         return None

@@ -220,7 +220,7 @@ def make_report(closed: Closed, cuts: dict[str, FaultCut]) -> SheetReport:
         declared_tips=state.network.declared_tips,
         shortened=shortened,
         noise=None if solver.noise.weight is None else solver.noise.deviation,
-        filled_blocks=[*closed.filled, *state.filled_blocks],
+        filled_blocks=[*closed.rebuilt.filled, *state.filled_blocks],
         notes=notes,
         warnings=warnings,
     )
