@@ -23,7 +23,7 @@ from geosurf.sheets.lattice.data import Scattered, has_fewer_nodes, picks_or_poi
 from geosurf.sheets.lattice.picks import Picks, frame_of_lattice
 from geosurf.sheets.mesh.close import (
     Closed,
-    Filling,
+    Data,
     close,
     close_as_planned,
     close_at_any_cost,
@@ -121,12 +121,7 @@ class Search:
 
 
 def torn_sheet(
-    picks: Picks | Scattered,
-    faults: Sequence[TriSurface],
-    trims: Trims,
-    noise: float | None,
-    filling: Filling,
-    asking: bool = False,
+    data: Data, faults: Sequence[TriSurface], trims: Trims, asking: bool = False
 ) -> Torn:
     """A closed mesh with cut-offs on all faults: with the trims as given, or those that lose least.
 
@@ -137,7 +132,7 @@ def torn_sheet(
     TooShort
         If `asking`, where the first attempts need longer faults.
     """
-    search = Search(partial(_torn, picks, noise=noise, filling=filling, given=trims))
+    search = Search(partial(_torn, data, given=trims))
     first = _first(search, faults, trims, asking)
     best = search.forced(first)
     bad = first.bad or best.bad
@@ -146,7 +141,7 @@ def torn_sheet(
 
     # other trims may do without a loss; if not, the smallest loss of all
     others: list[Torn] = []
-    for used in _other_trims(trims, bad, picks, faults):
+    for used in _other_trims(trims, bad, data.picks, faults):
         try:
             other = search.torn(faults, used)
         except GeometryError:  # a block has no data beyond them
@@ -162,7 +157,7 @@ def torn_sheet(
 
     # for a sheet that would be refused: trims that the data show, then all others
     if best.bad:
-        best = _as_data_show(best, trims, picks, faults, search)
+        best = _as_data_show(best, trims, data.picks, faults, search)
     untried = 0
     for other in others[FORCED:]:
         if not best.bad:
@@ -176,19 +171,13 @@ def torn_sheet(
     return best
 
 
-def torn_as_planned(
-    picks: Picks | Scattered,
-    faults: Sequence[TriSurface],
-    plan: TearPlan,
-    noise: float | None,
-    filling: Filling,
-) -> Torn | None:
+def torn_as_planned(data: Data, faults: Sequence[TriSurface], plan: TearPlan) -> Torn | None:
     """The sheet with the trims and remedies of another one, if these close it; else None.
 
     None as well where it loses throw, and the sheet of the plan lost none.
     """
     try:
-        closed = close_as_planned(picks, faults, plan, noise, filling)
+        closed = close_as_planned(data, faults, plan)
     except GeosurfError:  # other trims may do: they are searched for
         return None
     found = None if closed is None or closed.built.is_open else Torn.of(closed)
@@ -213,22 +202,20 @@ def _first(search: Search, faults: Sequence[TriSurface], trims: Trims, asking: b
 
 
 def _torn(
-    picks: Picks | Scattered,
+    data: Data,
     faults: Sequence[TriSurface],
     used: Trims,
     *,
-    noise: float | None,
-    filling: Filling,
     given: Trims,
     highest: int = 3,
     asking: bool = False,
 ) -> Torn:
     """The sheet with some faults and trims, without any loss of throw; it may stay open."""
-    words: dict[str, Any] = {"highest": highest, "asking": asking}
-    found = Torn.of(close(picks, faults, used, noise, filling, given, **words))
+    again = partial(close, data, faults, used, given, highest=highest, asking=asking)
+    found = Torn.of(again())
     if found.bad and not found.closed.built.is_open:  # a wall passes above or below its fault
-        again = close(picks, faults, used, noise, filling, given, found.bad, **words)
-        found = Torn.of(replace(again, n_cut=again.n_cut + found.closed.n_cut))
+        longer = again(known_short=found.bad)
+        found = Torn.of(replace(longer, n_cut=longer.n_cut + found.closed.n_cut))
     return found
 
 
@@ -642,39 +629,39 @@ def tear_from(
     crs = crs_among(picks.name, data, surfaces)
 
     # heights of all nodes, a torn mesh that the faults close, cut-offs and report
-    filling = _filling(fill_empty_blocks, picks)
-    torn = None if plan is None else torn_as_planned(picks, surfaces, plan, noise, filling)
+    horizon = _data(picks, noise, fill_empty_blocks)
+    torn = None if plan is None else torn_as_planned(horizon, surfaces, plan)
     searched = torn is None
     if torn is None:
         trims = trims_of(trim if needed is None else needed.trims, picks, surfaces)
         # data that were ignored are as little trusted now
         if plan is not None and fits(plan, picks, surfaces):
             trims = replace(trims, use=plan.use)
-        torn = torn_sheet(picks, surfaces, trims, noise, filling, asking)
+        torn = torn_sheet(horizon, surfaces, trims, asking)
     closed, cuts = with_needed(torn.closed, needed), torn.cuts
     sheet = sheet_of(closed.picks, closed.built, closed.faults, cuts, make_report(closed, cuts))
     sheet = replace(
         sheet, crs=crs, extrapolated=_extrapolated(data, sheet.lattice.shape),
         plan=plan_of(closed, torn.loss, searched), fewer_nodes=has_fewer_nodes(data),
     )  # fmt: skip
-    if filling.other is not None and len(closed.rebuilt.pinched):
+    if horizon.other is not None and len(closed.rebuilt.pinched):
         present = np.isfinite(picks.means)
-        sheet = pinched_out(sheet, closed.rebuilt.pinched, present, filling.other)
+        sheet = pinched_out(sheet, closed.rebuilt.pinched, present, horizon.other)
     for warning in sheet.warnings:
         warn(warning)
     return sheet
 
 
-def _filling(fill: bool | Sheet, picks: Picks | Scattered) -> Filling:
-    """What becomes of blocks without data."""
+def _data(picks: Picks | Scattered, noise: float | None, fill: bool | Sheet) -> Data:
+    """Data of a horizon, and what becomes of blocks without any."""
     if not isinstance(fill, Sheet):
-        return Filling(carry=fill)
+        return Data(picks, noise, carry=fill)
     if isinstance(picks, Scattered):
         raise InputError(
             f"horizon {picks.name!r} is given as scattered points, and only grids can be pinched "
             "out. Set fill_empty_blocks=True to continue it, or grid it first."
         )
-    return Filling(other=StandIn.of(fill, picks))
+    return Data(picks, noise, other=StandIn.of(fill, picks))
 
 
 def _extrapolated(data: Any, shape: tuple[int, int]) -> np.ndarray | None:

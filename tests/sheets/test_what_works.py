@@ -90,6 +90,6 @@ def test_cuts_for_a_sheet_that_stays_open_are_limited(n_cut, forced, monkeypatch
     monkeypatch.setattr(attempts, "_as_data_show", lambda best, *rest: best)
     untried = []
     monkeypatch.setattr(attempts, "_refuse", lambda *args: untried.append(args[-1]))
-    attempts.torn_sheet(None, [], Trims((2.0,)), None, None)
+    attempts.torn_sheet(SimpleNamespace(picks=None), [], Trims((2.0,)))
     assert len(tried) == forced
     assert untried == [6 - forced]  # the refusal counts what the limit left out

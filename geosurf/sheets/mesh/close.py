@@ -134,19 +134,22 @@ class Closed:
 
 
 @dataclass(frozen=True, eq=False)
-class Filling:
-    """What becomes of blocks without data: refused, continued, or as another horizon is there."""
+class Data:
+    """Data of one horizon, their noise [m] if it is given, and what becomes of blocks without any.
 
+    Such blocks are refused, continued (`carry`), or as another horizon is there.
+    """
+
+    picks: Picks | Scattered
+    noise: float | None = None
     carry: bool = False
     other: StandIn | None = None
 
 
 def close(
-    picks: Picks | Scattered,
+    data: Data,
     faults: Sequence[TriSurface],
     trims: Trims,
-    noise: float | None,
-    filling: Filling,
     given_trims: Trims,
     known_short: Collection[int] = (),
     highest: int = 4,
@@ -166,12 +169,12 @@ def close(
         If `asking`, where a fault would be extended.
     """
     # faults that are known to be short are extended before the first attempt
-    given, found = tuple(faults), dict[int, Extended]()
+    given, found, cell = tuple(faults), dict[int, Extended](), data.picks.frame.cell
     surfaces = given
     short = {k: Short(frozenset(VERTICAL), given[k].vertices.mean(axis=0)) for k in known_short}
     # once for each fault and length: attempts ask for the same ones again and again
     make = cache(lambda number, lengths: extended(given[number], dict(lengths)))
-    more = _lengthened(given, short, found, picks.frame.cell, make)
+    more = _lengthened(given, short, found, cell, make)
     n_cut = 0
     first: Closed | None = None
     while True:
@@ -180,7 +183,7 @@ def close(
         # each round extends faults next to holes, twice as far as before; MOST ends it
         found |= {k: one for k, (one, _) in more.items()}
         surfaces = tuple(more[k][1] if k in more else one for k, one in enumerate(surfaces))
-        rebuilt = rebuilt_of(picks, surfaces, trims, noise, filling, highest)
+        rebuilt = rebuilt_of(data, surfaces, trims, highest)
         # A block that is empty only because its data were ignored near faults gets some of them
         # back.
         narrower = _narrower(trims, rebuilt.state)
@@ -191,7 +194,7 @@ def close(
         refuse_empty_blocks(rebuilt.picks, rebuilt.state, [one.name for one in surfaces])
         ends = _branch_ends(rebuilt.state)
         # Which faults the holes ask for is tested during the attempts too, so that these end early.
-        asked = partial(_longer, given, surfaces, ends, dict(found), picks.frame.cell, make)
+        asked = partial(_longer, given, surfaces, ends, dict(found), cell, make)
         built = built_of(rebuilt, surfaces, needs_more=asked)
         n_cut += built.n_cut
         extensions = tuple(found.values())
@@ -203,7 +206,7 @@ def close(
             break
         first = first or closed
     # longer faults that have closed no hole stay as they were: other horizons would end on them
-    if first is not None and built.is_open and _are_left(first.built, built, picks.frame.cell):
+    if first is not None and built.is_open and _are_left(first.built, built, cell):
         closed = first
     return replace(closed, n_cut=n_cut)
 
@@ -314,36 +317,30 @@ def _next_length(fault: TriSurface, side: str, before: float | None, cell: float
     return length if length <= most else None
 
 
-def rebuilt_of(
-    picks: Picks | Scattered,
-    surfaces: Sequence[TriSurface],
-    trims: Trims,
-    noise: float | None,
-    filling: Filling,
-    highest: int,
-) -> Rebuilt:
+def rebuilt_of(data: Data, surfaces: Sequence[TriSurface], trims: Trims, highest: int) -> Rebuilt:
     """Heights of all nodes, once more where blocks at a fault without data were filled."""
+    picks, other = data.picks, data.other
     meshes = [mesh_in_frame(surface, picks.frame) for surface in surfaces]
 
     def again(picks: Picks | Scattered) -> Rebuilt:
-        return rebuild(solver_of(picks, meshes, trims, noise, filling.carry, highest))
+        return rebuild(solver_of(picks, meshes, trims, data.noise, data.carry, highest))
 
     # blocks at a fault without data are known only once heights have shown which nodes stay empty
     filled: list[dict] = []
     rebuilt, pinched = again(picks), np.empty(0, dtype=np.int64)
     missing = missing_blocks(picks, rebuilt.state, meshes)
     # Once is enough: what is filled has data afterwards.
-    if missing and filling.carry:
+    if missing and data.carry:
         picks, filled = continued(picks, missing)
         rebuilt = again(picks)
         missing = missing_blocks(picks, rebuilt.state, meshes)
-    while filling.other is not None and (missing or len(rebuilt.state.stray)):
+    while other is not None and (missing or len(rebuilt.state.stray)):
         # block by block: the one beyond the next fault shows once the first has heights
-        more = nodes_to_stand_in(picks, rebuilt.state, missing, meshes, filling.other)
+        more = nodes_to_stand_in(picks, rebuilt.state, missing, meshes, other)
         if not len(more):
             break
         pinched = distinct(pinched, more)
-        picks = stood_in(picks, more, filling.other)
+        picks = stood_in(picks, more, other)
         rebuilt = again(picks)
         missing = missing_blocks(picks, rebuilt.state, meshes)
     # Blocks that were neither filled nor pinched out are an error with their place.
@@ -429,13 +426,7 @@ def plan_of(closed: Closed, loss: float, searched: bool) -> TearPlan:
     )
 
 
-def close_as_planned(
-    picks: Picks | Scattered,
-    faults: Sequence[TriSurface],
-    plan: TearPlan,
-    noise: float | None,
-    filling: Filling,
-) -> Closed | None:
+def close_as_planned(data: Data, faults: Sequence[TriSurface], plan: TearPlan) -> Closed | None:
     """Rebuild heights and tear the mesh with the trims and remedies of a plan; it may stay open.
 
     Where holes are left, attempts go on from there until one of them is stuck. None if the plan is
@@ -446,7 +437,7 @@ def close_as_planned(
     GeometryError
         If a block has no data.
     """
-    if not fits(plan, picks, faults):
+    if not fits(plan, data.picks, faults):
         return None
     surfaces, given = tuple(faults), Trims(plan.given_trims)
     trims = Trims(plan.trims, plan.use)
@@ -458,36 +449,33 @@ def close_as_planned(
 
     def is_beyond(stuck: Sequence[Hole]) -> bool:
         """Whether holes that attempts have not changed are a matter for the search."""
-        return any(hole.length > LARGE * picks.frame.cell for hole in stuck)
+        return any(hole.length > LARGE * data.picks.frame.cell for hole in stuck)
 
     # first with the walls of the plan, and traces on its heights
-    if not filling.carry and filling.other is None:
-        known = _on_base_heights(picks, surfaces, plan, noise, trims)
+    if not data.carry and data.other is None:
+        known = _on_base_heights(data, surfaces, plan, trims)
         if known is not None:
             found = closed(*known, is_solved=True)
             if not found.built.is_open:
                 return found
 
     # then from these data alone
-    rebuilt = rebuilt_of(picks, surfaces, trims, noise, filling, plan.order)
+    rebuilt = rebuilt_of(data, surfaces, trims, plan.order)
     refuse_empty_blocks(rebuilt.picks, rebuilt.state, [surface.name for surface in surfaces])
     start = repairs_of(plan, rebuilt.state.network)
     return None if start is None else closed(rebuilt, start)
 
 
 def _on_base_heights(
-    picks: Picks | Scattered,
-    surfaces: Sequence[TriSurface],
-    plan: TearPlan,
-    noise: float | None,
-    trims: Trims,
+    data: Data, surfaces: Sequence[TriSurface], plan: TearPlan, trims: Trims
 ) -> tuple[Rebuilt, Repairs] | None:
     """Heights with the walls of a plan and throw that dies where its tears end, and its repairs.
 
     None if it has no heights, if traces are others, or a block has no data.
     """
+    picks = data.picks
     meshes = [mesh_in_frame(surface, picks.frame) for surface in surfaces]
-    known = on_base_heights(solver_of(picks, meshes, trims, noise, highest=plan.order), plan)
+    known = on_base_heights(solver_of(picks, meshes, trims, data.noise, highest=plan.order), plan)
     start = None if known is None else repairs_of(plan, known.state.network)
     if known is None or start is None:
         return None
