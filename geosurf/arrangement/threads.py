@@ -6,17 +6,14 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from threading import Lock
-from typing import TYPE_CHECKING, Any
+from queue import SimpleQueue
+from threading import Lock, Thread
+from typing import Any
 
 import numpy as np
 
 from geosurf.conventions.packages import free_memory
 from geosurf.errors import InputError
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    from concurrent.futures import Executor
-
 
 # ---- room ----------------------------------------
 # Arrays with room for more rows than they have yet, or got.
@@ -136,8 +133,14 @@ def gigabytes(n: int) -> str:
     return f"{n / 1e9:,.0f} GB".replace(",", " ") if n >= 1e10 else f"{n / 1e9:.1f} GB"
 
 
-_LOCK = Lock()
-_waiting: tuple[int, Executor] | None = None  # how many threads wait for work, and they
+# ---- threads ----------------------------------------
+# Threads that wait for tasks, and nothing that a keyboard interrupt could leave behind.
+#
+# An interrupt may come at any moment in the thread that asks: while a thread starts, or while it
+# waits. So threads are daemons, which Python does not wait for at its end; no task depends on one,
+# since who asks does what no thread has begun; and who waits for a task goes on waiting until the
+# task has ended, then raises the interrupt. `concurrent.futures` promises none of these.
+
 _CORES: ContextVar[int | None] = ContextVar("cores", default=None)
 
 
@@ -194,9 +197,11 @@ def map_threads(work: Callable[..., Any], rows: Sequence[tuple], worth: bool = T
     if n <= 1:
         return [work(*row) for row in rows]
     queue = _Rows(work, rows)
-    workers = _workers(n_threads() - 1)
-    helpers = [workers.submit(queue.do_first) for _ in range(n - 1)]
+    helpers: list[Task] = []
     try:
+        _waiting.grow(n_threads() - 1)
+        for _ in range(n - 1):
+            helpers.append(_waiting.submit(queue.do_first))
         queue.do_last()
     finally:  # also after a keyboard interrupt: nothing runs on afterwards
         queue.close()
@@ -277,25 +282,96 @@ class _NoneBehind:
         return True
 
 
-def _workers(n: int) -> Executor:
-    """At least so many threads, which wait for work as long as this process runs.
+class Task:
+    """Work for another thread, which who asked may take back while no thread has begun it."""
 
-    To start a thread for each call would cost a tenth of a millisecond, and a change asks 30 times.
-    """
-    from concurrent.futures import ThreadPoolExecutor  # a tenth of a short process's own imports
+    def __init__(self, work: Callable[[], Any]) -> None:
+        self._work: Callable[[], Any] | None = work
+        self._taken, self._ended = Lock(), False
+        self._news: SimpleQueue[None] = SimpleQueue()
+        self._value: Any = None
+        self._error: BaseException | None = None
 
-    global _waiting
-    with _LOCK:
-        # threads of fewer end once the last call that uses them is over
-        if _waiting is None or _waiting[0] < n:
-            _waiting = n, ThreadPoolExecutor(n, "geosurf")
-        return _waiting[1]
+    def cancel(self) -> bool:
+        """Take it back; False if a thread has begun it."""
+        if not self._taken.acquire(blocking=False):
+            return False
+        self._work, self._ended = None, True  # nobody waits for it
+        return True
+
+    def run(self) -> None:
+        """Do it, in another thread, unless it was taken back."""
+        if self._taken.acquire(blocking=False):
+            with self:
+                self._value = self._work() if self._work else None
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> bool:
+        self._work, self._error, self._ended = None, error, True
+        self._news.put(None)
+        return True  # raised by `result`
+
+    def wait(self) -> None:
+        """Wait for the end of what was begun; a keyboard interrupt is raised then."""
+        stopped: KeyboardInterrupt | None = None
+        while not self._ended:
+            try:
+                self._news.get()
+            except KeyboardInterrupt as interrupt:
+                stopped = interrupt
+        if stopped:
+            raise stopped
+
+    def result(self) -> Any:
+        """Wait for its end, and return its value or raise its error."""
+        self.wait()
+        if self._error:
+            raise self._error
+        return self._value
+
+
+class Threads:
+    """Threads that take tasks one by one, in the order in which these are submitted."""
+
+    def __init__(self) -> None:
+        self._tasks: SimpleQueue[Task | None] = SimpleQueue()
+        self._n, self._lock = 0, Lock()
+
+    def grow(self, n: int) -> None:
+        """Have at least n threads."""
+        with self._lock:
+            while self._n < n:
+                # Counted before: an interrupt while a thread starts costs a thread, nothing else.
+                self._n += 1
+                Thread(target=self._serve, name="geosurf", daemon=True).start()
+
+    def submit(self, work: Callable[[], Any]) -> Task:
+        """Give a task to the next thread that is free."""
+        task = Task(work)
+        self._tasks.put(task)
+        return task
+
+    def end(self) -> None:
+        """Let all threads end after the tasks that they have."""
+        for _ in range(self._n):
+            self._tasks.put(None)
+
+    def _serve(self) -> None:
+        while (task := self._tasks.get()) is not None:
+            task.run()
+            del task  # a waiting thread holds nothing
+
+
+# They live as long as the process: to start a thread takes 0.1 ms, and a change asks 30 times.
+_waiting = Threads()
 
 
 def _have_no_threads() -> None:
     """Forget the threads of the process that this one was forked from: they are not here."""
-    global _LOCK, _waiting
-    _LOCK, _waiting = Lock(), None
+    global _waiting
+    _waiting = Threads()
 
 
 if hasattr(os, "register_at_fork"):
@@ -315,8 +391,8 @@ def in_ranges(n: int, least: int) -> list[tuple[int, int]]:
 
 
 @contextmanager
-def spare_threads(worth: bool = True) -> Iterator[Executor | None]:
-    """Give all threads but the one that asks, as an executor; None if there are none.
+def spare_threads(worth: bool = True) -> Iterator[Threads | None]:
+    """Give all threads but the one that asks; None if there are none.
 
     Examples
     --------
@@ -327,13 +403,15 @@ def spare_threads(worth: bool = True) -> Iterator[Executor | None]:
     if not worth or n_threads() == 1:
         yield None
         return
-    from concurrent.futures import ThreadPoolExecutor
+    spare = Threads()
+    spare.grow(n_threads() - 1)
+    try:
+        yield spare
+    finally:
+        spare.end()
 
-    with ThreadPoolExecutor(n_threads() - 1) as pool:
-        yield pool
 
-
-def in_turn(tasks: Sequence[Callable[[], Any]], spare: Executor | None) -> list[Any]:
+def in_turn(tasks: Sequence[Callable[[], Any]], spare: Threads | None) -> list[Any]:
     """Return what tasks return; spare threads take them from the second one on, when they are free.
 
     What no thread has begun is done here, so no task waits for a thread that is busy with others.
@@ -347,7 +425,12 @@ def in_turn(tasks: Sequence[Callable[[], Any]], spare: Executor | None) -> list[
     if spare is None:
         return [task() for task in tasks]
     later = [spare.submit(task) for task in tasks[1:]]
-    found = [task() for task in tasks[:1]]
-    for task, future in zip(tasks[1:], later, strict=True):
-        found.append(task() if future.cancel() else future.result())
+    try:
+        found = [task() for task in tasks[:1]]
+        for task, given in zip(tasks[1:], later, strict=True):
+            found.append(task() if given.cancel() else given.result())
+    finally:  # nothing runs on after an error
+        for given in later:
+            if not given.cancel():
+                given.wait()
     return found

@@ -5,7 +5,9 @@ from __future__ import annotations
 import os
 import signal
 import threading
+import time
 import weakref
+from functools import partial
 from threading import Barrier, Event
 
 import numpy as np
@@ -108,7 +110,7 @@ def test_rows_are_done_once_and_the_first_error_is_raised(monkeypatch, n):
 def test_threads_wait_for_the_next_call(monkeypatch):
     """No call begins threads of its own; what it was given goes with it, a busy thread or not."""
     monkeypatch.setenv("GEOSURF_THREADS", "2")
-    monkeypatch.setattr(threads, "_waiting", None)
+    monkeypatch.setattr(threads, "_waiting", threads.Threads())
     map_threads(abs, [(1,), (2,)])
     known = set(threading.enumerate())
     release, begun = Event(), Event()
@@ -129,6 +131,54 @@ def test_threads_wait_for_the_next_call(monkeypatch):
     assert gone() is None
     release.set()
     other.join()
+
+
+def test_an_interrupt_while_a_thread_starts_leaves_nothing_behind(monkeypatch):
+    monkeypatch.setenv("GEOSURF_THREADS", "3")
+    monkeypatch.setattr(threads, "_waiting", threads.Threads())
+    start, hit = threading.Thread.start, []
+
+    def interrupted(self):
+        start(self)
+        if not hit:
+            hit.append(self)
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(threading.Thread, "start", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        map_threads(abs, [(-1,), (-2,), (-3,)])
+    assert hit[0].daemon  # Python's end does not wait for it
+    assert map_threads(abs, [(-1,), (-2,), (-3,)]) == [1, 2, 3]
+
+
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="there are no timers")
+@pytest.mark.parametrize("in_turns", [False, True])
+def test_an_interrupt_while_others_work_is_raised_when_they_have_ended(monkeypatch, in_turns):
+    monkeypatch.setenv("GEOSURF_THREADS", "2")
+    begun, ended = Event(), []
+
+    def work(k):
+        if threading.current_thread() is threading.main_thread():
+            begun.wait()
+        else:
+            begun.set()
+            time.sleep(0.3)
+            ended.append(k)
+
+    def asked(spare):
+        if in_turns:
+            return in_turn([partial(work, 0), partial(work, 1)], spare)
+        return map_threads(work, [(0,), (1,)])
+
+    signal.signal(signal.SIGALRM, lambda *_: signal.raise_signal(signal.SIGINT))
+    signal.setitimer(signal.ITIMER_REAL, 0.1, 0.05)  # several interrupts
+    try:
+        with spare_threads() as spare, pytest.raises(KeyboardInterrupt):
+            asked(spare)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+    assert len(ended) == 1
+    assert map_threads(abs, [(-1,), (-2,)]) == [1, 2]
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork")

@@ -42,7 +42,7 @@ from geosurf.model import Certificate, Check, Lattice, Patches, TriSurface, Unit
 from geosurf.model.pieces import Pieces, Strips
 
 if TYPE_CHECKING:  # pragma: no cover - types only
-    from concurrent.futures import Executor
+    from geosurf.arrangement.threads import Threads
 
 
 # ---- by runs ----------------------------------------
@@ -88,7 +88,7 @@ def _same_nodes(p: TriSurface, q: TriSurface, strips: Strips | None) -> bool:
 
 
 def checks_by_runs(
-    patches: Patches, units: Units | None = None, spare: Executor | None = None
+    patches: Patches, units: Units | None = None, spare: Threads | None = None
 ) -> list[Check] | None:
     """The checks of a certificate, without a list of all triangles; None where one is needed.
 
@@ -283,7 +283,7 @@ def _tree_of_all(lattice: Lattice, origin: np.ndarray) -> Tree:
 
 
 def checks_by_triangles(
-    patches: Patches, units: Units | None = None, spare: Executor | None = None
+    patches: Patches, units: Units | None = None, spare: Threads | None = None
 ) -> list[Check]:
     """Check all triangles of shells and of the mesh; threads of `spare` take a part of it."""
     # both halves use these arrays: they are listed once, before threads start
@@ -463,7 +463,7 @@ def certify(
 
 
 def _checks(
-    patches: Patches, units: Units | None, by: str = "runs", spare: Executor | None = None
+    patches: Patches, units: Units | None, by: str = "runs", spare: Threads | None = None
 ) -> list[Check]:
     """The checks of `certify`; threads of `spare` take a part of them."""
     if by == "runs":

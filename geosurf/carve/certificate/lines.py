@@ -22,7 +22,7 @@ from geosurf.kernels.meshes.shells import distances_from_parents
 from geosurf.model import Check, Patches, Units
 
 if TYPE_CHECKING:  # pragma: no cover - types only
-    from concurrent.futures import Executor
+    from geosurf.arrangement.threads import Threads
 
 
 MANY = 100_000  # triangles, from which units and mesh are checked in two threads
@@ -62,7 +62,7 @@ def lines_of_units(
     return [*lines, replace(names, name="names before slivers were merged match")]
 
 
-def lines_of(halves: list[Half], spare: Executor | None) -> list[Check] | None:
+def lines_of(halves: list[Half], spare: Threads | None) -> list[Check] | None:
     """Lines of all halves in their order, or None if one half has no answer."""
     found = in_turn(halves, spare)
     whole = [half for half in found if half is not None]
