@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions.packages import free_memory
+from geosurf.conventions.memory import free_memory
 from geosurf.errors import InputError
 
 # ---- room ----------------------------------------

@@ -18,7 +18,8 @@
 ``running``      what is running, on one line, where somebody watches
 ``card``         what notebooks show of an object: a title and a table
 ``card_map``     a small map on a card
-``packages``     packages that not every installation has; memory that is free
+``memory``       bytes of memory that are free
+``packages``     packages that not every installation has
 ``colours``      colours of units, horizons and faults
 ================ ================================================================
 """

@@ -104,6 +104,11 @@ def unit_in_name(word: str) -> str | None:
     return (match[2].lower() or None) if match else None
 
 
+def unit_of_column(header: list[str] | None, place: int, whole: str | None) -> str | None:
+    """Return the unit of a column: in brackets after its name, else that of the whole file."""
+    return (unit_in_name(header[place]) if header else None) or whole
+
+
 def _without_type(word: str) -> str:
     """A name without the type that Petrel writes before it, as in ``FLOAT,dip``."""
     found = TYPED.fullmatch(word.strip())

@@ -20,6 +20,7 @@ from geosurf.errors import FormatError, InputError
 from geosurf.read._common import Request, is_number, noted, number, read_text
 from geosurf.read._guard import damaged
 from geosurf.read._placed import points_dataset
+from geosurf.read._table import checked_columns
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray as xr
@@ -253,14 +254,8 @@ def _curves(path: Path, names: list[str], columns: Any) -> dict[str, int]:
     """Places of the curves of x, y, z and measured depth."""
     header = [name.lower() for name in names]
     spellings = dict(CURVES)
-    if columns is not None:
-        words = [str(word).strip().lower() for word in columns]
-        if isinstance(columns, str) or len(words) != 3:
-            raise InputError(
-                f"{path}: columns is {columns!r}, expected the names of three curves, as in "
-                "columns=('X', 'Y', 'TVDSS')."
-            )
-        spellings |= {key: (word,) for key, word in zip("xyz", words, strict=True)}
+    given = checked_columns(columns, ("easting", "northing", "z"), "('X', 'Y', 'TVDSS')")
+    spellings |= {key: (str(word),) for key, word in zip("xyz", given or (), strict=False)}
     at = {
         key: next((header.index(word) for word in usual if word in header), None)
         for key, usual in spellings.items()

@@ -21,7 +21,14 @@ from geosurf.model import FaultSticks
 from geosurf.read._common import Request, check_name, chosen, is_number, noted, number, read_text
 from geosurf.read._guard import damaged
 from geosurf.read._placed import points_dataset, refuse_columns
-from geosurf.read._table import END_MARK, Table, checked_decimal, named_column, read_table
+from geosurf.read._table import (
+    END_MARK,
+    Table,
+    checked_columns,
+    checked_decimal,
+    named_column,
+    read_table,
+)
 from geosurf.read._tops_layout import Layout, layout_of
 from geosurf.read.features import features
 
@@ -177,13 +184,10 @@ def _places(path: Path, layout: Layout, columns: Any) -> list[int]:
     header = [word.lower() for word in layout.header or ()]
     if columns is None:
         return [named_column(path, header, axis) for axis in "xyz"]
-    words = [str(word).strip().lower() for word in columns]
-    if isinstance(columns, str) or len(words) != 3 or not set(words) <= set(header):
-        raise InputError(
-            f"{path}: columns is {columns!r}, expected three names among {', '.join(header)}, as "
-            "in columns=('X', 'Y', 'Z')."
-        )
-    return [header.index(word) for word in words]
+    words = checked_columns(columns, ("easting", "northing", "z"), "('X', 'Y', 'Z')")
+    if not set(words or ()) <= set(header):
+        raise InputError(f"{path}: columns is {columns!r}, expected names of {', '.join(header)}.")
+    return [header.index(str(word)) for word in words or ()]
 
 
 def _column(words: list[str]) -> np.ndarray:

@@ -25,7 +25,7 @@ from geosurf.read._common import (
 )
 from geosurf.read._guard import damaged
 from geosurf.read._table import checked_columns, checked_decimal
-from geosurf.read._tops_layout import Layout, layout_of, plain_name, unit_in_name
+from geosurf.read._tops_layout import Layout, layout_of, plain_name, unit_of_column
 from geosurf.read.las import tops_of_las
 from geosurf.read.registry import detect, refuse_foreign
 from geosurf.warning import warn
@@ -196,7 +196,7 @@ def read_tops(
     if wells is not None:
         paths = paths_with_depths(wells)
         places = _places(path, layout, columns, OF_PATHS)
-        unit = _declared_unit(layout, places["md"])
+        unit = unit_of_column(layout.header, places["md"], layout.length_unit)
         scale = agreed_scale(unit, length_unit, "m", f"{path.name}: measured depths")
         return _dataset(path, layout, places, scale, sign, paths)
     places = _places(path, layout, columns)
@@ -204,7 +204,7 @@ def read_tops(
 
     # Petrel writes elevations; nobody else states it
     default = otherwise({"positive": "up"})["positive"] if layout.petrel else None
-    unit = _declared_unit(layout, places["z"])
+    unit = unit_of_column(layout.header, places["z"], layout.length_unit)
     # what a caller assumes gives way to it
     asked = None if isinstance(positive, Otherwise) and layout.petrel else positive
     scale = agreed_sign(None, asked or default, what)
@@ -266,12 +266,6 @@ def _places(path: Path, layout: Layout, columns: Any, usual: Usual = USUAL) -> P
             )
         found[key] = at[0]
     return found
-
-
-def _declared_unit(layout: Layout, place: int) -> str | None:
-    """Unit of a column: in brackets after its name, else that of the whole file."""
-    own = unit_in_name(layout.header[place]) if layout.header else None
-    return own or layout.length_unit
 
 
 # ------------------------------------------------------------------------- rows

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.conventions import is_number, is_word, number_text, real_numbers
-from geosurf.conventions.packages import give_back_memory, need_views
+from geosurf.conventions.memory import give_back_memory
+from geosurf.conventions.packages import need_views
 from geosurf.errors import InputError, OutputError
 from geosurf.files.atomic import write_whole
 from geosurf.model import Curves, TriSurface, VoxelSearch

@@ -10,7 +10,7 @@ import pytest
 
 from geosurf import intersect_surfaces
 from geosurf.arrangement import search, threads
-from geosurf.conventions import packages as memory
+from geosurf.conventions import memory
 from geosurf.errors import InputError
 from tests import laws
 from tests.growth import fan, grid, seam

@@ -194,6 +194,7 @@ def test_paths_go_straight_into_intervals_and_pictures(tmp_path):
         ("X,Y,Z,MD\n1,2,3,4\n1,2,x,5\n", {"positive": "up"}, "line 3: found 'x'"),
         ("1,2,3,4\n1,2,4,5\n", {"positive": "up"}, "Give the columns"),
         (TABLE, {}, "depth or elevation"),
+        ("Well,MD,X,Y,Z\n", {"positive": "up"}, "has no points of wells"),
         (TABLE, {"positive": "up", "columns": {"depth": "Z"}}, "the key 'depth'"),
         (TABLE, {"positive": "up", "columns": {"md": "MDD"}}, "no column is called 'MDD'"),
         (TABLE, {"positive": "up", "heads": 3}, "heads is a int"),

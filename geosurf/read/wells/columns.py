@@ -110,6 +110,15 @@ def trace_of(path: Path, decimal: str, numbered: bool) -> Trace:
     FormatError
         If the file has no header, no rows, or a row that does not fit.
     """
+    found = _taken_apart(path, decimal, numbered)
+    if not found.rows:
+        raise damaged(f"{path}: the file has no points of wells")
+    check_widths(path, found.header, found.rows)
+    return found
+
+
+def _taken_apart(path: Path, decimal: str, numbered: bool) -> Trace:
+    """The file as it is, by its layout."""
     key = detect(path)
     if key == "rms_well":
         return _rms(path)
@@ -127,9 +136,7 @@ def trace_of(path: Path, decimal: str, numbered: bool) -> Trace:
             f"{len(words)} values. Give the columns, counted from 1, as in columns={{'md': 1, "
             "'x': 2, 'y': 3, 'z': 4}."
         )
-    found = Trace("table", header or [], layout.rows)
-    check_widths(path, found.header, found.rows)
-    return found
+    return Trace("table", header or [], layout.rows)
 
 
 def _commented_header(lines: list[str]) -> list[str] | None:
@@ -176,7 +183,6 @@ def _petrel(path: Path, lines: list[str]) -> Trace:
             f"{path}: the well trace has no line with names of columns and rows below it, such as "
             "'MD X Y Z TVD DX DY AZIM_TN INCL DLS AZIM_GN'"
         )
-    check_widths(path, found.header, found.rows)
     return found
 
 
@@ -192,11 +198,7 @@ def _rms(path: Path) -> Trace:
     if len(logs) < count or not all(logs):
         raise damaged(f"{path}, line 4: the header announces {count} logs, but not each has a line")
     rows = [(i, text.split()) for i, text in enumerate(lines, start=1) if text and i > 4 + count]
-    found = Trace("well of RMS", ["x", "y", "z", *logs], rows, " ".join(words[:n]))
-    if not rows:
-        raise damaged(f"{path}: the well has no points below its header")
-    check_widths(path, found.header, found.rows)
-    return found
+    return Trace("well of RMS", ["x", "y", "z", *logs], rows, " ".join(words[:n]))
 
 
 # ------------------------------------------------------------------- ResInsight
@@ -240,8 +242,6 @@ def _sections(path: Path, lines: list[str]) -> Trace:
             )
         else:
             rows.append((i, [well, *words]))
-    if not rows:
-        raise damaged(f"{path}: the wells have no points")
     header = ["well", "x", "y", "z", "md"]
     return Trace("wells of ResInsight", header, rows, positive="down")
 

@@ -12,11 +12,11 @@ import numpy as np
 from geosurf.conventions import counted, elevation_sign, metres_per_unit
 from geosurf.errors import FormatError, InputError
 from geosurf.model.expected import path_of
-from geosurf.read._common import Request, agreed_scale, agreed_sign, noted
+from geosurf.read._common import Request, agreed_scale, noted
 from geosurf.read._guard import damaged
 from geosurf.read._placed import points_dataset, refuse_columns
 from geosurf.read._table import checked_decimal
-from geosurf.read._tops_layout import plain_name, unit_in_name
+from geosurf.read._tops_layout import plain_name, unit_of_column
 from geosurf.read.las import path_of_las
 from geosurf.read.registry import detect, refuse_foreign
 from geosurf.read.resqml.surfaces import wells_of_resqml
@@ -283,19 +283,13 @@ def read_wells(
         _to_metres(path, trace, places, values, Request(positive=positive, length_unit=length_unit))
         noted("wells", f"{len(rows)}, by positions ({trace.kind})")
         return _dataset(path, _by_positions(path, trace, rows, values), trace.crs)
-    unit = _unit(trace, places["md"])
+    unit = unit_of_column(trace.header, places["md"], (trace.units or {}).get("z"))
     values["md"] *= agreed_scale(unit, length_unit, "m", f"{path.name}: measured depths")
     noted("wells", f"{len(rows)}, by minimum curvature from md, inclination, azimuth")
     return _dataset(path, _by_directions(path, trace, rows, values, known), trace.crs)
 
 
 # ----------------------------------------------------------------------- places
-def _unit(trace: Trace, place: int) -> str | None:
-    """Unit of a column of depths: in its name, else of the file."""
-    own = unit_in_name(trace.header[place]) if trace.header else None
-    return own or (trace.units or {}).get("z")
-
-
 def _to_metres(
     path: Path,
     trace: Trace,
@@ -304,15 +298,17 @@ def _to_metres(
     request: Request,
 ) -> None:
     """Turn positions and measured depths into metres, z into elevation."""
+    units = trace.units or {}
     what = f"{path.name}: wells"
     stated = trace.positive or _sign_of_petrel(path, trace, values["z"])
-    scale = agreed_scale(_unit(trace, places["z"]), request.length_unit, "m", what)
-    values["z"] = values["z"] * (scale * agreed_sign(stated, request.positive, what)) + 0.0
+    unit = unit_of_column(trace.header, places["z"], units.get("z"))
+    values["z"] = values["z"] * request.scale(what, positive=stated, unit=unit) + 0.0
     for key in ("x", "y"):
-        unit = unit_in_name(trace.header[places[key]]) if trace.header else None
-        values[key] *= metres_per_unit(unit or (trace.units or {}).get("xy") or "m", what)
+        unit = unit_of_column(trace.header, places[key], units.get("xy"))
+        values[key] *= metres_per_unit(unit or "m", what)
     if "md" in places:
-        values["md"] *= agreed_scale(_unit(trace, places["md"]), request.length_unit, "m", what)
+        unit = unit_of_column(trace.header, places["md"], units.get("z"))
+        values["md"] *= agreed_scale(unit, request.length_unit, "m", what)
 
 
 def _sign_of_petrel(path: Path, trace: Trace, z: np.ndarray) -> str | None:
