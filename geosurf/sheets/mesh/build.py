@@ -350,28 +350,22 @@ class Built:
 
 
 def build(
-    picks: Picks,
+    attempts: Attempts,
     state: Heights,
-    faults: Sequence[TriSurface],
-    rising: bool,
-    carry_on: CarryOn,
     solve_again: SolveAgain,
     at_any_cost: bool = False,
     start: Repairs = NO_REPAIRS,
     needs_more: NeedsMore | None = None,
     is_solved: bool = False,
-    walls: dict[str, np.ndarray] | None = None,
 ) -> Built:
     """Tear the mesh of one horizon, and repair it until its faults close it.
 
     Parameters
     ----------
-    picks, state, faults
-        The horizon, the heights of its nodes with walls, and its faults.
-    rising : bool
-        Whether the diagonals of the lattice rise to the north-east.
-    carry_on : callable
-        Gives the heights of ghosts: see `carry_on_by`.
+    attempts : Attempts
+        New ones.
+    state : Heights
+        Of the nodes, with walls.
     solve_again : callable
         Gives heights in which throw dies where tears end early.
     at_any_cost : bool
@@ -382,28 +376,24 @@ def build(
         Whether holes that attempts have not changed need a longer fault: then the attempts end.
     is_solved : bool
         Whether the heights are those of the ends of tears in `start`.
-    walls : dict, optional
-        See `Built`.
 
     Returns
     -------
     Built
         The first that is closed, or the last attempt.
     """
-    attempts = Attempts(picks, state, faults, rising, carry_on, walls)
-
     # Attempts: solve where ends have changed, tear, cut, then plan repairs from the holes.
     repairs = start
     solved_for: tuple[dict[End, int], tuple[Part, ...]] = ({}, ())
     if is_solved:
         solved_for = start.shortened, start.untorn
-    fewest, since = picks.n_node, 0
+    fewest, since = attempts.frame.shape[0] * attempts.frame.shape[1], 0
     before: list[Sequence[Hole]] = []
     for n_before in range(ROUNDS):
         # heights change with the ends of tears only: rings and level ghosts need no new solve
         if (repairs.shortened, repairs.untorn) != solved_for:
             solved_for = repairs.shortened, repairs.untorn
-            state = die_at_tips(state, repairs, rising, solve_again)
+            state = die_at_tips(state, repairs, attempts.triangles.rising, solve_again)
         built = attempts.cut(state, repairs, n_before + 1)
         if not built.is_open:
             break
@@ -414,7 +404,7 @@ def build(
         if built.is_hopeless and since > HOPELESS:
             break
         before.append(built.cut.holes)
-        stuck = _stuck(before, picks.frame.cell)
+        stuck = _stuck(before, attempts.frame.cell)
         # A fault that is too short cannot be repaired in the mesh: the caller extends it.
         if needs_more is not None and needs_more(stuck):
             break
@@ -453,7 +443,16 @@ Ring = Collection[tuple[int, int]]
 class Attempts:
     """Attempts to close one sheet: what stays the same in all, and what they have found out.
 
-    For the arguments, see `build`.
+    Parameters
+    ----------
+    picks, state, faults
+        The horizon, heights of its nodes with walls, and its faults.
+    rising : bool
+        Whether the diagonals of the lattice rise to the north-east.
+    carry_on : callable
+        Gives the heights of ghosts: see `carry_on_by`.
+    walls : dict, optional
+        See `Built`.
 
     Attributes
     ----------
@@ -470,7 +469,7 @@ class Attempts:
         faults: Sequence[TriSurface],
         rising: bool,
         carry_on: CarryOn,
-        walls: dict[str, np.ndarray] | None,
+        walls: dict[str, np.ndarray] | None = None,
     ) -> None:
         self.frame, self.faults, self.carry_on, self.walls = picks.frame, faults, carry_on, walls
         self.triangles = Triangles(picks.frame.shape, rising, np.isfinite(state.values))

@@ -44,6 +44,7 @@ from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.lattice.solve import around
 from geosurf.sheets.mesh.build import (
     NO_REPAIRS,
+    Attempts,
     Built,
     NeedsMore,
     Pair,
@@ -368,10 +369,9 @@ def built_of(
         assert isinstance(solver, GridSolver)
         known, order = ghosts_by_picks(picks, weight, solver.grid.mark), solver.noise.order
     carry_on = carry_on_by(picks.frame, weight, known, order)
-    return build(
-        picks, rebuilt.state, surfaces, rising, carry_on, solved_again(rebuilt),
-        at_any_cost, start, needs_more, is_solved,
-    )  # fmt: skip
+    attempts = Attempts(picks, rebuilt.state, surfaces, rising, carry_on)
+    again = solved_again(rebuilt)
+    return build(attempts, rebuilt.state, again, at_any_cost, start, needs_more, is_solved)
 
 
 def solved_again(rebuilt: Rebuilt) -> SolveAgain:

@@ -26,7 +26,7 @@ from geosurf.sheets.faults.slip import Slip, slips_of
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.data import has_fewer_nodes, picks_of
 from geosurf.sheets.lattice.picks import Frame
-from geosurf.sheets.mesh.build import SPARE, Built, build
+from geosurf.sheets.mesh.build import SPARE, Attempts, Built, build
 from geosurf.sheets.mesh.finish import (
     crs_among,
     fault_surfaces,
@@ -329,11 +329,11 @@ def best_attempt(movement: Movement) -> tuple[Attempt, Built | None]:
         if not len(one.state.cuts.node):
             return one, None
         for state in _with_spare_rings(one.state):
-            built = build(
-                movement.picks, state, movement.faults, movement.rising, one.ghosts, one.end_at,
-                walls=one.walls_by_name,
+            attempts = Attempts(
+                movement.picks, state, movement.faults, movement.rising, one.ghosts,
+                one.walls_by_name,
             )  # fmt: skip
-
+            built = build(attempts, state, one.end_at)
             n_cut += built.n_cut
 
             # a closed sheet beats an open one; among these, the one with the fewest links left
