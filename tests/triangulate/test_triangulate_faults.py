@@ -20,18 +20,9 @@ from geosurf.triangulate import (
     triangulate_sticks,
 )
 from geosurf.triangulate.mesh import find_zero_area
+from tests.triangulate.test_triangulate import in_the_world, normals
 
 DIMS = ("down_dip", "along_strike")
-
-
-def in_the_world(surface: TriSurface) -> set:
-    """Triangles as sets of places: what is left when numbering is forgotten."""
-    return {frozenset(map(tuple, corners)) for corners in surface.vertices[surface.triangles]}
-
-
-def normals(surface: TriSurface) -> np.ndarray:
-    a, b, c = np.moveaxis(surface.vertices[surface.triangles], 1, 0)
-    return 0.5 * np.cross(b - a, c - a)
 
 
 # ---- faults --------------------------------------------------------------------------
