@@ -60,9 +60,7 @@ def test_lines_between_end_marks_and_by_number_are_sticks_of_faults(tmp_path):
 DAMAGES = {
     "width": (RMS + "5 6 7 8\n", r"line 6: found 4 values, expected 6"),
     "word": (RMS.replace("30", "3o"), "line 4: found 'UNDEF'|line 4: found '3o'"),
-    "nan": (RMS.replace("30 5.5", "nan 5.5"), "line 4: found 'nan'"),
     "comma": (RMS.replace("30 5.5", "30,5 5.5"), "line 4: found '30,5'"),
-    "cut": (RMS[:-1], "line 5: the last line has no line end"),
     "empty": ("Float dip\n", "no points below its header"),
     "no end": (PETREL.replace("END HEADER\n", ""), "BEGIN HEADER has no END HEADER"),
     "no z": (PETREL.replace("\nZ\n", "\nH\n"), "found 0 columns for z"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import geosurf as gs
-from geosurf.errors import FormatError, InputError
+from geosurf.errors import FormatError
 
 HEAD = "FFASCI 0 0 COMPUTED 0 1.0E+30\nFFATTR 0 0\n"
 LINES = f"{HEAD}-> 1\n0 0 1500\n0 50 1600\n-> 2\n90 0 1500\n95 50 1600\n->\n"
@@ -33,13 +33,6 @@ def test_lines_are_polygons_or_sticks(file):
     assert (fault.name, [len(stick) for stick in fault.sticks]) == ("lines", [2, 2])
     said = gs.info(path)
     assert (said.format, said.read_with) == ("cps3_lines", "read_polygons or read_fault")
-
-
-def test_other_functions_name_what_reads_it(file):
-    with pytest.raises(FormatError, match="'cps3_lines', which read_horizon does not read"):
-        gs.read_horizon(file(LINES), positive="up")
-    with pytest.raises(InputError, match="columns"):
-        gs.read_polygons(file(LINES), positive="up", columns=(1, 2, 3))
 
 
 @pytest.mark.parametrize(

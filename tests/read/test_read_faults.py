@@ -82,7 +82,6 @@ def test_tsurf_properties(tmp_path):
     ("change", "message"),
     [
         (("VRTX 7 9 0", "VRTX 7 9 zero"), r"fault.ts, line 14: found 'zero', expected a number"),
-        (("VRTX 7 9 0", "VRTX 7 9 inf"), r"line 14: found 'inf', expected a finite number"),
         (("VRTX 7 9 0 20", "VRTX 7 9 0"), r"line 14: VRTX has 3 values, expected 4 \(id, x"),
         (("VRTX 7", "VRTX 0"), r"line 14: vertex id 0 occurs twice.*export"),
         (("VRTX 7", "VRTX 7.5"), r"line 14: found '7.5', expected a whole number"),
@@ -153,7 +152,6 @@ def test_sticks(tmp_path):
         (("0 50 1600\n999", "999"), r"F1.pol, line 1: stick 0 .* has 1 point, expected at least 2"),
         (("9 50 1600", "9 fifty 1600"), r"line 5: found 'fifty', expected a number"),
         (("9 50 1600", "9 50"), r"line 5: found 2 values, expected x y z"),
-        (("9 50 1600", "9 nan 1600"), r"line 5: found 'nan', expected a finite number"),
         (("999.0 999.0 999.0\n", ""), r"line 6: the last line is not '999 999 999'.*add that line"),
         ((STICKS, "\n"), r"contains only white space"),
         ((STICKS, "999 999 999\n"), r"the file has end marks only"),
@@ -228,21 +226,14 @@ def test_a_header_says_which_column_is_which(tmp_path, suffix):
 @pytest.mark.parametrize(
     ("name", "text", "message"),
     [
-        ("a.poi", "1 2 3\n1 2\n", r"a.poi, line 2: found 2 values, expected x y z"),
         ("a.poi", "1 2 3\n1 2 3 Top\n", None),
-        ("a.poi", "1 2 3\n1 2 3,5x\n", r"line 2: the comma in '3,5x' may be .*decimal=','"),
-        ("a.poi", "1 2 3\n1 b 3\n", r"line 2: found 'b', expected a number.*Correct"),
-        ("a.poi", "999 999 999\n1 2 3\n", r"line 1: '999 999 999' ends a polyline.*read_fault"),
         ("a.poi", "1 2 3", r"line 1: the last line has no line end"),
-        ("a.poi", " \n", "contains only white space"),
         ("a.poi", "1 2 3\0\n", r"byte 5 is zero, so this is not a text file.*format="),
         ("a.xyz", "X Y Z\n1 2 3\n1 2 3 4\n", r"line 3: found 4 values, expected 3 as in the h"),
         ("a.xyz", "X Y Z\nX Y Z\n1 2 3\n", r"line 2: found 'X', expected a number"),
-        ("a.xyz", "1 2 3\nX Y Z\n", r"line 2: found 'X', expected a number"),
         ("a.xyz", "X Y Z\n", "the file has no points"),
         ("a.csv", "X,Y,W\n1,2,3\n", r"line 1: found 0 columns for z.*Rename"),
         ("a.csv", "X,Y,Z\n1,2\n", r"line 2: found 2 values, expected 3 as in the header"),
-        ("a.csv", "X,Y,Z\n1,2,three\n", r"line 2: found 'three', expected a number"),
         ("a.csv", "X,Y,Z\n", r"the file has no points below the header"),
     ],
 )
@@ -253,28 +244,6 @@ def test_wrong_points_are_named_by_line(tmp_path, name, text, message):
         return
     with pytest.raises(FormatError, match=message):
         gs.read_points(path, positive="up")
-
-
-def test_all_shared_tsurf_files(shared):
-    data = shared / "data"
-    scec = [gs.read_fault(path) for path in sorted((data / "scec_cfm7").glob("*.ts"))]
-    assert len(scec) == 11
-    assert all(500 <= fault.n_triangle <= 9_100 for fault in scec)
-    assert -18_300 < min(fault.bounds[4] for fault in scec) < -18_000
-    sizes = {
-        path.name: [(s.n_vertex, s.n_triangle) for s in read_tsurf(path)]
-        for path in (data / "gocad_small").glob("*.ts")
-    }
-    assert sizes == {
-        "2triangles.ts": [(4, 2)],
-        "Fault_without_crs.ts": [(189, 324)],
-        "sgrid_tsurf.ts": [(4, 2)],
-        "surf2d_multi.ts": [(46, 46), (46, 46)],
-        "ts-2props.ts": [(4, 2)],
-    }
-    fault = gs.read_fault(data / "drogon_xtgeo/faults_ts/F5.ts")
-    assert (fault.n_vertex, fault.n_triangle) == (44, 65)
-    assert fault.bounds[5] < -1400
 
 
 @pytest.mark.parametrize("order", list(itertools.permutations(range(3))))

@@ -114,16 +114,6 @@ def test_local_systems_are_moved_turned_and_scaled(package, turn, down, unit):
         gs.read_horizon(package, name="Top", positive="up" if down == "true" else "down")
 
 
-def test_axes_in_another_order_and_rows_from_the_north(package):
-    local = nodes(gs.read_horizon(package, name="Top"))
-    edited(package, (">easting northing<", ">northing easting<"))
-    top = gs.read_horizon(package, name="Top")
-    found = {tuple(row) for row in nodes(top).reshape(-1, 3).tolist()}
-    assert found == {tuple(row) for row in local[..., [1, 0, 2]].reshape(-1, 3).tolist()}
-    x, y = nodes(top)[..., 0], nodes(top)[..., 1]
-    assert gs.Lattice(x, y, top.values).right_handed
-
-
 def patched(package, local):
     """Divide the mesh of F1 into two patches, with corners counted in each or through both."""
     with h5py.File(package.with_suffix(".h5"), "r+") as file:

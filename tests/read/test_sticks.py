@@ -109,8 +109,6 @@ def test_law_sticks_come_back(tmp_path_factory, faults):
 DAMAGES = {
     "cut": (CHARISMA[:-1], {}, "line 6: the last line has no line end"),
     "word": (CHARISMA.replace("1500.25 F1", "15oo F1", 1), {"format": "charisma"}, "'15oo'"),
-    "nan": (CHARISMA.replace("1700", "nan"), {}, "line 6: found 'nan'"),
-    "comma": (CHARISMA.replace("1700", "1700,5"), {}, "line 6: found '1700,5'"),
     "short": (CHARISMA + "INLINE- 1 2 3 4\n", {}, "line 7: found 'INLINE- 1 2 3 4', expected"),
     "again": (CHARISMA + CHARISMA[:56] + "\n", {}, "'F1 1' continues after another one began"),
     "one": (CHARISMA + "XLINE- 1 2 3 4 5 F9 1\n", {"name": "F9"}, "line 7: stick 0 .* 1 point"),

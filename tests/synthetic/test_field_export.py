@@ -191,13 +191,6 @@ def test_volumes_count_places_in_space(field):
         assert counted == pytest.approx(volume, rel=2e-2), (zone, block)
 
 
-def test_quadrature_is_exact_for_planes():
-    corners = np.array([(0, 0), (4, 0), (4, 3), (2, 1), (0, 3)], dtype=float)
-    x, _, weight = quadrature(corners, 0.05)
-    assert weight.sum() == pytest.approx(8.0, rel=1e-12)
-    assert (weight * x).sum() == pytest.approx(16.0, rel=1e-12)
-
-
 # ---- refusals
 
 

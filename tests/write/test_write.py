@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import math
-import os
 
 import numpy as np
 import pytest
@@ -297,12 +296,6 @@ def test_grids_without_stated_geometry_fit_their_nodes(tmp_path, rotated):
     np.testing.assert_allclose(again.easting.values, part.easting.values, rtol=1e-14)
 
 
-def test_falling_coordinates_are_sorted_before_writing(tmp_path):
-    top = horizon()[::-1, ::-1].T
-    (path,) = gs.write(top, tmp_path / "top.irapasc")
-    np.testing.assert_array_equal(gs.read_horizon(path, positive="up").values, horizon().values)
-
-
 def test_what_float32_loses_is_stated(tmp_path):
     written = gs.write(horizon(), tmp_path / "top.gri")
     assert "float32: nodes moved by up to 0.1" in written.notes[0]
@@ -357,22 +350,6 @@ def test_a_folder_that_cannot_be_written(tmp_path):
     with pytest.raises(OutputError, match="cannot be written"):
         gs.write(units(), tmp_path / "model.vtm")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "model"]
-
-
-def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
-    (path,) = gs.write(surface(), tmp_path / "F1.ts")
-    before = path.read_bytes()
-
-    def full(handle):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(os, "fsync", full)
-    with pytest.raises(OutputError, match=r"No space left on device.*the disk has room"):
-        gs.write(surface(), path)
-    with pytest.raises(OutputError, match="No space left on device"):
-        gs.write(units(), tmp_path / "model.vtm")
-    assert path.read_bytes() == before
-    assert [p.name for p in tmp_path.iterdir()] == ["F1.ts"]
 
 
 def test_real_grids_are_written_as_their_program_wrote_them(tmp_path, shared):
