@@ -7,7 +7,7 @@ torn again. What is still open after that can be closed at any cost (`geosurf.sh
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
 
@@ -99,7 +99,6 @@ MOST = 4.0  # and at most
 LEAST_ALONG, MOST_ALONG = 3.0, 6.0  # cells by which a branch is extended along strike
 
 Longer = dict[int, tuple[Extended, TriSurface]]  # by fault: the list entry and the surface
-Make = Callable[[int, tuple[tuple[str, float], ...]], TriSurface]  # of a fault, longer by lengths
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,19 +169,18 @@ def close(
         If `asking`, where a fault would be extended.
     """
     # faults that are known to be short are extended before the first attempt
-    given, found, cell = tuple(faults), dict[int, Extended](), data.picks.frame.cell
-    surfaces = given
+    surfaces = given = tuple(faults)
+    cell = data.picks.frame.cell
+    extensions = Extensions(given, cell)
     short = {k: Short(frozenset(VERTICAL), given[k].vertices.mean(axis=0)) for k in known_short}
-    # once for each fault and length: attempts ask for the same ones again and again
-    make = cache(lambda number, lengths: extended(given[number], dict(lengths)))
-    more = _lengthened(given, short, found, cell, make)
+    more = extensions.longer(short)
     n_cut = 0
     first: Closed | None = None
     while True:
         if more and asking:
             raise TooShort(_as_needed(more, given, given_trims))
         # each round extends faults next to holes, twice as far as before; MOST ends it
-        found |= {k: one for k, (one, _) in more.items()}
+        extensions.found |= {k: one for k, (one, _) in more.items()}
         surfaces = tuple(more[k][1] if k in more else one for k, one in enumerate(surfaces))
         rebuilt = rebuilt_of(data, surfaces, trims, highest)
         # A block that is empty only because its data were ignored near faults gets some of them
@@ -195,11 +193,11 @@ def close(
         refuse_empty_blocks(rebuilt.picks, rebuilt.state, [one.name for one in surfaces])
         ends = _branch_ends(rebuilt.state)
         # Which faults the holes ask for is tested during the attempts too, so that these end early.
-        asked = partial(_longer, given, surfaces, ends, dict(found), cell, make)
+        asked = partial(extensions.longer_at, surfaces, ends)
         built = built_of(rebuilt, surfaces, needs_more=asked)
         n_cut += built.n_cut
-        extensions = tuple(found.values())
-        closed = Closed(rebuilt, built, surfaces, extensions, trims, given_trims, n_cut)
+        found = tuple(extensions.found.values())
+        closed = Closed(rebuilt, built, surfaces, found, trims, given_trims, n_cut)
         # so many holes are a matter of the data, not of a fault that is too short
         more = asked(built.cut.holes) if built.is_open and not built.is_hopeless else {}
         # Closed, or no fault can be extended any further.
@@ -255,49 +253,64 @@ def _branch_ends(state: Heights) -> dict[int, np.ndarray]:
     return {fault: frame.to_world(np.array(places)) for fault, places in found.items()}
 
 
-def _longer(
-    given: Sequence[TriSurface],
-    surfaces: Sequence[TriSurface],
-    ends: Mapping[int, np.ndarray],
-    before: Mapping[int, Extended],
-    cell: float,
-    make: Make,
-    holes: Sequence[Hole],
-) -> Longer:
-    """Faults to extend because of some holes: `surfaces`, as they are now, end next to them."""
-    return _lengthened(given, too_short(holes, surfaces, REACH * cell, ends), before, cell, make)
+class Extensions:
+    """Longer faults of one sheet, each time twice as far as before.
 
+    Attributes
+    ----------
+    given : sequence of TriSurface
+    cell : float
+        [m]
+    found : dict of int to Extended
+        By fault: how far it is extended now.
+    """
 
-def _lengthened(
-    given: Sequence[TriSurface],
-    short: Mapping[int, Short],
-    before: Mapping[int, Extended],
-    cell: float,
-    make: Make,
-) -> Longer:
-    """Faults that are too short, longer than before; none that cannot be."""
-    found: Longer = {}
-    for number, one in short.items():
-        fault, old = given[number], before.get(number)
-        lengths = {} if old is None else dict(old.lengths)
-        # Twice as far as before at each side, until the most is reached.
-        # in one order: that of a set of words is another one in each run of Python
-        sides = (
-            (side, _next_length(fault, side, lengths.get(side), cell)) for side in sorted(one.sides)
-        )
-        more = {side: length for side, length in sides if length is not None}
-        if not more:
-            continue
+    def __init__(self, given: Sequence[TriSurface], cell: float) -> None:
+        self.given, self.cell = given, cell
+        self.found: dict[int, Extended] = {}
+        # once for each fault and length: attempts ask for the same ones again and again
+        self._made = cache(lambda number, lengths: extended(given[number], dict(lengths)))
 
-        # from the fault as given, not from its last extension: dip lines are continued once
-        lengths |= more
-        try:
-            surface = make(number, tuple(lengths.items()))
-        except GeosurfError:  # its dip lines cross there: another remedy has to do
-            continue
-        place = one.place if old is None else old.place
-        found[number] = Extended(fault.name, lengths, place), surface
-    return found
+    def longer_at(
+        self, surfaces: Sequence[TriSurface], ends: Mapping[int, np.ndarray], holes: Sequence[Hole]
+    ) -> Longer:
+        """Faults to extend because of holes: `surfaces`, as they are now, end next to them."""
+        return self.longer(too_short(holes, surfaces, REACH * self.cell, ends))
+
+    def longer(self, short: Mapping[int, Short]) -> Longer:
+        """Faults that are too short, longer than before; none that cannot be."""
+        found: Longer = {}
+        for number, one in short.items():
+            old = self.found.get(number)
+            lengths = {} if old is None else dict(old.lengths)
+            # Twice as far as before at each side, until the most is reached.
+            # in one order: that of a set of words is another one in each run of Python
+            sides = (
+                (side, self._next(number, side, lengths.get(side))) for side in sorted(one.sides)
+            )
+            more = {side: length for side, length in sides if length is not None}
+            if not more:
+                continue
+
+            # from the fault as given, not from its last extension: dip lines are continued once
+            lengths |= more
+            try:
+                surface = self._made(number, tuple(lengths.items()))
+            except GeosurfError:  # its dip lines cross there: another remedy has to do
+                continue
+            place = one.place if old is None else old.place
+            found[number] = Extended(self.given[number].name, lengths, place), surface
+        return found
+
+    def _next(self, number: int, side: str, before: float | None) -> float | None:
+        """By how much a fault is extended at a side next [m]; None if it cannot be longer."""
+        # Along the dip in shares of the fault's height, along strike in cells.
+        low, high = self.given[number].bounds[4:]
+        least, most = LEAST * float(high - low), MOST * float(high - low)
+        if side not in VERTICAL:
+            least, most = LEAST_ALONG * self.cell, MOST_ALONG * self.cell
+        length = least if before is None else 2.0 * before
+        return length if length <= most else None
 
 
 def _as_needed(more: Longer, given: Sequence[TriSurface], trims: Trims) -> NeededFaults:
@@ -305,17 +318,6 @@ def _as_needed(more: Longer, given: Sequence[TriSurface], trims: Trims) -> Neede
     faults = {one.fault: surface for one, surface in more.values()}
     by_name = {fault.name: trim for fault, trim in zip(given, trims.of_fault, strict=True)}
     return NeededFaults(tuple(one for one, _ in more.values()), faults, by_name)
-
-
-def _next_length(fault: TriSurface, side: str, before: float | None, cell: float) -> float | None:
-    """By how much a fault is extended at a side next [m]; None if it cannot be longer."""
-    # Along the dip in shares of the fault's height, along strike in cells.
-    height = float(fault.bounds[5] - fault.bounds[4])
-    least, most = LEAST * height, MOST * height
-    if side not in VERTICAL:
-        least, most = LEAST_ALONG * cell, MOST_ALONG * cell
-    length = least if before is None else 2.0 * before
-    return length if length <= most else None
 
 
 def rebuilt_of(data: Data, surfaces: Sequence[TriSurface], trims: Trims, highest: int) -> Rebuilt:
