@@ -29,8 +29,8 @@ from geosurf.read._table import (
     named_column,
     read_table,
 )
-from geosurf.read._tops_layout import Layout, layout_of
 from geosurf.read.features import features
+from geosurf.read.tops import Layout, layout_of
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray as xr

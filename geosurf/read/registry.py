@@ -68,7 +68,7 @@ _TABLE: dict[str, tuple[str, str, str, dict[str, str]]] = {
     "tsurf": ("GOCAD TSurf", ".ts", "gocad", dict.fromkeys(_MESH, "read_gocad")),
     "vtp": ("VTK XML", ".vtp", "vtp", dict.fromkeys(_MESH, "read_vtp")),
     "vtk": ("legacy VTK", ".vtk", "vtk_legacy", dict.fromkeys(_MESH, "read_vtk")),
-    "gltf": ("glTF", ".glb .gltf", "gltf", dict.fromkeys(_MESH, "read_gltf")),
+    "gltf": ("glTF", ".glb .gltf", "mesh", dict.fromkeys(_MESH, "read_gltf")),
     "mesh": ("other meshes", ".vtu .vtk .obj .stl .ply .off .msh .inp", "mesh",
              dict.fromkeys(_MESH, "read_mesh")),
     "resqml": ("RESQML 2.0.1", ".epc", "resqml.surfaces",

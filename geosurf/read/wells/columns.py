@@ -14,8 +14,8 @@ from geosurf.conventions import did_you_mean, metres_per_unit, real_numbers
 from geosurf.errors import FormatError, InputError
 from geosurf.read._common import COMMA, is_number, noted, number, read_text
 from geosurf.read._guard import damaged
-from geosurf.read._tops_layout import COMMENTS, check_widths, layout_of, plain_name, unit_in_name
 from geosurf.read.registry import detect
+from geosurf.read.tops import COMMENTS, check_widths, layout_of, plain_name, unit_in_name
 from geosurf.read.tops import USUAL as OF_TOPS
 
 # ---- names ----------------------------------------

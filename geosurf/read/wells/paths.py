@@ -16,10 +16,10 @@ from geosurf.read._common import Request, agreed_scale, noted
 from geosurf.read._guard import damaged
 from geosurf.read._placed import points_dataset, refuse_columns
 from geosurf.read._table import checked_decimal
-from geosurf.read._tops_layout import plain_name, unit_of_column
 from geosurf.read.las import path_of_las
 from geosurf.read.registry import detect, refuse_foreign
 from geosurf.read.resqml.surfaces import wells_of_resqml
+from geosurf.read.tops import plain_name, unit_of_column
 from geosurf.read.wells.columns import (
     PLACES,
     SURVEY,
