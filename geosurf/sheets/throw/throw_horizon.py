@@ -122,24 +122,6 @@ def throw_horizon(
     >>> [bool(np.allclose(sheet.cuts[f].throw, t)) for f, t in (("F1", 60.0), ("F2", 40.0))]
     [True, True]
     """
-    movement, crs = _movement(
-        horizon, faults, throw, name, reach, hanging_wall, direction, positive, length_unit
-    )
-    return replace(_sheet(movement), crs=crs, fewer_nodes=has_fewer_nodes(horizon))
-
-
-def _movement(
-    horizon: Any,
-    faults: Mapping[str, Any] | Sequence[TriSurface],
-    throw: Mapping[str, Any],
-    name: str | None,
-    reach: float | Mapping[str, float] | None,
-    hanging_wall: float | Mapping[str, float],
-    direction: str | Mapping[str, str],
-    positive: str | None,
-    length_unit: str | None,
-) -> tuple[Movement, str | None]:
-    """How the faults move a horizon, and its coordinate reference system."""
     # the horizon before faulting: one value per node of a lattice
     surfaces = fault_surfaces(faults)
     picks = picks_of(horizon, name, positive, length_unit)
@@ -176,7 +158,8 @@ def _movement(
     mine = [torn_by[slip.section.name] for slip in slips]
     across = dict.fromkeys(throw, direction) if isinstance(direction, str) else direction
     turning = [across.get(fault.name, "local") == "local" for fault in mine]
-    return movement_of(picks, mine, slips, turning, sizes), crs
+    made = _sheet(movement_of(picks, mine, slips, turning, sizes))
+    return replace(made, crs=crs, fewer_nodes=has_fewer_nodes(horizon))
 
 
 def _check_names(
