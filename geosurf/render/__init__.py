@@ -35,8 +35,6 @@ from geosurf.lazy import lazily
 
 if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type checkers
     from geosurf.render.compose import render_place as render_place
-    from geosurf.render.compose import render_search as render_search
-    from geosurf.render.compose import render_surfaces as render_surfaces
     from geosurf.render.section import render_grid_section as render_grid_section
     from geosurf.render.views import VIEWS as VIEWS
 else:

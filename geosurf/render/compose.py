@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import is_number, is_word, number_text, real_numbers
+from geosurf.conventions import is_number, number_text, real_numbers
 from geosurf.conventions.memory import give_back_memory
 from geosurf.conventions.packages import need_views
 from geosurf.errors import InputError, OutputError
@@ -218,86 +218,27 @@ FAULT_OPACITY = 0.7
 MAX_VOXEL_SHOWN = 4000
 
 
-def render_search(
-    surface_a: TriSurface,
-    surface_b: TriSurface,
-    search: VoxelSearch,
-    curves: Curves | None,
-    path: str | os.PathLike[str],
-    *,
-    view: str = "southwest",
-    size: tuple[int, int] = SIZE,
-    exaggeration: float | None = None,
-    title: str = "Voxel search for intersection lines",
-    style: PictureStyle | None = None,
-) -> Path:
-    """Draw how the voxel search finds an intersection line: few triangles remain to be tested.
+def show_search(
+    first: TriSurface, second: TriSurface, search: VoxelSearch, curves: Curves
+) -> Content:
+    """Return how the voxel search finds an intersection line: few triangles remain to be tested.
 
-    Parameters
-    ----------
-    surface_a, surface_b : TriSurface
-        Surfaces of the search, drawn semi-transparent; their candidate triangles are solid.
-    search : VoxelSearch
-    curves : Curves or None
-        The intersection lines, drawn in red.
-    path : path-like
-        A ``.png`` file; its folder is created.
-    view, size, exaggeration, title, style
-        As in `render_surfaces`.
-
-    Returns
-    -------
-    Path
-
-    Raises
-    ------
-    InputError
-        If the search does not belong to these surfaces.
-    OutputError, DependencyError
-        As `ScenePlots.view`.
-    """
-    content = show_search(surface_a, surface_b, search)
-    if curves is not None:
-        content += show_curves(curves, palette.ACCENT, 3.6, {surface_a.name, surface_b.name})
-    written: Path = draw_picture(
-        content, path, title=title, view=view, size=size, exaggeration=exaggeration, style=style
-    )
-    return written
-
-
-def show_search(first: TriSurface, second: TriSurface, search: VoxelSearch) -> Content:
-    """Return both surfaces semi-transparent and their candidate triangles in full colour.
+    Both surfaces are semi-transparent, their candidate triangles solid, and the lines red.
 
     Parameters
     ----------
     first, second : TriSurface
+        Surfaces of the search.
     search : VoxelSearch
-
-    Raises
-    ------
-    InputError
-        If the search refers to triangles that the surfaces do not have.
+    curves : Curves
     """
-    expect(search, VoxelSearch, "render_search takes a VoxelSearch", "pass scene.search(a, b)")
     content = Content()
     pairs = ((first, search.faces_a, 0), (second, search.faces_b, 2))
     for surface, faces, place in pairs:
-        faces = _checked_faces(surface, faces)
         colour = palette.stratum(place) if surface.role != "fault" else palette.fault(0)
         content += _glass_and_candidates(surface, faces, colour)
-    return content + _show_voxels(search)
-
-
-def _checked_faces(surface: TriSurface, faces: np.ndarray) -> np.ndarray:
-    expect(surface, TriSurface, "render_search takes surfaces", "pass those of the search")
-    faces = np.asarray(faces, dtype=np.int64)
-    bad = faces[(faces < 0) | (faces >= surface.n_triangle)]
-    if len(bad):
-        raise InputError(
-            f"the search refers to triangle {bad[0]} of surface {surface.name!r}, which has only "
-            f"{surface.n_triangle} triangles. Pass the surfaces of the search in the same order."
-        )
-    return faces
+    content += _show_voxels(search)
+    return content + show_curves(curves, palette.ACCENT, 3.6, {first.name, second.name})
 
 
 def _glass_and_candidates(surface: TriSurface, faces: np.ndarray, colour: palette.RGB) -> Content:
@@ -357,67 +298,6 @@ def voxel_edges(search: VoxelSearch) -> tuple[np.ndarray, np.ndarray]:
     number = number.reshape(-1, 8)
     edges = np.unique(np.sort(number[:, BOX_EDGES].reshape(-1, 2), axis=1), axis=0)
     return np.asarray(search.lower) + nodes * float(search.size), edges
-
-
-def render_surfaces(
-    surfaces: Iterable[TriSurface],
-    curves: Curves | None = None,
-    *,
-    path: str | os.PathLike[str],
-    view: View = "southwest",
-    size: tuple[int, int] = SIZE,
-    exaggeration: float | None = None,
-    zoom: float = 1.0,
-    colour_by: str = "surface",
-    title: str = "Surfaces",
-    style: PictureStyle | None = None,
-) -> Path:
-    """Draw surfaces and, optionally, their intersection lines.
-
-    Parameters
-    ----------
-    surfaces : iterable of TriSurface
-        Horizons from the youngest to the oldest; they take the colours of the column in this order.
-    curves : Curves, optional
-    path : path-like
-        A ``.png`` file; its folder is created.
-    view, size, exaggeration, zoom, style
-        As in `ScenePlots.view`.
-    colour_by : {"surface", "z"}
-        Horizons in colours of their own, or by elevation with a colour bar.
-    title : str
-
-    Returns
-    -------
-    Path
-
-    Raises
-    ------
-    InputError, OutputError, DependencyError
-        As `ScenePlots.view`.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> ramp = TriSurface("F1", "fault", [[0, 0, 0], [900, 0, 0], [0, 900, 500]], [[0, 1, 2]])
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     render_surfaces([ramp], path=f"{folder}/ramp.png", size=(400, 250)).name
-    'ramp.png'
-    """
-    check_look(view, size, zoom, title, path)
-    style = style_of(style)
-    if not is_word(colour_by, ("surface", "z")):
-        raise InputError(f"colour_by is {colour_by!r}, expected 'surface' or 'z'.")
-    content = show_surfaces(
-        surfaces, by_elevation=colour_by == "z", style=style, size=size, zoom=zoom
-    )
-    if curves is not None:
-        content += show_curves(curves)
-    written: Path = draw_picture(
-        content, path, title=title, view=view, size=size, exaggeration=exaggeration, zoom=zoom,
-        style=style,
-    )  # fmt: skip
-    return written
 
 
 N_BAND = 4  # of a colour bar, between two of its values

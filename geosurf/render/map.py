@@ -324,7 +324,7 @@ def draw_map(
     if not (east > west and north > south):
         raise InputError(
             f"surface {surface.name!r} is vertical, so its map is only a line. "
-            "Draw it with render_surfaces(..., view='south') or another view."
+            "Draw it with scene.plot.view('south') or from another side."
         )
     # axes, colours and contours
     axes, metres_per_pixel = map_axes(sheet, (west, east, south, north))

@@ -22,9 +22,9 @@ from geosurf.errors import GeometryError, GeosurfError, GeosurfWarning, InputErr
 from geosurf.measure.section import check_line
 from geosurf.model.expected import listed, path_of
 from geosurf.model.protocols import MeasuredModel
-from geosurf.render import render_search
 from geosurf.render.backend import views_obstacle
 from geosurf.render.colouring import check_colour_by, selection_of
+from geosurf.render.compose import draw_picture, show_search
 from geosurf.render.overlay import PictureOverlay, overlay_of
 from geosurf.render.picture_style import PictureStyle, style_of
 from geosurf.render.views import (
@@ -268,8 +268,9 @@ def _draw_search(scene: MeasuredModel, first: str, second: str, path: Path, **lo
     found = scene.search(first, second)
     if found is None:
         raise GeometryError("the boxes of its surfaces do not meet.", surfaces=(first, second))
-    both = scene.surface(first), scene.surface(second)
-    render_search(*both, found, scene.curves, path, **look)
+    shown = show_search(scene.surface(first), scene.surface(second), found, scene.curves)
+    title = "Voxel search for intersection lines"
+    draw_picture(shown, path, title=title, view="southwest", **look)
 
 
 def render_pictures(

@@ -13,9 +13,9 @@ from geosurf.render.backend import CHOICE, EGL, OSMESA, Backend, Finding
 
 DRAW = """
 from geosurf.model import TriSurface
-from geosurf.render import render_surfaces
+from geosurf.render import render_place
 ramp = TriSurface("F1", "fault", [[0, 0, 0], [900, 0, 0], [0, 900, 500]], [[0, 1, 2]])
-render_surfaces([ramp], path={path!r}, size=(400, 250))
+render_place([ramp], (300, 300, 166), {path!r}, size=(400, 250))
 """
 
 

@@ -9,7 +9,7 @@ from matplotlib.path import Path
 
 from geosurf.errors import GeosurfWarning
 from geosurf.model import TriSurface
-from geosurf.render import palette, render_surfaces
+from geosurf.render import palette, render_place
 from geosurf.render.allan import draw_allan
 from geosurf.render.compose import plotted
 from geosurf.render.furniture import Sheet, plain_number
@@ -121,7 +121,7 @@ def test_nodes_between_polygons_are_those_that_all_distances_find(seed):
 def test_letters_that_the_font_lacks_are_replaced_and_named_once(tmp_path):
     ramp = TriSurface("\u50a8\u5c42 A", "fault", [[0, 0, 0], [9, 0, 0], [0, 9, 5]], [[0, 1, 2]])
     with pytest.warns(GeosurfWarning, match="lacks: '\u50a8', '\u5c42'") as caught:
-        render_surfaces([ramp], path=tmp_path / "s.png", size=SIZE, title="\u5c42")
+        render_place([ramp], (0, 0, 0), tmp_path / "s.png", size=SIZE, title="\u5c42")
     assert len(caught) == 1
     assert (tmp_path / "s.png").is_file()
 

@@ -5,7 +5,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-import geosurf.render as render
 from geosurf.errors import OutputError
 from geosurf.render import backend, compose, palette, surface_layers, views
 from geosurf.render.backend import draw_layers
@@ -129,7 +128,9 @@ def test_units_are_drawn_apart_in_their_colours(units, tmp_path):
 
 
 def test_the_search_is_explained_in_colour(top, fault, search, curves, tmp_path):
-    path = render.render_search(top, fault, search, curves, tmp_path / "search.png", size=SMALL)
+    shown = compose.show_search(top, fault, search, curves)
+    path = tmp_path / "search.png"
+    compose.draw_picture(shown, path, title="", view="southwest", size=SMALL, exaggeration=None)
     image = pixels(path)
     assert share(image, palette.ACCENT, 0.2) > 0.001
     assert share(image, palette.VOXEL, 0.25) > 0.001
