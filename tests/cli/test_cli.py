@@ -19,7 +19,6 @@ import pytest
 import geosurf as gs
 from geosurf import cli
 from geosurf.cli.console import ExitCode
-from geosurf.cli.scenario_commands import units_data
 from geosurf.conventions import length_text
 from geosurf.errors import InvariantError
 from geosurf.model import Certificate, Check
@@ -180,33 +179,6 @@ def test_curves_of_two_files(folder, tmp_path, capsys):
     assert out.is_file()
 
 
-def test_render_asks_the_scenario_what_it_was_not_told(folder, tmp_path, monkeypatch):
-    drawn = []
-    monkeypatch.setattr(
-        "geosurf.scene.plots.ScenePlots.view", lambda *_, **words: drawn.append(words)
-    )
-    call = ["render", str(folder / "good.toml"), "-o", str(tmp_path / "a.png")]
-    for words in ([], ["--no-clip"], ["--clip", "--exaggeration", "0"]):
-        assert cli.main([*call, *words]) == 0
-    assert [words["clip"] for words in drawn] == [True, False, True]
-    assert drawn[2]["exaggeration"] == 0.0  # refused where it is drawn, never passed over
-    look = ["--camera", "45,30", "--zoom", "2", "--theme", "dark", "--size", "300,200"]
-    assert cli.main([*call, *look, "--only", "Top,F1", "--title", "Here"]) == 0
-    assert drawn[3]["view"] == (45.0, 30.0)
-    assert drawn[3]["only"] == ("Top", "F1")
-    assert drawn[3]["style"].dark
-    assert (drawn[3]["zoom"], drawn[3]["size"], drawn[3]["title"]) == (2.0, (300, 200), "Here")
-    (tmp_path / "W1.xyz").write_text("100 100 -900\n200 100 -1900\n")
-    (tmp_path / "licence.pol").write_text("0 0 0\n900 0 0\n900 900 0\n0 0 0\n999 999 999\n")
-    files = ["--wells", str(tmp_path / "W1.xyz"), "--polygons", f"L={tmp_path}/licence.pol"]
-    assert (
-        cli.main([*call, *files, "--points", f"P={tmp_path}/W1.xyz", "--set", "positive=up"]) == 0
-    )
-    over = drawn[4]["overlay"]
-    assert (list(over.wells), list(over.polygons), list(over.points)) == (["W1"], ["L"], ["P"])
-    assert over.wells["W1"][0].tolist() == [[100, 100, -900], [200, 100, -1900]]
-
-
 # rooms that a model of grids and meshes leaves out without rules and pictures
 NOT_FOR_ALL = (
     *(f"geosurf.{room}" for room in ("ensemble", "grid", "synthetic", "tetrahedra")),
@@ -239,14 +211,6 @@ def test_a_run_without_pictures_loads_only_what_it_needs(tmp_path):
         *("certificate.txt", "curves.vtp", "report", "units", "units.vtm"),
         *("volumes.csv", "volumes.nc"),
     }
-
-
-def test_units_in_json_are_the_rows_of_their_table():
-    world = gs.synthetic.tilted_planes(n=5)
-    units = gs.Scene(world.horizons, world.faults, world.box, contacts={"OWC": -2200.0}).units
-    rows = units.to_dataframe().reset_index().to_dict("records")
-    assert units_data(units) == rows
-    assert [list(row) for row in units_data(units)] == [list(row) for row in rows]
 
 
 def test_doctor_and_warmup(capsys):

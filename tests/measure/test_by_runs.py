@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
-
 import numpy as np
 import pytest
-import xarray as xr
 
 from benchmarks.results import inputs_of
 from geosurf import Scene, TriSurface, carve_units
@@ -73,22 +70,6 @@ def test_sections_of_runs_and_of_triangles_are_the_same(scene, listed, line):
     assert float(one.area.sum()) > 0.0
 
 
-def test_faults_are_measured_without_the_triangles_of_horizons(scene):
-    fresh = Scene(*inputs_of(3, 61, 2))
-    for name in fresh.horizon_names:
-        assert fresh.fault_polygons(name).sizes["line"] == 2
-        assert fresh.throw(name, "F0").sizes["point"]
-    for name in fresh.faults_inside:
-        fresh.juxtaposition(name)
-        fresh.allan(name)
-
-    # what is listed: triangles of the two faults, and no array of all triangles
-    surfaces = [key for key in fresh.units.faces if isinstance(key, int)]
-    assert [fresh.patches.names[i] for i in surfaces] == ["F0", "F1"]
-    assert "triangles" not in fresh.patches.pieces.expanded.__dict__
-    assert "_sorted" not in fresh.units[next(iter(fresh.units))]._shell[0].__dict__
-
-
 def turned_grids(n=41, warp=0.0, holes=False):
     """The same horizons on a grid that is rotated by 33 degrees, warped, or has holes."""
     _, faults, box = inputs_of(3, 5, 2)
@@ -117,33 +98,3 @@ def test_thickness_by_coordinates_and_by_triangles_is_the_same(warp, kind):
             for units in (scene.units, shells)
         )
         assert_same(one.to_dataset(), two.to_dataset())
-
-
-def test_thickness_is_that_of_every_triangle_in_fractions(scene, rng):
-    west, east, south, north = scene.box[:4]
-    feet = rng.uniform((west, south), (east, north), (12, 2))
-    places = xr.Dataset(coords={"northing": ("node", feet[:, 1]), "easting": ("node", feet[:, 0])})
-    found = thickness_map(scene.units, "H00/H01", places)
-    for unit in (u for u in scene.units.values() if u.zone == "H00/H01"):
-        corners = unit.vertices[unit.triangles]
-        for foot, value in zip(feet, found.sel(block=unit.block).values, strict=True):
-            expected = length_inside(corners, foot)
-            assert np.isnan(value) == (expected == 0)
-            assert expected == 0 or abs(float(expected) - value) < 1e-9
-
-
-def length_inside(corners, foot):
-    """Length of a vertical line inside a closed shell, in fractions; no corner is on the line."""
-    low, high = corners[:, :, :2].min(axis=1), corners[:, :, :2].max(axis=1)
-    near = ((low <= foot) & (foot <= high)).all(axis=1)
-    x, y = (Fraction(value) for value in foot.tolist())
-    total = Fraction(0)
-    for t in corners[near].tolist():
-        a, b, c = ([Fraction(v) for v in p] for p in t)
-        of = [
-            (p[0] - x) * (q[1] - y) - (p[1] - y) * (q[0] - x) for p, q in ((b, c), (c, a), (a, b))
-        ]
-        if min(of) > 0 or max(of) < 0:
-            z = sum(w * p[2] for w, p in zip(of, (a, b, c), strict=True)) / sum(of)
-            total += z if min(of) > 0 else -z
-    return total

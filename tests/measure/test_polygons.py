@@ -58,14 +58,6 @@ def test_rings_fill_the_gaps_of_planes(throw, rng):
         assert float(found.map_area.sum()) == pytest.approx(heave, rel=1e-12)
 
 
-def test_scissors_have_a_gap_and_an_overlap_that_touch():
-    found = faulted((-4.0, 4.0), self_intersections=True).fault_polygons("Top")
-    assert sorted(found.kind.values) == ["gap", "overlap"]
-    assert sorted(found.part.values) == [1, 2]
-    one, two = (set(map(tuple, ring.tolist())) for ring in rings_of(found))
-    assert len(one & two) == 1
-
-
 @pytest.fixture(scope="module", params=["X", "Y"])
 def crossing(request):
     """Two faults that move each other, or of which one ends at the other."""
@@ -87,11 +79,3 @@ def test_where_faults_meet_nothing_is_missing_and_nothing_is_there_twice(crossin
     places = rng.uniform((100, 100), (500, 500), (100, 2))
     middle = rng.uniform((250, 250), (350, 350), (100, 2))
     assert_nothing_is_missing(scene, "Top", found, [*places, *middle])
-
-
-def test_rings_do_not_cross_themselves(crossing):
-    _, scene = crossing
-    for ring in rings_of(scene.fault_polygons("Top")):
-        sides = np.linspace(ring.min(axis=0), ring.max(axis=0), 25).T
-        places = np.stack(np.meshgrid(*sides), -1).reshape(-1, 2) + 1e-3
-        assert {winding(ring, place) for place in places} == {0, 1}

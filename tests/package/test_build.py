@@ -71,24 +71,6 @@ def test_a_pure_wheel_is_made_where_it_is_asked_for(hook, monkeypatch):
     assert hook.FrozenKernels(ROOT).dependencies() == []
 
 
-@pytest.mark.parametrize(("target", "version"), [("sdist", "standard"), ("wheel", "editable")])
-def test_what_is_no_wheel_has_no_library(hook, target, version):
-    assert built(hook, target=target, version=version) == ("", PURE)
-
-
-@linux
-def test_unknown_platforms_get_a_pure_wheel(hook, monkeypatch):
-    monkeypatch.setattr(platform, "machine", lambda: "ppc")
-    assert "there are no frozen kernels for linux-ppc" in built(hook)[0]
-    assert hook.FrozenKernels(ROOT).dependencies() == []
-
-
-def test_a_platform_that_is_named_has_to_be_known(hook, monkeypatch):
-    monkeypatch.setenv("GEOSURF_PLATFORM", "beos-ppc")
-    with pytest.raises(ValueError, match="GEOSURF_PLATFORM=beos-ppc is unknown; known are linux"):
-        built(hook)
-
-
 @linux
 def test_without_a_compiler_the_wheel_is_pure_and_says_so(hook, monkeypatch, tmp_path):
     monkeypatch.setenv("PATH", str(tmp_path))
@@ -145,21 +127,6 @@ def test_a_wheel_for_another_platform_is_linked_by_zig(name, hook, monkeypatch, 
     assert data["tag"] == f"py3-none-{TAGS[name]}"
     pins = hook.FrozenKernels(ROOT).dependencies()
     assert {pin.partition("==")[0] for pin in pins} == {"llvmlite", "numba", "numpy", "ziglang"}
-
-
-@linux
-def test_the_build_is_pinned(hook):
-    pins = hook.FrozenKernels(ROOT).dependencies()
-    assert sorted(pin.partition("==")[0] for pin in pins) == ["llvmlite", "numba", "numpy"]
-    assert all("==" in pin for pin in pins)
-
-
-@linux
-def test_loader_and_hook_agree(hook):
-    from geosurf.kernels.compile import freeze, sources
-
-    assert hook.NOT_HERE == freeze.NOT_HERE
-    assert ROOT.joinpath(hook.INSIDE) == sources.ROOT / "frozen"
 
 
 def test_every_platform_has_a_runner_that_tries_its_wheel_with_every_python():

@@ -5,7 +5,6 @@ import pytest
 
 from geosurf.model import Lattice, TriSurface
 from geosurf.render import surface_layers
-from geosurf.render.clip import Prism
 from geosurf.render.surface_layers import Shell
 
 
@@ -54,24 +53,6 @@ def test_surfaces_of_a_picture_share_its_triangles():
     assert len(count) == 12
     assert min(count) > 50_000
     assert sum(count) <= surface_layers.MAX_TRIANGLE
-
-
-def test_clipping_keeps_whole_triangles_and_their_points(rng):
-    """Most triangles of a surface need no cut: only those on the walls get new points."""
-    x, y = np.meshgrid(np.arange(41.0), np.arange(41.0))
-    points = np.column_stack([x.ravel(), y.ravel(), rng.uniform(0.0, 1.0, x.size)])
-    lattice = Lattice(x[0], y[:, 0], points[:, 2].reshape(41, 41))
-    triangles = lattice.build_triangles()
-    found, t, _ = Prism((4.3, 30.6, 2.0, 39.0, -1.0, 2.0)).triangles(points, triangles)
-    corners = found[t][:, :, :2]
-    assert (corners.min(axis=(0, 1)) == (4.3, 2.0)).all()
-    assert (corners.max(axis=(0, 1)) == (30.6, 39.0)).all()
-    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    area = 0.5 * (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
-    assert (area > 0).all()
-    assert abs(area.sum() - 26.3 * 37.0) < 1e-9
-    assert len(np.unique(found, axis=0)) == len(found)
-    assert set(np.unique(t).tolist()) == set(range(len(found)))
 
 
 def test_blocks_move_sideways_and_zones_up_and_down(units):

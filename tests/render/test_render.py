@@ -5,7 +5,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from geosurf.errors import OutputError
 from geosurf.render import backend, compose, palette, surface_layers, views
 from geosurf.render.backend import draw_layers
 from geosurf.render.compose import plotted
@@ -143,13 +142,6 @@ def test_map_has_contours_curves_and_elevation_colours(top, curves, tmp_path):
     assert len(np.unique(plain[80:300, 100:450].reshape(-1, 3), axis=0)) > 40
 
 
-def test_maps_have_the_colours_that_faults_have_elsewhere(top, curves, tmp_path):
-    """The second of two faults keeps its colour, also where the first is not on the map."""
-    words = {"curves": curves, "path": tmp_path / "map.png", "size": SMALL}
-    image = pixels(plotted(draw_map, top, faults=["F0", "F1"], **words))
-    assert share(image, palette.fault(1), 0.1) > share(image, palette.fault(0), 0.1) + 3e-4
-
-
 def test_map_is_the_same_twice_and_leaves_pyplot_alone(top, curves, tmp_path):
     import sys
 
@@ -163,18 +155,6 @@ def test_map_is_the_same_twice_and_leaves_pyplot_alone(top, curves, tmp_path):
     two = plotted(draw_map, top, curves, path=tmp_path / "2.png", size=SMALL).read_bytes()
     assert one == two
     assert figures() == before
-
-
-def test_files_that_cannot_be_written_are_named(top, tmp_path):
-    (tmp_path / "file").write_text("in the way")
-    with pytest.raises(OutputError, match=r"file/x\.png.*cannot be written.*Choose a folder"):
-        compose.save_png(b"", tmp_path / "file" / "x.png")
-    with pytest.raises(OutputError, match=r"x\.jpg: pictures are PNG files"):
-        compose.save_png(b"", tmp_path / "x.jpg")
-    (tmp_path / "folder.png").mkdir()
-    with pytest.raises(OutputError, match=r"folder\.png.*cannot be written"):
-        compose.save_png(b"", tmp_path / "folder.png")
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "folder.png"]
 
 
 @pytest.mark.parametrize("n_channel", [3, 4])

@@ -167,19 +167,3 @@ def test_an_overlay_is_drawn_on_views_maps_and_sections(scene, top, curves, tmp_
     for wrong in ({"wells": {"W": [1, 2]}}, {"points": {"P": [[0, 0, np.nan]]}}, {"points": 3}):
         with pytest.raises(InputError):
             PictureOverlay(**wrong)
-
-
-def test_names_of_maps_and_wells_take_the_same_room(top, curves):
-    """No two names of a map lie over each other, whoever draws them."""
-    heads = {f"Well {i}": [[457600 + 15 * i, 6781000, -1700]] for i in range(12)}
-    figure = plotted(draw_map, top, curves, size=(640, 400), overlay=PictureOverlay(wells=heads))
-    figure.canvas.draw()
-    boxes = [
-        text.get_window_extent().extents
-        for text in figure.axes[1].texts
-        if text.get_text().startswith(("Well", "F1"))
-    ]
-    assert 2 < len(boxes) < 13
-    for i, a in enumerate(boxes):
-        for b in boxes[:i]:
-            assert a[2] <= b[0] or b[2] <= a[0] or a[3] <= b[1] or b[3] <= a[1]

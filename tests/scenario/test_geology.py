@@ -163,32 +163,6 @@ centre_elevation_m = -1900
     assert walls[1] - walls[0] > 15.0  # the footwall has risen by three quarters of the throw
 
 
-@pytest.mark.parametrize(
-    ("more", "words"),
-    [
-        (
-            '[[throws]]\nfault = "F7"\nthrow_m = 3',
-            "throws of 'F7': unknown fault 'F7'; name one of",
-        ),
-        (
-            '[[throws]]\nfault = "F1"\nhorizons = ["T"]\nthrow_m = 3',
-            "unknown horizon 'T'; name one",
-        ),
-        ('[[throws]]\nfault = "F1"', "give exactly one of throw_m, profile_m and elliptic_m"),
-        ('[[throws]]\nfault = "F1"\nthrow_m = 3\nhanging_wall = 2', "a number from 0 to 1"),
-        ('[[throws]]\nfault = "F1"\nthrow_m = 3\ncentre_along_m = 0', "centre_along_m needs"),
-        (
-            '[[throws]]\nfault = "F1"\nthrow_m = 3\nhalf_length_m = 9',
-            "half_length_m needs elliptic_m. Add",
-        ),
-        (THROWS + THROWS, "throws of 'F1' are given twice for horizon 'Top'; delete one"),
-    ],
-)
-def test_throws_that_contradict_are_refused(folder, more, words):
-    with pytest.raises(ScenarioError, match=words):
-        read_scenario(scenario(folder, more))
-
-
 TEAR = "[tear]\ntrim_cells = 1.5\n"
 
 

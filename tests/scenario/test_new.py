@@ -10,8 +10,6 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf import cli
-from geosurf.errors import InputError
 from geosurf.scenario import build_scene, read_scenario
 from geosurf.scenario.new import NewScenario, new_scenario
 from geosurf.scenario.new.judge import Found
@@ -68,37 +66,6 @@ def test_a_field_is_recognised_and_its_volumes_are_true(
         scene = build_scene(read_scenario(new.path))
         for key, volume in truth.volumes(scene.aoi).items():
             assert scene.units[key].volume == pytest.approx(volume, rel=0.001)
-
-
-def test_the_console_names_the_line_of_an_open_question(
-    exports: dict[str, FieldTruth], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """Without a name or a file that tells, the direction is asked for; one line answers it."""
-    source = exports["grids"].files["Top"]
-    grid = tmp_path / "surface A.gri"
-    grid.write_bytes(source.read_bytes())
-    folder = tmp_path / "field"
-    assert cli.main(["new", str(folder), str(grid)]) == 0
-    out = capsys.readouterr().out
-    path = folder / "scenario.toml"
-    (question,) = (line for line in out.splitlines() if "needs an answer" in line)
-    number = int(question.split("line ")[1].split(" ")[0])
-    assert "--positive down" in out
-    assert "--positive up" in out
-    with pytest.raises(InputError, match="elevation"):
-        build_scene(read_scenario(path))
-
-    # what the console proposes: that line without its comment sign, or the option
-    lines = path.read_text(encoding="utf-8").splitlines()
-    assert lines[number - 1].startswith('# positive = "down"')
-    lines[number - 1] = lines[number - 1].removeprefix("# ")
-    path.write_text("\n".join(lines), encoding="utf-8")
-    by_hand = build_scene(read_scenario(path)).surface("surface A").vertices
-    again = ["new", str(folder), str(grid), "--positive", "down", "--replace"]
-    assert cli.main(again) == 0
-    by_option = build_scene(read_scenario(path)).surface("surface A").vertices
-    assert (by_hand == by_option).all()
-    assert by_hand[:, 2].max() < 0
 
 
 def test_files_of_every_kind(tmp_path: Path) -> None:

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import gc
-import weakref
-
 import numpy as np
 import pytest
 
@@ -128,19 +125,6 @@ def test_what_is_remembered_knows_each_input(key):
     assert any(one != results[0] for one in results[1:])
 
 
-def test_a_removed_horizon_takes_its_rule_along():
-    ruled = made(start() | {"column": {"Base": "base"}})
-    assert ruled.replace(horizons={"Base": None}).column == {"Top": "conformable"}
-
-
-def test_a_surface_that_crosses_itself_on_another_one_is_split_there():
-    one, two = (made(busy() | {"self_intersections": flag}) for flag in (False, True))
-    assert one.check().ok
-    assert two.check().ok
-    volumes = [sorted(unit.volume for unit in scene.units.values()) for scene in (one, two)]
-    np.testing.assert_allclose(volumes[0], volumes[1], rtol=1e-12)
-
-
 def test_a_body_that_crosses_itself_and_was_not_split_is_refused_with_the_remedy():
     corners = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], dtype=float)
     faces = corners[[(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)]]
@@ -169,18 +153,3 @@ def test_a_sheet_is_not_remembered_with_other_faults():
     with pytest.raises(InputError, match="torn at fault 'F1', which is not in the scene"):
         scene.replace(faults={"F1": None}).surface("Top")
     assert scene.replace(faults={"F1": one}).surface("Top") is scene.surface("Top")
-
-
-def test_results_live_as_long_as_a_scene_that_may_ask_for_them():
-    scene = made(start())
-    first = weakref.ref(scene.patches)
-    twin = scene.replace(faults={"F1": upright(2)})
-    second = weakref.ref(twin.patches)
-    del scene
-    gc.collect()
-    assert first() is not None  # the twin may be changed back
-    assert twin.replace(faults={"F1": upright(1)}).patches is first()
-    del twin
-    gc.collect()
-    assert first() is None
-    assert second() is None

@@ -69,22 +69,6 @@ def test_a_fault_that_dies_divides_the_field_along_the_shortest_join() -> None:
     assert "compartment_of" not in scene(faults).units.table.coords
 
 
-def test_tips_that_face_each_other_share_one_wall_whatever_their_names() -> None:
-    one, two = fault((5, -1), (5, 6), dip=1.0), fault((7, 9), (7, 17), dip=1.0)
-    walled = scene({"F1": one, "F2": two}, True)
-    assert_divided(scene({"F1": one, "F2": two}), walled)
-    (wall,) = walled.virtual_walls
-    assert {wall.facing, wall.side} <= {"start", "end"}
-
-    # the same model with the names swapped, and again
-    again = scene({"F1": two, "F2": one}, True)
-    volumes = [sorted(u.volume for u in s.units.values()) for s in (walled, again)]
-    assert volumes[0] == pytest.approx(volumes[1], rel=1e-13)
-    twice = scene({"F1": one, "F2": two}, True)
-    for name, unit in walled.units.items():
-        assert unit.vertices.tobytes() == twice.units[name].vertices.tobytes()
-
-
 def test_a_contact_may_be_of_one_compartment() -> None:
     faults = {"F1": fault((6, 5), (6, 10))}
     walled = scene(faults, True).replace(contacts={"OWC": {"F1+": -6.0}})

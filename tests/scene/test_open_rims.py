@@ -68,18 +68,3 @@ def test_a_fault_that_stops_short_of_a_side_is_named_with_its_gap(gap):
     assert 1000 - gap * 1.2 < box[3] < 1000 - gap
     assert len(scene.replace(box=box).units) == len(again.units)
     assert len(again.units) == 2 * len(scene.units)
-
-
-@pytest.mark.parametrize(
-    "fault",
-    [
-        wall(),  # across the model
-        wall((-60, 1000)),  # exactly up to the side
-        wall((-60, 700)),  # dies inside
-        wall((100, 1060), (-3000, -1200)),  # below the upper horizon
-        wall((100, 900), (-1400, -1200), 40),  # small, with short edges
-    ],
-)
-def test_faults_that_cross_a_side_or_die_inside_are_quiet(fault):
-    scene = gs.Scene(HORIZONS, {"F1": fault}, BOX)
-    assert [one for one in scene.warnings if one.kind == "rim"] == []

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.errors import GeosurfWarning, InputError
+from geosurf.errors import GeosurfWarning
 from geosurf.scene import result_cache
 from geosurf.scene.result_cache import ResultCache, packed, unpacked
 from geosurf.warning import warn
@@ -155,12 +155,6 @@ def test_a_folder_that_others_can_write_is_not_used(tmp_path):
     with pytest.warns(GeosurfWarning, match="can be written by others"):
         assert stored(ResultCache(tmp_path))[1] == 1
     assert not list(tmp_path.iterdir())
-
-
-def test_a_file_is_no_folder(tmp_path):
-    (tmp_path / "file").touch()
-    with pytest.raises(InputError, match=r"is a file\. Give a folder with cache_dir="):
-        ResultCache(tmp_path / "file")
 
 
 def test_writers_at_once_leave_whole_files(tmp_path):

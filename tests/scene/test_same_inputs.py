@@ -7,7 +7,6 @@ import pytest
 import xarray as xr
 
 from geosurf import FaultSticks, Scene, TriSurface
-from geosurf.errors import GeosurfWarning
 from geosurf.scene.memory import fingerprint
 from tests.scene.small import level
 from tests.strategies import BOX
@@ -33,22 +32,6 @@ def test_inputs_that_differ_in_little_are_not_one(kind):
         sticks = [{"stick": [0, 0, 1, 1]}, {"stick": [0, 1, 2, 3]}]
         one, two = (TriSurface("F1", "fault", quad, faces, vertex_data=d) for d in sticks)
     assert fingerprint(one) != fingerprint(two)
-
-
-def test_the_default_box_given_explicitly_is_the_same():
-    """Another local frame is another result: the certificate compares bytes."""
-    x = np.arange(2000.0, 3001.0, 250.0)
-    top = xr.DataArray(
-        np.full((5, 5), -100.3), dims=("northing", "easting"),
-        coords={"northing": x, "easting": x}, attrs={"units": "m", "positive": "up"},
-    )  # fmt: skip
-    corners = [(500, 500, -300), (500, 3500, -300), (3000, 3500, 300), (3000, 500, 300)]
-    scene = Scene({"Top": top}, {"F1": (corners, [[0, 1, 2], [0, 2, 3]])})
-    with pytest.warns(
-        GeosurfWarning, match=r"'F1' lies close to the model box, but not in it, and is left"
-    ):
-        assert len(scene.units) == 2
-    assert scene.replace(box=scene.box).check().ok
 
 
 def test_an_answer_is_never_that_of_another_question():

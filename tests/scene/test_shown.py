@@ -115,24 +115,3 @@ def test_law_a_view_has_all_lines_of_curves_and_sticks(scene):
     assert sum(lengths[:-1]) == pytest.approx(scene.curves.length)
     assert lengths[-1] == 11.0
     assert len(bodies) == 1 + len(np.unique(scene.curves.surfaces_of_curve, axis=0))
-
-
-def test_a_fault_network_shows_its_faults_and_a_mark_for_each_row():
-    main = [[0, -9, 90], [0, 99, 90], [90, 99, 0], [90, -9, 0]]
-    stub = [[25, -9, 55], [90, -9, 55], [90, 99, 55], [25, 99, 55]]
-    faults = {"F1": (main, [[0, 1, 2], [0, 2, 3]]), NAME: (stub, [[0, 1, 2], [0, 2, 3]])}
-    network = gs.Scene({}, faults, (5, 80, 0, 90, 20, 80)).propose_fault_network()
-    assert "FaultNetwork" in shown(network)
-    assert network._repr_html_().count("<circle") == len(network.rows) > 0
-    bodies = {body.name: body for body in view_of([network]).bodies}
-    assert {"F1", NAME} < set(bodies)
-    for number, row in enumerate(network.rows):
-        body = next(b for name, b in bodies.items() if name.startswith(f"row {number}: "))
-        np.testing.assert_allclose(body.points.mean(axis=0), row.place, atol=1e-9)
-        assert ("Proposal", row.proposal) in body.facts
-    assert "row 0: " in network.show().page
-    assert network.without(0).faults == network.faults
-    bare = gs.FaultNetwork(network.rows)
-    assert bare == network
-    assert "<svg" not in bare._repr_html_()
-    assert len(view_of([bare]).bodies) == len(network.rows)

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.errors import GeometryError, InputError
+from geosurf.errors import GeometryError
 from geosurf.faults import lengthen_fault
 from geosurf.scene.tear_rounds import same, sheets_on
-from geosurf.sheets.faults import tips
 from geosurf.sheets.faults.tips import is_unchanged
 from geosurf.sheets.mesh import tear_ends
 from geosurf.sheets.mesh.tear_ends import TooShort
@@ -105,25 +104,6 @@ def test_a_fault_that_is_longer_far_away_gives_the_same_sheet(world, whole, side
     assert not is_unchanged(sheet, {"F1": fault}, {"F1": short})
 
 
-def test_the_limit_of_twelve_cells_bites(world, whole, monkeypatch):
-    """A fault that grows next to the cut-offs changes heights; a small limit would not see it."""
-    top = world.horizons["Top"]
-    z = np.concatenate([line[:, 2] for line in world.truth["cutoffs"].values()])
-    spared, missed = [], []
-    for cells in (0.25, 1.0, 1.5):
-        low = z.min() - cells * 25.0
-        fault = _between(whole, low, z.max() + 300.0)
-        longer = lengthen_fault(fault, {"down": 300.0}).surface
-        one, other = (gs.tear_horizon(top, [f], name="Top", trim=2) for f in (fault, longer))
-        change = float(np.abs(one.surface.vertices - other.surface.vertices).max())
-        with monkeypatch.context() as patch:
-            spared += [change] if is_unchanged(one, {"F1": fault}, {"F1": longer}) else []
-            patch.setattr(tips, "NEAR", 0.1)
-            missed += [change] if is_unchanged(one, {"F1": fault}, {"F1": longer}) else []
-    assert spared == [0.0]  # what is spared is equal
-    assert 0.05 < max(missed) < 0.2  # a smaller limit would keep heights that are wrong by 0.1 m
-
-
 @pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
 def test_what_another_horizon_needs_far_away_tears_nothing(world, fault):
     """The highest horizon moves down, and then needs the fault no longer than it is."""
@@ -165,37 +145,6 @@ def test_who_asked_at_a_shorter_fault_asks_again_where_this_one_cannot_grow(
     assert all(same(sheet.faults[0], faults["F1"]) for sheet in sheets.values())
 
 
-@pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
-def test_three_horizons_at_a_short_fault_are_torn_once(world, fault):
-    """Top and Base each ask for one side before anything is torn; Middle needs neither."""
-    top = world.horizons["Top"]
-    horizons = {"Top": lowered(top, -40.0), "Middle": top, "Base": lowered(top, 40.0)}
-    log, starts = [], []
-    sheets, faults = sheets_on(
-        {"F1": fault}, dict.fromkeys(horizons, False), make_sheets(horizons, log),
-        untorn(horizons), lambda *step: starts.append(step),
-    )  # fmt: skip
-    assert list(sheets) == list(horizons)
-    assert log == ["(Top)", "(Base)", "Top", "Base", "Middle"]
-    counts = [3, 4, 5, 5, 5]
-    names = ["Top", "Base", "Top", "Base", "Middle"]
-    rows = zip(names, range(1, 6), counts, strict=True)
-    assert starts == [("tear", *row) for row in rows]
-
-    # longer at both sides, and the very surface that each sheet ends on
-    assert faults["F1"].bounds[5] > fault.bounds[5]
-    assert faults["F1"].bounds[4] < fault.bounds[4]
-    assert all(same(sheet.faults[0], faults["F1"]) for sheet in sheets.values())
-    assert gs.Scene(sheets, faults, BOX).check().ok
-
-    # those that asked say so, and are the sheets of the faults as they are now
-    for name, sheet in sheets.items():
-        kinds = [one.kind for one in sheet.report.remedies]
-        assert kinds == ([] if name == "Middle" else ["fault extended"])
-        alone = gs.tear_horizon(horizons[name], [*faults.values()], name=name, trim=2)
-        np.testing.assert_array_equal(sheet.surface.vertices, alone.surface.vertices)
-
-
 def test_a_horizon_is_torn_again_where_the_longer_fault_comes_near(world, whole, fault):
     top = world.horizons["Top"]
     horizons, log = dict.fromkeys(("Top", "Middle", "Base"), top), []
@@ -214,14 +163,3 @@ def test_a_horizon_is_torn_again_where_the_longer_fault_comes_near(world, whole,
     )
     assert log == ["(Top)", "(Base)", "Middle", "Top", "Base"]  # who asks and needs nothing is torn
     assert all(same(sheet.faults[0], faults["F1"]) for sheet in sheets.values())
-
-
-def test_a_scene_says_what_it_begins(world):
-    steps = []
-    scene = gs.Scene(world.horizons, world.faults, tear=2, on_start=lambda *s: steps.append(s))
-    assert scene.replace().units
-    assert ("tear", "Top", 1, 1) in steps
-    assert {stage for stage, *_ in steps} >= {"tear", "rebuild", "carve"}
-    assert sum(stage == "tear" for stage, *_ in steps) == 1
-    with pytest.raises(InputError, match="on_start is 3; give a function"):
-        gs.Scene(world.horizons, on_start=3)
