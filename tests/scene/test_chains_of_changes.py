@@ -36,7 +36,7 @@ CHOICES = {
     "contacts": [{}, {"OWC": 0.5}, {"OWC": {"F1+": 0.5}}, {"OWC": 2.25}],
     "aoi": [None, AOI],
     "extend": [(), ["F2"], {"F1": "down"}],
-    "self_intersections": [False, True],
+    "self_intersections": [True, False],
 }
 
 
