@@ -135,7 +135,10 @@ def test_a_body_that_crosses_itself_and_was_not_split_is_refused_with_the_remedy
     with pytest.raises(GeometryError, match=r"crosses itself.*self_intersections=True") as caught:
         made(inputs).units  # noqa: B018
     assert caught.value.surfaces == ("F3",)
-    assert made(inputs | {"self_intersections": True}).check().ok
+    split = made(inputs | {"self_intersections": True})
+    assert split.check().ok
+    with pytest.raises(GeometryError, match="crosses itself"):  # what is remembered is another
+        split.replace(self_intersections=False).units  # noqa: B018
 
 
 def test_a_sheet_is_not_remembered_with_other_faults():

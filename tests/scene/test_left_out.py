@@ -139,3 +139,11 @@ def test_a_sheet_that_does_not_fold_is_silent_however_it_is_wound(flip):
     if flip:
         faces[::3] = faces[::3, ::-1]
     check_horizon_mesh(gs.TriSurface("T", "horizon", np.column_stack([x, y, x * y]), faces))
+
+
+def test_the_share_of_a_fault_inside_counts_heights(scene):
+    _, _, south, north, bottom, top = scene.box
+    _, _, y_low, y_high, z_low, z_high = scene.surface("F1").bounds
+    share = (north - south) * (top - bottom) / ((y_high - y_low) * (z_high - z_low))
+    assert share < (north - south) / (y_high - y_low)
+    assert scene.coverage["F1"] == pytest.approx(share, abs=0.02)
