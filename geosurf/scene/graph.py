@@ -27,7 +27,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Hashable, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -153,8 +153,12 @@ class Graph:
         """The faults, extended and truncated. Not stored: it refers back to this graph."""
         return FaultStage(
             self.inputs, self.memory, given=self.read.fault,
-            limits=lambda: (self.given_box, self.given_area), extent=lambda: self.extent,
+            limits=self._limits, extent=partial(getattr, self, "extent"),
         )  # fmt: skip
+
+    def _limits(self) -> tuple[Box, np.ndarray | None]:
+        """Box and area as they are given."""
+        return self.given_box, self.given_area
 
     @property
     def ruled_faults(self) -> FaultStage:
@@ -213,6 +217,7 @@ class Graph:
             return None if default is None or default.axis_parallel else default.outline
         if self.inputs.takes_rectangle:
             return None
+        self.read.unchanged("area")
         with self.memory.collecting():
             return opened_outline(self.inputs.aoi)
 
@@ -258,6 +263,7 @@ class Graph:
     @cached_property
     def tops(self) -> Tops | None:
         """Well tops, read from their file; None if the scene has none."""
+        self.read.unchanged("well tops")
         with self.memory.collecting():
             return opened_tops(self.inputs.tops, self.inputs.options)
 
@@ -291,6 +297,8 @@ class Graph:
     @cached_property
     def fluids(self) -> tuple[list[TriSurface], list[FluidContact]]:
         """Surfaces of fluid contacts, and the zones and blocks in which they count."""
+        for name in self.inputs.contacts:
+            self.read.unchanged(name)
         return fluids_of(self.inputs, self.memory, self.box, self.read.crs)
 
     # ---- surfaces -> curves --------------------------------------------------------------

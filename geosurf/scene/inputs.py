@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, NoReturn, TypeVar
 
@@ -99,6 +99,9 @@ class SceneInputs:
         `truncations` by horizons.
     halves : Halves
         Faults that younger ones split; `faults` has the halves.
+    settings : dict
+        Settings by horizon or fault as they were given: what "all" means follows the inputs, and
+        what is stated of an input counts again when the input comes back.
 
     Raises
     ------
@@ -136,10 +139,13 @@ class SceneInputs:
     horizon_rules: tuple[Rule, ...] = field(init=False, repr=False)
     halves: Halves = field(init=False, repr=False)
     given_faults: dict[str, Any] = field(init=False, repr=False)
+    settings: dict[str, Any] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         """Check every input, alone and against the others."""
         # fields are checked, brought into one form and set; from then on the object is frozen
+        settings = {key: _held(getattr(self, key)) for key in _OF_FAULTS + _OF_HORIZONS}
+        self.__dict__.update(settings)
         horizons = self._opened("horizon", as_mapping("horizons", self.horizons))
         faults = self._opened("fault", as_mapping("faults", self.faults))
         if not horizons and not faults:
@@ -207,6 +213,7 @@ class SceneInputs:
             horizon_rules=at_horizons,
             halves=halves,
             given_faults=given,
+            settings=settings,
             extend=read_extend(halves.spread(self.extend), tuple(faults)),
             lengthen=read_lengthen(halves.spread(self.lengthen), tuple(faults)),
         )
@@ -245,11 +252,6 @@ class SceneInputs:
         """What becomes of each horizon in blocks without data, see `filling_by_horizon`."""
         return filling_by_horizon(self.fill_empty_blocks, tuple(self.horizons))
 
-    def _filling_of(self, horizons: Mapping[str, Any]) -> Any:
-        """`fill_empty_blocks`, without horizons that are gone."""
-        fill = self.fill_empty_blocks
-        return only_of(fill, horizons) if isinstance(fill, Mapping) else fill
-
     @property
     def takes_rectangle(self) -> bool:
         """Whether the area is the largest axis-parallel rectangle that all horizons cover."""
@@ -264,9 +266,9 @@ class SceneInputs:
         """
         Return these inputs with some changed.
 
-        `horizons` and `faults` are merged by name, and None as a value removes one. Rules of the
-        column, extensions and truncations of what was removed go with it. All else is replaced;
-        a box also replaces ``aoi="rectangle"``, which proposes one.
+        `horizons` and `faults` are merged by name, and None as a value removes one. What was stated
+        of it counts again when it comes back, and a setting for all counts for what is added. All
+        else is replaced; a box also replaces ``aoi="rectangle"``, which proposes one.
 
         Examples
         --------
@@ -285,50 +287,48 @@ class SceneInputs:
         horizons = exchanged("horizons", self.horizons, changes.get("horizons"))
         faults = exchanged("faults", self.given_faults, changes.get("faults"))
 
-        # rules about surfaces that were removed go with them, unless new ones are given
+        settings = {key: changes.get(key, value) for key, value in self.settings.items()}
         merged = {
             **({"aoi": None} if self.takes_rectangle and changes.get("box") else {}),
-            "column": only_of(self.column, horizons),
-            "truncations": self._of_faults(self.truncations, faults),
-            **self._by_fault(faults, changes.get("truncations", self.truncations)),
-            "fill_empty_blocks": self._filling_of(horizons),
+            **self._of(settings, horizons, faults),
             **changes,
             "horizons": horizons,
             "faults": faults,
         }
         merged.update((key, or_empty(merged[key])) for key in OPTIONAL if key in merged)
-        return replace(self, **merged)
+        made = replace(self, **merged)
+        made.settings.update(settings)
+        return made
 
-    def _of_faults(self, entries: Mapping[str, Any], faults: Mapping[str, Any]) -> dict[str, Any]:
-        """Entries about some faults as given, or about halves of them."""
-        return {
-            name: value
-            for name, value in entries.items()
-            if name in faults or self.halves.whole_of(name) in faults
-        }
+    def _of(
+        self, settings: Mapping[str, Any], horizons: Mapping[str, Any], faults: Mapping[str, Any]
+    ) -> dict[str, Any]:
+        """Settings of some inputs alone: those of others wait until these come back."""
 
-    def _by_fault(self, faults: Mapping[str, Any], truncations: Any) -> dict[str, Any]:
-        """Settings by fault that stay valid for other faults and truncations."""
-        entries = self._of_faults(or_empty(truncations), faults) if self.halves.parts else {}
-        names = halves_of(entries, tuple(faults)).names(tuple(faults))
+        def left(setting: Any, names: Container[str]) -> Any:
+            """A setting of the names that are there; of whole faults where halves are gone."""
+            if isinstance(setting, Mapping):
+                at = {n: n if n in names else self.halves.whole_of(n) for n in setting}
+                return {at[n]: value for n, value in setting.items() if at[n] in names}
+            if isinstance(setting, tuple):
+                return tuple(n for n in setting if n in names)
+            # one name alone, in place of names
+            gone = (
+                isinstance(setting, str) and setting in self.given_faults and setting not in names
+            )
+            return () if gone else setting
 
-        def valid(setting: Any) -> Any:
-            """A setting of faults that are left; of whole ones where halves are gone."""
-            if not isinstance(setting, dict):
-                return setting
-            left = self._of_faults(setting, faults)
-            return {
-                name if name in names else self.halves.whole_of(name): value
-                for name, value in left.items()
-            }
-
-        settings = ("extend", "lengthen", "tear", "compartments")
-        kept = {key: valid(getattr(self, key)) for key in settings}
-        if kept["tear"] == {}:  # trims of faults that are gone; horizons are torn all the same
-            kept["tear"] = "auto"
-        return kept
+        found = {key: left(settings[key], horizons) for key in _OF_HORIZONS}
+        found["truncations"] = left(or_empty(settings["truncations"]), faults)
+        names = {*faults, *halves_of(found["truncations"], tuple(faults)).names(tuple(faults))}
+        found |= {key: left(settings[key], names) for key in _OF_FAULTS if key != "truncations"}
+        if found["tear"] == {}:  # trims of faults that are gone; horizons are torn all the same
+            found["tear"] = "auto"
+        return found
 
 
+_OF_FAULTS = ("truncations", "extend", "lengthen", "tear", "compartments")
+_OF_HORIZONS = ("column", "fill_empty_blocks")
 # as `Scene` and `Scene.replace` call them
 INPUTS = tuple(one.name for one in fields(SceneInputs) if one.init)
 OPTIONAL = ("column", "contacts", "truncations")  # for which `Scene` takes None as well as {}
@@ -419,9 +419,11 @@ def check_scene_tolerance(tolerance: Any, horizons: Mapping[str, Any]) -> float 
     return float(tolerance)
 
 
-def only_of(entries: Mapping[str, Any], names: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the entries that are about some names."""
-    return {name: value for name, value in entries.items() if name in names}
+def _held(setting: Any) -> Any:
+    """A setting that nobody else can change: a mapping or names, else as it is."""
+    if isinstance(setting, Mapping):
+        return dict(setting)
+    return tuple(setting) if isinstance(setting, list | set | frozenset) else setting
 
 
 def exchanged(what: str, inputs: Mapping[str, Any], changes: Any) -> dict[str, Any]:

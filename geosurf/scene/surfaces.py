@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 import os
 import weakref
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
@@ -429,6 +430,7 @@ class InputSurfaces:
         self.inputs, self.memory = inputs, memory
         self.crs: dict[str, str] = {}
         self._fingerprints: dict[str, str] = {}
+        self._marks: dict[str, Hashable] | None = None  # of all inputs, when the first one was read
         self._few: dict[str, TriSurface] = {}  # every k-th node of grids that are too large
         self._known: dict[str, TriSurface] = {}  # those that have been asked for
         self._maps: list[weakref.ref[Lattice]] = []  # as long as somebody holds them
@@ -462,19 +464,21 @@ class InputSurfaces:
         return ("surface", name, kind, content, *self.inputs.options.values(), self.inputs.crs)
 
     def take_over(self, before: InputSurfaces, changes: Mapping[str, Any]) -> None:
-        """Take over what another scene has read of the inputs that a change does not name.
-
-        Files are read again, since they may have changed.
-        """
-        named = {*(changes.get("horizons") or ()), *(changes.get("faults") or ())}
-        old, new = before.inputs, self.inputs
-        for name, found in before._fingerprints.items():
-            one = old.horizons.get(name, old.faults.get(name))
-            same = one is not None and one is new.horizons.get(name, new.faults.get(name))
-            if not same or {name, old.halves.whole_of(name)} & named:
+        """Take over what another scene has read of the inputs that a change does not name."""
+        if before._marks is None:
+            return
+        named = {*changes, *(changes.get("horizons") or ()), *(changes.get("faults") or ())}
+        named |= {*(changes.get("contacts") or ())}
+        old, new = changing(before.inputs), changing(self.inputs)
+        self._marks = {}
+        for name, value in new.items():
+            again = {name, before.inputs.halves.whole_of(name)} & named
+            if again or name not in before._marks or not _is_same(value, old[name]):
+                self._marks[name] = _mark(value, self.memory)
                 continue
-            if not isinstance(one, str | Path | Sheet | tuple | list):
-                self._fingerprints[name] = found
+            self._marks[name] = before._marks[name]
+            if name in before._fingerprints and not isinstance(value, Sheet):
+                self._fingerprints[name] = before._fingerprints[name]
         self.memory.take_over(before.memory, self._fingerprints)
         self._maps = [ref for ref in before._maps if ref() is not None]
 
@@ -489,14 +493,9 @@ class InputSurfaces:
         if role == "horizon" and is_stored(value):
             value = self._from_store(name, value)
 
-        # the content is hashed once: an array that the user changes afterwards does not change the
-        # scene
-        if name not in self._fingerprints:  # once: the scene stands for its inputs as read first
-            if isinstance(value, Sheet):
-                value.surface_among(others)  # with other faults it must not come from memory
-            self._fingerprints[name] = self.memory.hold(value)
-
-        key = self._key(name, role, self._fingerprints[name])
+        if isinstance(value, Sheet) and name not in self._fingerprints:
+            value.surface_among(others)  # with other faults it must not come from memory
+        key = self._key(name, role, self.content(name, value))
         surface = self.memory.get_or_compute(
             "triangulate", name, key,
             lambda: self._in_crs(self._made_of(name, role, value, others)),
@@ -510,6 +509,37 @@ class InputSurfaces:
         if surface.crs is not None:
             self.crs[name] = surface.crs
         return surface
+
+    def content(self, name: str, value: Any) -> str:
+        """Return the fingerprint of an input as it was when the first one was read."""
+        if name not in self._fingerprints:
+            mark = self._marked()[name]
+            if not isinstance(mark, str):
+                self.unchanged(name)
+            found = mark if isinstance(mark, str) else self.memory.hold(value)
+            self._fingerprints[name] = found
+        return self._fingerprints[name]
+
+    def _marked(self) -> dict[str, Hashable]:
+        """What shows that inputs have changed: of all of them, when the first one is read."""
+        if self._marks is None:
+            inputs = changing(self.inputs).items()
+            self._marks = {name: _mark(value, self.memory) for name, value in inputs}
+        return self._marks
+
+    def unchanged(self, name: str) -> None:
+        """Refuse an input that is about to be read, if it has changed since the first one was read.
+
+        A scene is what its inputs were then: a model of old and new data is nobody's.
+        """
+        value = changing(self.inputs)[name]
+        if self._marked()[name] != _mark(value, self.memory):
+            what = f"the file {value}" if isinstance(value, str | Path) else repr(name)
+            raise InputError(
+                f"{what} has changed since this scene read its first input, and the scene would "
+                f"mix old and new data. Make a new scene, geosurf.Scene(...), of the data as they "
+                "are now."
+            )
 
     def _from_store(self, name: str, value: Any) -> Any:
         """A grid of a store in memory; of what is too large every k-th node, or the area."""
@@ -550,6 +580,7 @@ class InputSurfaces:
 
     def _made_of(self, name: str, role: str, value: Any, others: Found | None) -> TriSurface:
         """The surface of an input."""
+        self.unchanged(name)
         if role == "horizon" and self.inputs.tear is not None:
             return self._footprint(name, value)
         made = as_surface(
@@ -573,6 +604,31 @@ class InputSurfaces:
             return value.surface.renamed(name)
         data = opened_horizon(value, self.inputs.options)
         return footprint(name, data, undeclared(data, self.inputs.options))
+
+
+def changing(inputs: SceneInputs) -> dict[str, Any]:
+    """Return all inputs that are read, by name; the tops and the area by the words for these."""
+    named = {**inputs.contacts, **inputs.faults, **inputs.horizons}
+    return {**named, "well tops": inputs.tops, "area": inputs.aoi}
+
+
+def _is_same(one: Any, other: Any) -> bool:
+    """Whether two inputs are one object, or tuples of the same objects."""
+    if isinstance(one, tuple | list) and isinstance(other, tuple | list):
+        return len(one) == len(other) and all(map(operator.is_, one, other))
+    return one is other
+
+
+def _mark(value: Any, memory: Memory) -> Hashable:
+    """What shows that an input has changed; None for what nobody can change, or reads later."""
+    if isinstance(value, str | Path):
+        try:
+            found = Path(value).stat()
+        except OSError:
+            return None  # whoever reads it says what is wrong
+        return found.st_size, found.st_mtime_ns, found.st_ino
+    fixed = isinstance(value, Sheet | TriSurface | FaultSticks | Tops | int | float | type(None))
+    return None if fixed or is_stored(value) else memory.hold(value)
 
 
 def as_surface(

@@ -174,7 +174,7 @@ def _torn(plain: Graph, tear: Tear) -> Made:
 
     # the horizon's content, all faults, and all settings that the sheet depends on
     key: tuple[Hashable, ...] = (
-        "torn", name, memory.hold(value), *map(memory.key_of, faults),
+        "torn", name, plain.read.content(name, value), *map(memory.key_of, faults),
         _as_key(inputs.tear), *inputs.options.values(), tied, plain.plans.get(name),
         tear.fill if isinstance(tear.fill, bool) else memory.key_of(tear.fill.surface),
         tear.asking, *needs_as_key(tear.needed),
@@ -186,6 +186,7 @@ def _torn(plain: Graph, tear: Tear) -> Made:
         from geosurf.sheets.tear import tear_from
         from geosurf.sheets.tie import tied_sheet
 
+        plain.read.unchanged(name)
         data = opened_horizon(value, inputs.options)
         words = {"name": name, "trim": inputs.tear, **undeclared(data, inputs.options)}
         words |= {"fill_empty_blocks": tear.fill, "asking": tear.asking, "needed": tear.needed}

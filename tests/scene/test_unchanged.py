@@ -7,6 +7,7 @@ import gc
 import pickle
 import weakref
 
+import numpy as np
 import pytest
 
 import geosurf as gs
@@ -57,6 +58,80 @@ def test_copies_are_scenes_of_their_own(scene, again):
     assert len(other.units) == 12
     with pytest.raises(InputError, match="cannot be set"):
         other.box = None
+
+
+def test_a_torn_scene_travels_with_its_results(tmp_path):
+    world = gs.synthetic.torn("normal", n=41)
+    box = (100, 900, 100, 900, -2050, -1550)
+    scene = gs.Scene(world.horizons, world.faults, box, tear=True)
+    assert scene.check().ok
+    for other in (pickle.loads(pickle.dumps(scene)), copy.deepcopy(scene)):
+        assert (other.volumes == scene.volumes).all()
+        assert other.replace(contacts={"OWC": -1800.0}).check().ok
+
+
+@pytest.mark.parametrize("of", ["horizon", "arrays of a fault", "file", "area"])
+def test_inputs_that_changed_after_the_first_was_read_are_refused_by_name(tmp_path, of):
+    world = gs.synthetic.graben(n=9)
+    top, base = (world.horizons[name].copy() for name in ("Top", "Base"))
+    fault = gs.triangulate_fault(world.faults["F1"], name="F1")
+    arrays = (np.array(fault.vertices), np.array(fault.triangles))
+    path = tmp_path / "base.nc"
+    base.to_netcdf(path)
+    area = np.array([[500.0, 300], [3500, 300], [3500, 1700], [500, 1700]])
+    scene = gs.Scene({"Top": top, "Base": path if of == "file" else base}, {"F1": arrays}, aoi=area)
+    assert scene.surface("Top").n_triangle == 128
+    if of == "horizon":
+        base += 50.0
+    elif of == "file":
+        (base + 50.0).assign_attrs(base.attrs).to_netcdf(path)
+    elif of == "area":
+        area += 50.0
+    else:
+        arrays[0][:, 0] += 50.0
+    words = {"horizon": "'Base'", "file": "the file .*base.nc", "area": "'area'"}.get(of, "'F1'")
+    with pytest.raises(InputError, match=rf"{words} has changed since .* Make a new scene"):
+        scene.units  # noqa: B018
+
+
+@pytest.mark.parametrize("of", ["file", "arrays of a fault"])
+def test_a_replaced_scene_has_the_data_that_the_first_one_read(tmp_path, of):
+    world = gs.synthetic.graben(n=9)
+    path = tmp_path / "top.nc"
+    world.horizons["Top"].to_netcdf(path)
+    fault = gs.triangulate_fault(world.faults["F1"], name="F1")
+    arrays = (np.array(fault.vertices), np.array(fault.triangles))
+    scene = gs.Scene({"Top": path, "Base": world.horizons["Base"]}, {"F1": arrays}, world.box)
+    before = float(scene.volumes.sel(unit="Top/Base F1+").sum())
+    if of == "file":
+        lifted = world.horizons["Top"] + 20.0
+        lifted.assign_attrs(world.horizons["Top"].attrs).to_netcdf(path)
+    else:
+        arrays[0][:, 0] += 100.0
+    after = scene.replace(contacts={"OWC": -2250.0}).volumes
+    mine = after.where(after["zone"] == "Top/Base", 0.0)
+    assert float(mine.where(after["block"] == "F1+", 0.0).sum()) == pytest.approx(before)
+    named = {"horizons": {"Top": path}} if of == "file" else {"faults": {"F1": arrays}}
+    assert float(scene.replace(**named).volumes.sel(unit="Top/Base F1+")) != before
+
+
+def test_what_a_setting_means_is_kept_as_it_was_given():
+    """Faults and horizons that are added, or come back, have the settings of a fresh scene."""
+    world = gs.synthetic.graben(n=9)
+    for given in (
+        {"extend": True}, {"extend": "F2"}, {"lengthen": 40.0}, {"compartments": ["F1", "F2"]},
+        {"extend": {"F2": "up"}, "column": {"Base": "base"}},
+    ):  # fmt: skip
+        fresh = gs.Scene(world.horizons, world.faults, world.box, **given)
+        fault, horizon = world.faults["F2"], world.horizons["Base"]
+        less = fresh.replace(faults={"F2": None}, horizons={"Base": None})
+        back = less.replace(faults={"F2": fault}, horizons={"Base": horizon})
+        for name in ("extend", "column"):
+            assert getattr(back, name) == getattr(fresh, name)
+        assert back._inputs.lengthen == fresh._inputs.lengthen
+        assert back._inputs.compartments == fresh._inputs.compartments
+        assert "F2" not in less.extend
+        assert less.replace(extend=None).replace(faults={"F2": fault}).extend == {}
 
 
 def test_a_scene_ends_with_its_last_name():
