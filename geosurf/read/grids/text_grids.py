@@ -10,13 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from geosurf.errors import FormatError
-from geosurf.read._common import (
-    TextBlocks,
-    integer,
-    is_number,
-    noted,
-    number,
-)
+from geosurf.read._common import TextBlocks, integer, is_number, noted, number
 from geosurf.read._guard import damaged
 from geosurf.read._placed import crs_of_prj
 from geosurf.read._table import words_per_line
