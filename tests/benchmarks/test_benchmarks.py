@@ -35,8 +35,9 @@ from benchmarks.stats import exponent
 from geosurf import Scene, intersect_surfaces, synthetic
 from geosurf.cli.console import OUR_FAULT
 from geosurf.errors import InputError, OutputError
-from geosurf.synthetic.hills import _BOX as WAVES_BOX
-from geosurf.synthetic.hills import _east_of, _height
+from geosurf.synthetic.hills import _WAVY_BOX as WAVES_BOX
+from geosurf.synthetic.hills import _east_of
+from geosurf.synthetic.hills import _wavy_height as _height
 
 PNG = b"\x89PNG\r\n\x1a\n"
 
