@@ -9,7 +9,7 @@ import geosurf as gs
 from geosurf.errors import HorizonError
 from geosurf.kernels.lattices.lattice_corners import steepest_step
 from geosurf.model import Lattice, TriSurface
-from geosurf.triangulate.spikes import check_spikes
+from geosurf.triangulate.spikes import MARKS, check_spikes, mark_of
 
 CELL = 50.0
 
@@ -57,6 +57,13 @@ def test_marks_are_refused_wherever_they_are(where, shape, mark):
     n = np.count_nonzero(z == mark)
     with pytest.raises(HorizonError, match=rf"'Top': {n} nodes? ha.* no-data value.*grid\.where"):
         check_spikes(SHAPES[shape](z))
+
+
+@pytest.mark.parametrize("unit", [1.0, 0.3048, 1200 / 3937])
+def test_marks_are_known_in_other_units_and_as_depths(unit):
+    for mark in MARKS:
+        assert mark_of(mark * unit) == mark_of(-mark * unit) == mark
+    assert mark_of(-2000.0) is None
 
 
 @pytest.mark.parametrize("where", ["a node", "a corner", "along a rim", "a column"])
