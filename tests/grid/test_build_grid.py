@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
+from geosurf.grid.barriers import Below
 from geosurf.grid.pillars import limited
 
 SIZE = 4000.0
@@ -173,6 +174,15 @@ def test_a_face_on_a_fault_is_between_cells_of_different_blocks(min_dip):
     live = grid.actnum.any(axis=0)
     assert live[j, i].all()
     assert live[j + (axis == 1), i + (axis == 0)].all()
+
+
+def test_a_fault_that_is_folded_below_a_point_is_passed_twice_and_parts_nothing():
+    """Its two limbs lie 10 and 20 m below: from above both, as many crossings as none."""
+    limbs = [[[-9, -9, z], [9, -9, z], [0, 9, z]] for z in (-10.0, -20.0)]
+    inside = np.array([[True, False], [False, True]])
+    below = Below(np.reshape(limbs, (-1, 3)), np.arange(6).reshape(2, 3), inside)
+    levels = np.broadcast_to(np.array([0.0, -15.0, -30.0])[:, None, None], (3, 2, 2))
+    assert below(levels)[:, 0, 0].tolist() == [False, True, False]
 
 
 def test_gentle_faults_are_stair_steps_and_a_warning_names_them():

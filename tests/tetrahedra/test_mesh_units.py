@@ -12,7 +12,7 @@ import geosurf as gs
 from geosurf.errors import DependencyError, GeometryError, InputError, InvariantError
 from geosurf.model import TetMesh, Units
 from geosurf.tetrahedra.boundary import Boundary, boundary_of, with_parts
-from geosurf.tetrahedra.mesh_units import FACES, N_ORDER, fill, refined, regions_of
+from geosurf.tetrahedra.mesh_units import FACES, N_ORDER, fill, flat_parts, refined, regions_of
 
 MODULE = importlib.import_module("geosurf.tetrahedra.mesh_units")
 
@@ -175,6 +175,14 @@ def test_walls_get_few_faces_of_good_shape() -> None:
     flips = refined(wall)
     assert np.array_equal(flips.x, wall.x)
     assert len(flips.faces) == len(wall.faces)
+
+
+def test_the_wings_of_a_folded_wall_are_flat_parts_of_their_own() -> None:
+    x = np.array([[0, 0, 0], [0, 9, 0], [9, 0, 0], [9, 9, 0], [0, 0, 9], [0, 9, 9]], dtype=float)
+    faces = np.array([[0, 2, 1], [1, 2, 3], [0, 1, 4], [1, 5, 4]])
+    parts = flat_parts(x, faces, np.zeros(4, dtype=int), 1.0).of_face
+    assert parts.min() > 0
+    assert parts[0] == parts[1] != parts[2] == parts[3]
 
 
 def test_an_edge_on_which_a_thin_unit_ends_is_not_flipped() -> None:
