@@ -136,10 +136,19 @@ def test_throw_is_the_one_that_is_drawn():
     assert result.volume("Top/Base F1+")[2] == one.units["Top/Base F1+"].volume
 
 
-def test_a_factor_multiplies_a_profile_and_an_ellipse():
+FORMS = {
+    "profile": np.array([[0.0, 20.0], [9000.0, 20.0]]),
+    "map": xr.DataArray(
+        np.full((2, 2), 20.0), {"northing": [-9e3, 9e3], "easting": [-9e3, 9e3]},
+        ("northing", "easting"), attrs={"units": "m"},
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_factor_multiplies_throw_of_every_form(form):
     scene = layer_cake(faults={"F1": fault()})
-    profile = np.array([[0.0, 20.0], [9000.0, 20.0]])
-    one = realize(scene, 0, uncertain=[Throw("F1", profile, factor=2.0)])
+    one = realize(scene, 0, uncertain=[Throw("F1", FORMS[form], factor=2.0)])
     throw = one.sheets["Top"].cuts["F1"].throw
     np.testing.assert_allclose(throw[np.isfinite(throw)], 40.0, atol=1e-6)
 
