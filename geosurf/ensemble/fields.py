@@ -22,6 +22,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from geosurf.conventions import did_you_mean, is_number, length_text, place
 from geosurf.errors import InputError
@@ -122,8 +123,6 @@ class FieldGrid:
         scipy.sparse.csr_matrix
             (n, n_node): 1 for one node where a place is a node.
         """
-        from scipy.sparse import csr_matrix
-
         # Rows and columns as real numbers, also for a rotated lattice.
         offset = (places - self.corner) @ np.linalg.inv(self.steps)
         # The last node belongs to the last cell.

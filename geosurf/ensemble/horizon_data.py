@@ -7,6 +7,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import xarray as xr
+from scipy.spatial import Delaunay
 
 from geosurf.conventions.checks import are_points
 from geosurf.errors import InputError
@@ -85,8 +87,6 @@ class HorizonData:
 
     def _points_at(self, elevation: np.ndarray) -> Any:
         """The points at other elevations, as `read_points` returns them."""
-        import xarray as xr
-
         # Elevations in metres, whatever the file had: they were converted when it was read.
         metre = {"units": "m"}
         columns = {
@@ -117,8 +117,6 @@ class HorizonData:
         """
         # Points have no triangles of their own: those of Delaunay stand for them.
         if self.surface is None:
-            from scipy.spatial import Delaunay
-
             at = self.points[self.there, :2]
             # Around their mean: coordinates of millions cost the triangulation its digits.
             corners = self.there[Delaunay(at - at.mean(axis=0)).simplices]

@@ -11,6 +11,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 
 from geosurf.carve.column import names_of_zones
 from geosurf.errors import InputError
@@ -100,8 +101,6 @@ class Layers:
 
     def thickness(self, scene: Scene) -> np.ndarray:
         """Return the vertical thickness of each layer (n_layer, n_row, n_col) [m], 0 if absent."""
-        import xarray as xr
-
         # One grid for all realisations, so that maps can be summed.
         grid = xr.DataArray(
             np.empty(self.shape[1:]),
@@ -256,8 +255,6 @@ def juxtaposition(result: xarray.Dataset) -> xarray.Dataset:
     >>> float(juxtaposition(result).probability.max())
     1.0
     """
-    import xarray as xr
-
     expect_ensemble(result, "juxtaposition")
     if AREA not in result.data_vars:
         raise InputError("this ensemble has no areas of juxtaposition. Run it with maps=True.")

@@ -9,6 +9,7 @@ import os
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import xarray as xr
 
 from geosurf.conventions import did_you_mean, is_number, is_word
 from geosurf.ensemble.record import expect_ensemble
@@ -105,8 +106,6 @@ def open_ensemble(store: str | os.PathLike[str]) -> xarray.Dataset:
     InputError
         If there is no ensemble.
     """
-    import xarray as xr
-
     from geosurf.ensemble.on_dask import require_extra
 
     require_extra()
@@ -160,8 +159,6 @@ def volumes_by(result: xarray.Dataset, by: str = "unit") -> xarray.DataArray:
     InputError
         For another word, or if no realisation was built.
     """
-    import xarray as xr
-
     expect_ensemble(result, "volumes_by")
     if not is_word(by, BY):
         raise InputError(
@@ -242,8 +239,6 @@ def quantiles(
     >>> bool((found.P90 <= found.P50).all() and (found.P50 <= found.P10).all()), found.attrs["n"]
     (True, 20)
     """
-    import xarray as xr
-
     for one in listed(exceeded, "quantiles takes percentages", "exceeded=(90, 50, 10)"):
         if not (is_number(one) and 0 <= one <= 100):
             raise InputError(f"exceeded has {one!r}; give percentages from 0 to 100.")
@@ -293,8 +288,6 @@ def convergence(result: xarray.Dataset, name: str, by: str = "unit") -> xarray.D
     InputError
         For an unknown name, or an ensemble of less than two realisations.
     """
-    import xarray as xr
-
     values = _one(result, name, by)
     if len(values) < 2:
         raise InputError("convergence needs at least two realisations. Give a larger n.")
@@ -341,8 +334,6 @@ def tornado(result: xarray.Dataset, name: str, by: str = "unit") -> xarray.Datas
     It takes the realisations as they are: no model is built for it, parameters interact as they do
     in the ensemble, and a field counts by its mean. See docs/guides/ensembles.md.
     """
-    import xarray as xr
-
     values = _one(result, name, by)
     if len(values) < LEAST:
         raise InputError("a tornado needs at least ten realisations. Give a larger n.")

@@ -9,6 +9,7 @@ from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
+from scipy.ndimage import distance_transform_edt, uniform_filter
 
 from geosurf.conventions import CONVERSION_ERRORS, is_number
 from geosurf.errors import InputError, InvariantError
@@ -181,8 +182,6 @@ class Columns:
     @cached_property
     def filled(self) -> np.ndarray:
         """Samples without gaps; columns that are not used have those of the nearest one."""
-        from scipy.ndimage import distance_transform_edt
-
         samples = at_corners.filled(*self.by_column)
         if not self.used.any():
             raise InputError("no column of the grid meets a zone. Choose smaller cells.")
@@ -224,8 +223,6 @@ def pillars_along_faults(
     model: Model, min_dip: float
 ) -> tuple[Pillars, np.ndarray, dict[str, tuple[int, int]]]:
     """Return pillars along faults, which of them follow one, and by fault how many step."""
-    from scipy.ndimage import uniform_filter
-
     ny, nx = model.lattice.shape
     columns = columns_of(model, vertical_pillars((ny, nx)))
     mean = columns.filled.mean(axis=(2, 3))

@@ -16,6 +16,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.ndimage import binary_dilation, label
+from scipy.sparse import coo_array
+from scipy.sparse.linalg import splu
 
 from geosurf.grid.barriers import AXES
 from geosurf.grid.pillars import CORNERS, TURNS, Pillars
@@ -241,9 +244,6 @@ class _Spread:
 
     @staticmethod
     def _factor(fixed: np.ndarray, along: int):  # type: ignore[no-untyped-def]
-        from scipy.sparse import coo_array
-        from scipy.sparse.linalg import splu
-
         free = ~fixed
         if along == 0:
             free[:, [0, -1]] = False
@@ -301,8 +301,6 @@ def _without_twists(
     differently so. Where these pillars lean apart, such a cell is inside out at a corner, though
     the pillars do not cross. Parallel pillars cannot do that.
     """
-    from scipy.ndimage import binary_dilation
-
     last, grid = pillars, gridded(pillars)
     columns = np.zeros(grid.actnum.shape[1:], dtype=bool)
     for _ in range(WIDER):
@@ -320,8 +318,6 @@ def _without_twists(
 
 def _parallel_around(pillars: Pillars, columns: np.ndarray) -> Pillars:
     """Pillars of which those around some columns (ny, nx) lean as they do on average."""
-    from scipy.ndimage import label
-
     slope = pillars.slope.copy()
     groups, n = label(columns, structure=np.ones((3, 3)))
     for group in range(1, n + 1):

@@ -12,6 +12,8 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import xarray as xr
+from scipy.ndimage import binary_dilation, binary_fill_holes, distance_transform_edt
 
 from geosurf.conventions import area_text, is_number, length_text, real_numbers
 from geosurf.errors import GeosurfWarning, HorizonError, InputError
@@ -142,8 +144,6 @@ def warning_of_extrapolation(horizon: TriSurface) -> GeosurfWarning | None:
         return None
 
     # imported where there is something to measure: scipy.ndimage takes 0.2 s to load
-    from scipy.ndimage import distance_transform_edt
-
     frame, _ = frame_of_lattice(lattice, f"horizon {horizon.name!r}")
 
     # distance in metres of each extrapolated node from the nearest node with data
@@ -238,8 +238,6 @@ def _new_nodes(
     frame: Frame, known: np.ndarray, corners: np.ndarray | None, distance: float, fill: bool
 ) -> np.ndarray:
     """Which nodes get a value, bool (n_row, n_col)."""
-    from scipy.ndimage import binary_dilation, binary_fill_holes, distance_transform_edt
-
     wide, tall = frame.spacing.tolist()
 
     # holes belong to `fill`, not to `distance`; a hole at the border is no hole
@@ -291,8 +289,6 @@ def _continued(
 
 def _solved(frame: Frame, z: np.ndarray, new: np.ndarray, cut: np.ndarray | None) -> np.ndarray:
     """Elevations with those of new nodes that uncut links tie to data; NaN at the others."""
-    from scipy.ndimage import distance_transform_edt
-
     # noise is averaged over about as many cells as new nodes reach out, within limits
     widest = float(distance_transform_edt(new).max())  # cells
     averaged = float(np.clip(widest, *AVERAGED))
@@ -359,8 +355,6 @@ def _as_array(
     name: str, frame: Frame, z: np.ndarray, new: np.ndarray, crs: str | None
 ) -> xarray.DataArray:
     """The horizon as a labelled grid."""
-    import xarray as xr
-
     attrs = {"units": "m", "positive": "up", **({} if crs is None else {"crs": crs})}
     if frame.easting.ndim == 1:
         dims: tuple[str, str] = ("northing", "easting")

@@ -8,6 +8,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from scipy.ndimage import distance_transform_edt
 
 from geosurf.conventions import area_text, counted, did_you_mean, is_number, place
 from geosurf.conventions.running import running
@@ -426,8 +427,6 @@ def _marks(surface: TriSurface) -> np.ndarray:
 
 def _far_from(nodes: np.ndarray, sheet: Sheet) -> np.ndarray:
     """Nodes farther than `NEAR` cells from some nodes, bool (n_node,)."""
-    from scipy.ndimage import distance_transform_edt
-
     # A distance transform: one pass, however many nodes there are.
     away = np.ones(sheet.lattice.shape, dtype=bool)
     away.ravel()[nodes] = False

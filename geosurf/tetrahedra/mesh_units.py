@@ -14,6 +14,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from geosurf.conventions.running import running
 from geosurf.errors import DependencyError, GeometryError, InputError, InvariantError
@@ -299,9 +302,6 @@ def flat_parts(x: np.ndarray, faces: np.ndarray, kind: np.ndarray, size: float) 
     -------
     FlatParts
     """
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     corners = x[faces]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.sqrt(np.square(normal).sum(axis=1))
@@ -446,8 +446,6 @@ def spaced(
     ndarray of int64
         Rows of `middles`; not all that could be chosen, but at least one if any could.
     """
-    from scipy.spatial import cKDTree
-
     free = cKDTree(others).query(middles, distance_upper_bound=least)[0] >= least
     rows = np.flatnonzero(free)
     rows = rows[np.argsort(-lengths[rows], kind="stable")]

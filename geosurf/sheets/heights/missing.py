@@ -10,6 +10,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.ndimage import label
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from geosurf.conventions import place
 from geosurf.errors import GeometryError, InputError
@@ -124,8 +127,6 @@ def refuse_missing(picks: Picks, missing: Sequence[Missing]) -> None:
 
 def continued(picks: Picks, missing: Sequence[Missing]) -> tuple[Picks, list[dict]]:
     """The data with the absent parts beyond their faults filled by a membrane; what was filled."""
-    from scipy.ndimage import label
-
     shape = picks.frame.shape
 
     # each absent part as a whole, as far as it reaches, once it is next to the fault
@@ -226,9 +227,6 @@ def _vertex_of_nodes(sheet: Sheet) -> np.ndarray:
 
 def parts_of(sheet: Sheet) -> np.ndarray:
     """Connected part of the mesh of a sheet that each of its vertices is in, int64 (n_vertex,)."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     surface = sheet.surface
     t, n = surface.triangles, surface.n_vertex
     one, two = np.concatenate([t[:, [0, 1]], t[:, [1, 2]]]).T
@@ -294,8 +292,6 @@ def _on_side(
 
 def _parts_of_nodes(nodes: np.ndarray, shape: tuple[int, int]) -> list[np.ndarray]:
     """Connected parts of some nodes of a lattice."""
-    from scipy.ndimage import label
-
     mask = np.zeros(shape, dtype=bool)
     mask.ravel()[nodes] = True
     part, n = label(mask, np.ones((3, 3)))

@@ -12,6 +12,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.sparse import csc_array
+from scipy.sparse.linalg import splu
 
 from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.sheets.node_bands import products_of_columns, sums_of_columns
@@ -392,9 +394,6 @@ class PointSolver:
         common: Common | None = None,
     ) -> Solved:
         """Heights of all nodes of a graph, smooth except at tips, and near its points."""
-        from scipy.sparse import csc_array
-        from scipy.sparse.linalg import splu
-
         # the energy of nodes, and of coefficients of what walls have in common
         picks, graph, rows = self.inputs.picks, equations.graph, equations.rows
         n = len(graph.east)

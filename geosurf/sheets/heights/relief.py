@@ -18,6 +18,8 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.spatial import cKDTree
 
 from geosurf.kernels.sheets.node_bands import links_between
 from geosurf.kernels.sheets.smooth_surface import places_in_order
@@ -83,8 +85,6 @@ def common_relief(
     parts = _across(nodes, cuts, limits, near, throws, shape, weights)
     if not parts:
         return None
-    from scipy.sparse import coo_array
-
     parts += _stiffness(throws)
 
     # each part counts its rows from 0: number them on
@@ -138,8 +138,6 @@ def _places(
 
 def _throws(network: Network, first: int, apart: Collection[int]) -> list[_Throw]:
     """Splines of all traces, their coefficients numbered from `first` on."""
-    from scipy.spatial import cKDTree
-
     # torn parts of the traces in the map: near another one, it is not clear which throw counts
     torn = []
     for trace, (low, high) in zip(network.traces, network.solve, strict=True):

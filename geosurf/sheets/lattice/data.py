@@ -12,6 +12,7 @@ from threading import Lock
 from typing import Any
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from geosurf.conventions import elevation_sign, first_given, is_number, metres_per_unit, place
 from geosurf.conventions.checks import are_points
@@ -131,8 +132,6 @@ def refuse_too_few(points: np.ndarray, what: str) -> None:
 
 def proposed_spacing(points: np.ndarray) -> float:
     """Spacing [m] of a lattice with one cell for each point, where there are points."""
-    from scipy.spatial import cKDTree
-
     # the sixth neighbour: median over all points, so that clusters and gaps do not count
     xy = np.unique(points[:, :2], axis=0)
     far = cKDTree(xy).query(xy, k=min(7, len(xy)))[0][:, -1]
@@ -142,8 +141,6 @@ def proposed_spacing(points: np.ndarray) -> float:
 
 def noise_of_points(picks: Scattered, used: np.ndarray) -> float:
     """Standard deviation of noise [m]: what parabolas through neighbours leave over."""
-    from scipy.spatial import cKDTree
-
     rows = np.flatnonzero(used)
     if len(rows) < NEIGHBOURS:
         return 0.0
@@ -409,8 +406,6 @@ def _first_guess(xy: np.ndarray, what: str) -> tuple[np.ndarray, np.ndarray] | N
 
     None if neighbours lie in no two ways at right angles.
     """
-    from scipy.spatial import cKDTree
-
     # points at one place to a millimetre are picks of one node
     east, north = np.rint(xy * 1e3).astype(np.int64).T
     order = np.lexsort((north, east))  # stable: the first of equal ones stays in front

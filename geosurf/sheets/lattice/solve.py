@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.ndimage import distance_transform_edt
+from scipy.sparse import csc_array, csr_array
 
 from geosurf.errors import InvariantError
 from geosurf.kernels.lattices.sets import distinct
@@ -48,8 +50,6 @@ CHOLESKY = {
 
 def energy_of(graph: Graph, unknown: np.ndarray, weights: np.ndarray) -> csc_array:
     """Sparse matrix (n_unknown, n_unknown) of the energy; `unknown` as for `smoothest`."""
-    from scipy.sparse import csc_array
-
     # one row per unknown: weights, and the columns that they belong to, -1 for none
     matrix, column = normal_equations(
         graph.east, graph.north, graph.square, graph.cell, unknown, weights
@@ -72,8 +72,6 @@ def narrow_gaps(present: np.ndarray, width: float) -> np.ndarray:
     """Absent nodes in gaps and holes up to `width` cells across, bool like `present` (2-D)."""
     if present.all():
         return np.zeros_like(present)
-    from scipy.ndimage import distance_transform_edt
-
     # a closing with a disk: absent nodes into which no disk of that width fits between data
     r = int(np.ceil(0.5 * width)) + 1
     reached = distance_transform_edt(~np.pad(present, r)) <= 0.5 * width
@@ -176,8 +174,6 @@ class Common:
     @property
     def matrix(self) -> csr_array:
         """The rows as a sparse matrix."""
-        from scipy.sparse import csr_array
-
         shape = len(self.start) - 1, len(self.place)
         return csr_array((self.weight, self.column, self.start), shape=shape)
 

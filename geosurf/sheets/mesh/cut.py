@@ -14,6 +14,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.sparse import coo_array, csr_array
+from scipy.sparse.csgraph import breadth_first_order, connected_components, maximum_flow
+from scipy.spatial import cKDTree
 
 from geosurf.arrangement.search import find_contacts
 from geosurf.conventions import frame_origin
@@ -116,8 +119,6 @@ def holes_of(
     cell : float
         Size of a cell [m].
     """
-    from scipy.spatial import cKDTree
-
     rows = np.flatnonzero(patches.surface_of_triangle == 0)
     # a ghost on a fault is at the rim of both sides, and decides nothing
     on_fault = np.zeros(len(patches.local), dtype=bool)
@@ -183,9 +184,6 @@ def _minimum_cut(
     pairs: np.ndarray, length: np.ndarray, source: np.ndarray, sink: np.ndarray
 ) -> np.ndarray:
     """Rows of the links that part sources from sinks, the shortest in sum."""
-    from scipy.sparse import coo_array, csr_array
-    from scipy.sparse.csgraph import breadth_first_order, maximum_flow
-
     # all sources are one node, and all sinks another one
     n = len(source)
     node = np.where(source, n, np.where(sink, n + 1, np.arange(n)))
@@ -217,10 +215,6 @@ def _minimum_cut(
 
 def _clusters(uv: np.ndarray) -> list[np.ndarray]:
     """Rows of points [cells] that are joined by steps of at most `ONE_HOLE`."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-    from scipy.spatial import cKDTree
-
     # Single linkage in the map: holes are lines along faults.
     pairs = cKDTree(uv).query_pairs(ONE_HOLE, output_type="ndarray")
     links = coo_array((np.ones(len(pairs)), pairs.T), shape=(len(uv), len(uv)))

@@ -7,6 +7,8 @@ from os import PathLike
 from typing import Any
 
 import numpy as np
+from scipy.sparse import csc_array, eye_array
+from scipy.sparse.linalg import splu
 
 from geosurf.conventions import place
 from geosurf.conventions.crs import crs_of, refuse_other_crs, warn_of_unclear_crs
@@ -148,9 +150,6 @@ def _drawn_to(
     Each point lies between the vertices `slot` (m, 4), by `share` (m, 4). What no point and no
     fixed height reaches stays about where it was.
     """
-    from scipy.sparse import csc_array, eye_array
-    from scipy.sparse.linalg import splu
-
     # heights from the mean of the points: digits go to the relief, not to the depth
     level = float(z.mean())
     free = np.flatnonzero(moves)

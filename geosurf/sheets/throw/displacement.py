@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.ndimage import distance_transform_edt
 
 from geosurf.conventions import place, rising_diagonal
 from geosurf.errors import GeometryError
@@ -148,8 +149,6 @@ class Before:
 
 def _filled(values: np.ndarray) -> np.ndarray:
     """Holes take the nearest value, so that a particle may be sought across them."""
-    from scipy.ndimage import distance_transform_edt
-
     nearest = distance_transform_edt(np.isnan(values), return_distances=False, return_indices=True)
     out: np.ndarray = values[tuple(nearest)]
     return out

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from geosurf.measure.columns import columns_through, fault_between, nearest_first
 from geosurf.model import Patches, Sheet, TriSurface
@@ -95,9 +97,6 @@ def _own_corners(faces: np.ndarray, on_fault: np.ndarray, n_vertex: int) -> np.n
     `on_fault` marks the edges (3 n,) from each corner to the next. Corners are one vertex if a
     chain of edges that no fault runs along joins their triangles.
     """
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     key = _edge_keys(faces, n_vertex)
 
     # half-edges with the same key follow each other; pairs one, two are the two sides of an edge

@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import xarray as xr
+from scipy.sparse.csgraph import connected_components
 
 from geosurf.conventions import length_text, place
 from geosurf.conventions.checks import are_points
@@ -313,8 +315,6 @@ def data_to_tie(
         surface = triangulate_horizon(data, name=name, positive=positive, length_unit=length_unit)
         check_spikes(surface)
         return surface
-    import xarray as xr
-
     _, points = points_of(data, name, positive, length_unit)
     attrs = {"units": "m", "positive": "up"}
     crs = crs_of(data)
@@ -483,8 +483,6 @@ def _between(
 
 def _groups(far: np.ndarray, cell: float) -> np.ndarray:
     """Number of the group of each top: tops less than a cell apart are in one."""
-    from scipy.sparse.csgraph import connected_components
-
     number: np.ndarray = connected_components(far < cell, directed=False)[1]
     return number
 
