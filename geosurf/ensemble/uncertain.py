@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from geosurf.conventions import counted, is_number
 from geosurf.ensemble.change import Change, Given, Uncertainty, names_among
@@ -509,8 +510,6 @@ def _finite(places: np.ndarray, grid: FieldGrid) -> np.ndarray:
 
 def _rows(corners: np.ndarray, shares: np.ndarray, n: int, weights: Any) -> Any:
     """Weights of the field's nodes in the elevation at each pick."""
-    from scipy.sparse import csr_matrix
-
     # Three corners per pick.
     indptr = np.arange(len(corners) + 1) * 3
     rows = csr_matrix((shares.ravel(), corners.ravel(), indptr), shape=(len(corners), n))

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import xarray as xr
 
 from geosurf.conventions import FAULT_DIMS, HORIZON_DIMS, counted, did_you_mean, is_word
 from geosurf.conventions.crs import crs_of
@@ -47,8 +48,6 @@ PART, LONG = 1000, 4000  # nodes along a side of what is read at once, and of a 
 
 def dataset_of_file(path: Path) -> xr.Dataset:
     """Return a NetCDF file in memory; grids of more than `LARGE` values as Dask arrays."""
-    import xarray as xr
-
     # the library opens the very file that was checked: the path may lead elsewhere by then
     with opened(path) as (file, size), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of attributes: what is wrong with them is an error below
@@ -76,8 +75,6 @@ def dataset_of_file(path: Path) -> xr.Dataset:
 
 def dataset_of_store(path: Path) -> xr.Dataset:
     """Return a Zarr store in memory; with grids of more than `LARGE` values as Dask arrays."""
-    import xarray as xr
-
     need(f"{path}: this store needs", "zarr")
     with warnings.catch_warnings(), reading_with(path, "zarr"):
         warnings.simplefilter("ignore")  # of attributes, and of metadata that is not consolidated
@@ -254,8 +251,6 @@ def read_netcdf_fault(path: Path, request: Request) -> xr.Dataset:
     DependencyError
         If no NetCDF engine is installed.
     """
-    import xarray as xr
-
     dataset = dataset_of_file(path).reset_coords()
 
     # one variable for each of the three, over both dimensions of the fault
@@ -360,8 +355,6 @@ def _horizon(
     path: Path, values: Any, easting: Any, northing: Any, attrs: dict[str, Any]
 ) -> xr.DataArray:
     """Assemble the DataArray; 1-D coordinates are sorted to increase."""
-    import xarray as xr
-
     places, dims = {"northing": northing, "easting": easting}, HORIZON_DIMS
     if easting.ndim == 2:  # a rotated grid has places for each node, and no order of axes to turn
         places, dims = {"easting": easting, "northing": northing}, ("row", "column")

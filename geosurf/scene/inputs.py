@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import operator
+import os
 from collections.abc import Container, Mapping
 from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
 from typing import Any, NoReturn, TypeVar
 
 from geosurf.arrangement.search import check_voxel_size
@@ -437,3 +440,24 @@ def exchanged(what: str, inputs: Mapping[str, Any], changes: Any) -> dict[str, A
                 f"{did_you_mean(name, inputs)}"
             )
     return {name: one for name, one in {**inputs, **changed}.items() if one is not None}
+
+
+def changing(inputs: SceneInputs) -> dict[str, Any]:
+    """Return all inputs that are read, by name; the tops and the area by the words for these."""
+    named = {**inputs.contacts, **inputs.faults, **inputs.horizons}
+    return {**named, "well tops": inputs.tops, "area": inputs.aoi}
+
+
+def are_one(one: Any, other: Any) -> bool:
+    """Return whether two inputs are one object, or tuples of the same objects."""
+    if isinstance(one, tuple | list) and isinstance(other, tuple | list):
+        return len(one) == len(other) and all(map(operator.is_, one, other))
+    return one is other
+
+
+def paths_of(inputs: SceneInputs) -> dict[str, Path]:
+    """Return the inputs that were given as paths, by name."""
+    area = {} if inputs.takes_rectangle else {"area": inputs.aoi}
+    surfaces = {**inputs.horizons, **inputs.given_faults, **inputs.contacts}
+    files = {**surfaces, "well tops": inputs.tops, **area}.items()
+    return {name: Path(one) for name, one in files if isinstance(one, str | os.PathLike)}

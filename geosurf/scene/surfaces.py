@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import operator
-import os
 import weakref
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -32,7 +30,7 @@ from geosurf.read import (
     read_polygons,
     read_tops,
 )
-from geosurf.scene.inputs import Box, SceneInputs
+from geosurf.scene.inputs import Box, SceneInputs, are_one, changing
 from geosurf.scene.memory import Memory
 from geosurf.triangulate import build_contacts, orient_fault, triangulate_fault, triangulate_horizon
 from geosurf.triangulate.decimate import can_be_decimated, decimate_frame, strides_of
@@ -473,7 +471,7 @@ class InputSurfaces:
         self._marks = {}
         for name, value in new.items():
             again = {name, before.inputs.halves.whole_of(name)} & named
-            if again or name not in before._marks or not _is_same(value, old[name]):
+            if again or name not in before._marks or not are_one(value, old[name]):
                 self._marks[name] = _mark(value, self.memory)
                 continue
             self._marks[name] = before._marks[name]
@@ -604,19 +602,6 @@ class InputSurfaces:
             return value.surface.renamed(name)
         data = opened_horizon(value, self.inputs.options)
         return footprint(name, data, undeclared(data, self.inputs.options))
-
-
-def changing(inputs: SceneInputs) -> dict[str, Any]:
-    """Return all inputs that are read, by name; the tops and the area by the words for these."""
-    named = {**inputs.contacts, **inputs.faults, **inputs.horizons}
-    return {**named, "well tops": inputs.tops, "area": inputs.aoi}
-
-
-def _is_same(one: Any, other: Any) -> bool:
-    """Whether two inputs are one object, or tuples of the same objects."""
-    if isinstance(one, tuple | list) and isinstance(other, tuple | list):
-        return len(one) == len(other) and all(map(operator.is_, one, other))
-    return one is other
 
 
 def _mark(value: Any, memory: Memory) -> Hashable:
@@ -793,11 +778,3 @@ def undeclared(value: Any, options: Options) -> dict[str, Any]:
         for key, word in options.items()
         if word is not None and attribute.get(key, key) not in attrs
     }
-
-
-def paths_of(inputs: SceneInputs) -> dict[str, Path]:
-    """Return the inputs that were given as paths, by name."""
-    area = {} if inputs.takes_rectangle else {"area": inputs.aoi}
-    surfaces = {**inputs.horizons, **inputs.given_faults, **inputs.contacts}
-    files = {**surfaces, "well tops": inputs.tops, **area}.items()
-    return {name: Path(one) for name, one in files if isinstance(one, str | os.PathLike)}

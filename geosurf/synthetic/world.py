@@ -10,6 +10,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any, ParamSpec
 
 import numpy as np
+import xarray as xr
 
 from geosurf.conventions import FAULT_DIMS, HORIZON_DIMS, is_number, is_whole
 from geosurf.errors import InputError
@@ -137,8 +138,6 @@ def make_horizon(
     offset: Offset,
 ) -> xarray.DataArray:
     """Sample ``elevation = height(x, y)`` on n x n nodes over the box; x, y without offset."""
-    import xarray as xr
-
     if n < 2:
         raise InputError(f"n is {n}: a grid needs two nodes per side. Give n=2 or more.")
     x, y = np.linspace(box[0], box[1], n), np.linspace(box[2], box[3], n)
@@ -165,8 +164,6 @@ def make_fault(
     name: str, x: np.ndarray, y: np.ndarray, z: np.ndarray, offset: Offset
 ) -> xarray.Dataset:
     """Return a fault Dataset from nodes (n_down_dip, n_along_strike)."""
-    import xarray as xr
-
     parts = zip(("easting", "northing", "elevation"), np.broadcast_arrays(x, y, z), strict=True)
     ds = xr.Dataset(
         {

@@ -14,6 +14,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from geosurf.conventions import counted, place
 from geosurf.errors import OutputError
@@ -144,9 +147,6 @@ def _joined_labels(label: np.ndarray, partner: np.ndarray, n_label: int) -> np.n
 
 def _components(pairs: np.ndarray, n: int) -> np.ndarray:
     """Number of the connected component of each node, counted in the order of first nodes."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     graph = coo_array((np.ones(len(pairs), dtype=bool), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
     found = connected_components(graph, directed=False)[1]
     _, first, number = np.unique(found, return_index=True, return_inverse=True)
@@ -519,8 +519,6 @@ def _lost(
 
 def _near(parts: Parts) -> list[Loss]:
     """A note on places of lines that programs with a tolerance take for one."""
-    from scipy.spatial import cKDTree
-
     # near places are ends and crossings of lines, and vertices of lines are there twice
     number, count = weld(parts.vertices)
     places = np.empty((count, 3))
