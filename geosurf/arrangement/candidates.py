@@ -12,12 +12,7 @@ from geosurf.arrangement import tree
 from geosurf.arrangement.threads import TooManyPairs, check_pairs, map_threads, refusal
 from geosurf.arrangement.torn_trees import candidate_pairs as candidate_pairs_of
 from geosurf.arrangement.torn_trees import tree_for
-from geosurf.arrangement.tree import (
-    needed,
-    of_one_map,
-    pairs_of_grids,
-    pairs_of_one_map,
-)
+from geosurf.arrangement.tree import needed, of_one_map, pairs_of_grids, pairs_of_one_map
 from geosurf.errors import InputError
 from geosurf.kernels.exact.predicates import frame_of
 from geosurf.kernels.meshes.mesh import number_below
@@ -259,10 +254,7 @@ def candidate_pairs(
         check_pairs(n)
         pairs = np.empty((n, 2), dtype=np.int64)
 
-    cost = {
-        "voxels": grid.n_voxel,
-        "pairs": n,
-    }
+    cost = {"voxels": grid.n_voxel, "pairs": n}
     return pairs[:n].copy(), cost
 
 

@@ -78,8 +78,7 @@ def name_contacts(
     ranges = in_ranges(n, _POINTS)
     frames = [(m.copy(), w.copy()) for _ in ranges]
     map_threads(
-        place_points,
-        [(x, t, e, d, *own, i, j) for own, (i, j) in zip(frames, ranges, strict=True)],
+        place_points, [(x, t, e, d, *own, i, j) for own, (i, j) in zip(frames, ranges, strict=True)]
     )
     _count(m, [own for own, _ in frames])
 
@@ -91,8 +90,7 @@ def name_contacts(
     parts = range(len(in_ranges(len(suspects), _SUSPECTS)))
     frames = [(m.copy(), w.copy()) for _ in parts]
     merged = map_threads(
-        merge_suspects,
-        [(x, t, e, d, *frames[k], suspects, k, len(parts), same) for k in parts],
+        merge_suspects, [(x, t, e, d, *frames[k], suspects, k, len(parts), same) for k in parts]
     )
     _count(m, [own for own, _ in frames])
     if not any(merged):

@@ -84,10 +84,7 @@ def check_pairs(n: int) -> None:
 
 
 def refusal(
-    n: int,
-    names: list[str],
-    size: int = PAIR,
-    what: str = "pairs of triangles that may meet",
+    n: int, names: list[str], size: int = PAIR, what: str = "pairs of triangles that may meet"
 ) -> InputError:
     """Return the error for `n` pairs of `size` bytes each, between named surfaces.
 

@@ -225,8 +225,7 @@ def of_one_map(one: TriSurface, two: TriSurface) -> bool:
 
 
 def pairs_of_one_map(
-    lattices: tuple[Lattice, Lattice],
-    trees: tuple[Tree, Tree],
+    lattices: tuple[Lattice, Lattice], trees: tuple[Tree, Tree]
 ) -> tuple[np.ndarray, dict[str, int]]:
     """Pairs of keys that may meet, and what they cost, as `tree.candidate_pairs` returns them.
 
@@ -315,10 +314,7 @@ def slip_of(trees: tuple[Tree, Tree], origin: np.ndarray) -> float:
 
 
 def settled_pairs(
-    lattices: tuple[Lattice, Lattice],
-    trees: tuple[Tree, Tree],
-    origin: np.ndarray,
-    slip: float,
+    lattices: tuple[Lattice, Lattice], trees: tuple[Tree, Tree], origin: np.ndarray, slip: float
 ) -> tuple[np.ndarray, dict[str, int]]:
     """Pairs of triangles that meet or may, and what they cost.
 

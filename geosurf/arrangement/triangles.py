@@ -318,10 +318,7 @@ def near_triangles(x: np.ndarray, few: np.ndarray, triangles: np.ndarray) -> np.
 
 
 def _near_pairs(
-    x: np.ndarray,
-    triangles: np.ndarray,
-    n_first: int,
-    graph: np.ndarray,
+    x: np.ndarray, triangles: np.ndarray, n_first: int, graph: np.ndarray
 ) -> np.ndarray:
     """Pairs of triangles, the first `n_first` with each other and with all, that are not seen to
     be apart at once; in order.

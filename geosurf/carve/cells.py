@@ -70,10 +70,7 @@ class Parents:
 
 
 def edges_at(
-    triangles: np.ndarray,
-    ring: np.ndarray,
-    link: np.ndarray,
-    part: np.ndarray,
+    triangles: np.ndarray, ring: np.ndarray, link: np.ndarray, part: np.ndarray
 ) -> np.ndarray:
     """Find all edges that are not inside a part.
 
@@ -95,11 +92,7 @@ def edges_at(
 
 
 def sorted_seams(
-    patches: Patches,
-    pieces: Pieces,
-    part: np.ndarray,
-    also: np.ndarray,
-    open_at: np.ndarray,
+    patches: Patches, pieces: Pieces, part: np.ndarray, also: np.ndarray, open_at: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, Parents]:
     """
     Put the triangles around some edges in order.

@@ -16,14 +16,7 @@ import numpy as np
 from geosurf.carve.cells import Cells, FullCells
 from geosurf.carve.column import Turn
 from geosurf.carve.measures import AREA, volume_of
-from geosurf.carve.zones import (
-    ABOVE,
-    BELOW,
-    distinct_pairs,
-    faces_between,
-    owned_by,
-    upper_sides,
-)
+from geosurf.carve.zones import ABOVE, BELOW, distinct_pairs, faces_between, owned_by, upper_sides
 from geosurf.kernels.location.nearest import vertical_distances
 from geosurf.kernels.meshes.mesh import join_pairs
 from geosurf.model import Clipped, Patches

@@ -279,11 +279,7 @@ def _gap(patches: Patches, middle: np.ndarray, surface: int) -> str:
 
 
 def rim_of_leak(
-    patches: Patches,
-    cells: Cells,
-    surface: int,
-    torn: np.ndarray,
-    near: np.ndarray | None = None,
+    patches: Patches, cells: Cells, surface: int, torn: np.ndarray, near: np.ndarray | None = None
 ) -> tuple[float, np.ndarray] | None:
     """Return length [m] and a place of the open rim of a surface in some cells; None without one.
 

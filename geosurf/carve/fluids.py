@@ -213,9 +213,7 @@ def _undecided(
 
 
 def not_reached(
-    contacts: Sequence[FluidContact],
-    rows_of_unit: Sequence[Sequence[int]],
-    zones: Sequence[str],
+    contacts: Sequence[FluidContact], rows_of_unit: Sequence[Sequence[int]], zones: Sequence[str]
 ) -> dict[str, list[int]]:
     """
     Units that no entry of a contact fits, by the name of the contact; only where there are some.

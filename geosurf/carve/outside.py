@@ -361,7 +361,4 @@ def _rise(corners: np.ndarray) -> np.ndarray:
     return turn
 
 
-__all__ = [
-    "NO_HIT",
-    "Rays",
-]
+__all__ = ["NO_HIT", "Rays"]

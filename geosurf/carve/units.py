@@ -21,13 +21,7 @@ from geosurf.carve.fluids import (
     split_by_contacts,
 )
 from geosurf.carve.measures import AREA
-from geosurf.carve.outside import (
-    box_of,
-    footprint_of,
-    is_fence,
-    size_of_shells,
-    walls_are_a_box,
-)
+from geosurf.carve.outside import box_of, footprint_of, is_fence, size_of_shells, walls_are_a_box
 from geosurf.carve.shells import (
     Shells,
     beside_pieces,

@@ -403,10 +403,7 @@ def in_words(name: str) -> list[tuple[int, int, str]]:
 
 
 def fault_sides(
-    cells: Cells,
-    unit_of_cell: np.ndarray,
-    zone: np.ndarray,
-    faults: Faults,
+    cells: Cells, unit_of_cell: np.ndarray, zone: np.ndarray, faults: Faults
 ) -> list[tuple[str, ...]]:
     """Sides of faults that set each unit apart in its zone: ``("F1+", "F2-")``, by name."""
     words: list[list[str]] = [[] for _ in zone]
@@ -429,10 +426,7 @@ def fault_sides(
 
 
 def sides_of_units(
-    cells: Cells,
-    unit_of_cell: np.ndarray,
-    faults: Faults,
-    words: Sequence[tuple[str, ...]],
+    cells: Cells, unit_of_cell: np.ndarray, faults: Faults, words: Sequence[tuple[str, ...]]
 ) -> list[tuple[str, ...]]:
     """
     Sides of faults that each unit lies on: those that name it, and those it cannot leave.

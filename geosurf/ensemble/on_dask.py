@@ -17,12 +17,7 @@ from geosurf.arrangement.threads import n_threads, on_one_core
 from geosurf.ensemble.plan import Plan
 from geosurf.ensemble.record import Record
 from geosurf.ensemble.uncertain import ContactLevel
-from geosurf.ensemble.worker_processes import (
-    Workers,
-    dumps,
-    interpreter,
-    lost,
-)
+from geosurf.ensemble.worker_processes import Workers, dumps, interpreter, lost
 from geosurf.errors import DependencyError, InputError, WorkerError
 
 OnRecord = Callable[[Record], None]

@@ -209,11 +209,7 @@ def planned(
 
 
 def _of_scenario(
-    model: ScenarioModel,
-    n: int | None,
-    uncertain: Any,
-    seed: int | None,
-    maps: Any,
+    model: ScenarioModel, n: int | None, uncertain: Any, seed: int | None, maps: Any
 ) -> tuple[Plan, int]:
     """Return the plan of a scenario; arguments count before its table ``[ensemble]``."""
     given = model.scenario.ensemble or EnsembleSettings()

@@ -13,11 +13,7 @@ from geosurf.ensemble.change import Change, Given, names_among
 from geosurf.ensemble.uncertain import of_names
 from geosurf.errors import InputError
 from geosurf.model import Lattice, TriSurface
-from geosurf.model.distributions import (
-    Distribution,
-    distribution_of,
-    reach_of,
-)
+from geosurf.model.distributions import Distribution, distribution_of, reach_of
 from geosurf.sheets import EllipticThrow
 
 # ---- throws ----------------------------------------

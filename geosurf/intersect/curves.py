@@ -403,9 +403,7 @@ def curves_of(contacts: Contacts) -> Curves:
 
 
 def merge_curves(
-    names: tuple[str, ...],
-    origin: np.ndarray,
-    parts: Sequence[tuple[tuple[int, int], Curves]],
+    names: tuple[str, ...], origin: np.ndarray, parts: Sequence[tuple[tuple[int, int], Curves]]
 ) -> Curves:
     """Put the curves of single pairs of surfaces together.
 

@@ -50,11 +50,7 @@ def exact_normal(corners: np.ndarray) -> tuple[Any, Any, Any]:
     a, b, c = ([Fraction(value) for value in corner] for corner in corners.tolist())
     u = [q - p for p, q in zip(a, b, strict=True)]
     v = [q - p for p, q in zip(a, c, strict=True)]
-    return (
-        u[1] * v[2] - u[2] * v[1],
-        u[2] * v[0] - u[0] * v[2],
-        u[0] * v[1] - u[1] * v[0],
-    )
+    return (u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0])
 
 
 # ---- content ----------------------------------------

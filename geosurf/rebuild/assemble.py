@@ -16,11 +16,7 @@ from geosurf.kernels.contacts.packed_contact import in_plane, n_corners
 from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.lattices.strips import find_runs, join_runs, link_runs, lowest_keys
 from geosurf.kernels.meshes.linking import merge_by_face, number_patches
-from geosurf.kernels.meshes.mesh import (
-    edges,
-    join_patches,
-    weld,
-)
+from geosurf.kernels.meshes.mesh import edges, join_patches, weld
 from geosurf.model import TriSurface
 from geosurf.model.pieces import FREE, PAIRED, Pieces, Strips
 from geosurf.model.torn_lattice import TornLattice

@@ -21,7 +21,7 @@ from geosurf.conventions import (
 from geosurf.errors import InputError
 from geosurf.faults.extend import read_lengthen
 from geosurf.faults.rules import Halves, Rule, faults_at, halves_of, read_extend, read_truncations
-from geosurf.model import Sheet, check_column
+from geosurf.model import FaultSticks, Sheet, check_column
 from geosurf.model.column import read_compartments
 from geosurf.model.expected import box_of_sides, flag_of, name_of
 from geosurf.model.network import filling_by_horizon
@@ -461,3 +461,21 @@ def paths_of(inputs: SceneInputs) -> dict[str, Path]:
     surfaces = {**inputs.horizons, **inputs.given_faults, **inputs.contacts}
     files = {**surfaces, "well tops": inputs.tops, **area}.items()
     return {name: Path(one) for name, one in files if isinstance(one, str | os.PathLike)}
+
+
+def undeclared(value: Any, options: Mapping[str, Any]) -> dict[str, Any]:
+    """The options of a scene that an input does not declare itself."""
+    if isinstance(value, FaultSticks):
+        return {}  # metres, elevation positive up: a reader has turned what a file held
+    attrs = dict(getattr(value, "attrs", {}))
+    if hasattr(value, "data_vars"):  # a fault: the name of its third variable states the direction
+        height = "elevation" if "elevation" in value.variables else "depth"
+        # its attributes count, as for triangulate_fault; those of the whole do not
+        attrs = {"positive": None, **(value[height].attrs if height in value.variables else {})}
+
+    attribute = {"length_unit": "units"}  # the name that CF gives it
+    return {
+        key: word
+        for key, word in options.items()
+        if word is not None and attribute.get(key, key) not in attrs
+    }

@@ -34,7 +34,15 @@ from geosurf.rebuild import trim_sheets
 from geosurf.scene.faults import LongerFaults, known_fault
 from geosurf.scene.graph import Graph
 from geosurf.scene.input_warnings import check_system_of_places, refuse_other_systems
-from geosurf.scene.inputs import INPUTS, Box, SceneInputs, or_empty, paths_of, refuse_assignment
+from geosurf.scene.inputs import (
+    INPUTS,
+    Box,
+    SceneInputs,
+    or_empty,
+    paths_of,
+    refuse_assignment,
+    undeclared,
+)
 from geosurf.scene.interactive_view import InteractiveView, checked_max_triangle
 from geosurf.scene.memory import Memory, OnStart, Step, on_start_of
 from geosurf.scene.shown import card_of
@@ -42,7 +50,6 @@ from geosurf.scene.surfaces import (
     opened_contacts,
     opened_horizon,
     opened_tops,
-    undeclared,
     warnings_of_names,
 )
 from geosurf.scene.tearing import torn_graph, warnings_of_passed

@@ -30,7 +30,7 @@ from geosurf.read import (
     read_polygons,
     read_tops,
 )
-from geosurf.scene.inputs import Box, SceneInputs, are_one, changing
+from geosurf.scene.inputs import Box, SceneInputs, are_one, changing, undeclared
 from geosurf.scene.memory import Memory
 from geosurf.triangulate import build_contacts, orient_fault, triangulate_fault, triangulate_horizon
 from geosurf.triangulate.decimate import can_be_decimated, decimate_frame, strides_of
@@ -760,21 +760,3 @@ def opened_outline(aoi: Any) -> np.ndarray:
 
 def _read(path: Any, role: str, options: Options) -> Any:
     return (read_horizon if role == "horizon" else read_fault)(path, **otherwise(options))
-
-
-def undeclared(value: Any, options: Options) -> dict[str, Any]:
-    """The options of a scene that an input does not declare itself."""
-    if isinstance(value, FaultSticks):
-        return {}  # metres, elevation positive up: a reader has turned what a file held
-    attrs = dict(getattr(value, "attrs", {}))
-    if hasattr(value, "data_vars"):  # a fault: the name of its third variable states the direction
-        height = "elevation" if "elevation" in value.variables else "depth"
-        # its attributes count, as for triangulate_fault; those of the whole do not
-        attrs = {"positive": None, **(value[height].attrs if height in value.variables else {})}
-
-    attribute = {"length_unit": "units"}  # the name that CF gives it
-    return {
-        key: word
-        for key, word in options.items()
-        if word is not None and attribute.get(key, key) not in attrs
-    }

@@ -23,7 +23,8 @@ from geosurf.model import Sheet
 from geosurf.rebuild import rebuild_surfaces
 from geosurf.scene.faults import LongerFaults
 from geosurf.scene.graph import Graph
-from geosurf.scene.surfaces import opened_horizon, undeclared
+from geosurf.scene.inputs import undeclared
+from geosurf.scene.surfaces import opened_horizon
 from geosurf.scene.tear_rounds import Faults, Made, Tear, needs_as_key, outcome_of, same, sheets_on
 from geosurf.warning import collected
 

@@ -176,11 +176,7 @@ PLATFORMS: dict[str, Platform] = {
         "x86_64-unknown-linux-gnu", _X86_64, ELF, "linux_x86_64", "x86_64-linux-gnu.2.17"
     ),
     "linux-aarch64": Platform(
-        "aarch64-unknown-linux-gnu",
-        {"generic": 1},
-        ELF,
-        "linux_aarch64",
-        "aarch64-linux-gnu.2.17",
+        "aarch64-unknown-linux-gnu", {"generic": 1}, ELF, "linux_aarch64", "aarch64-linux-gnu.2.17"
     ),
     # The M1 is the oldest Mac with an ARM processor.
     "darwin-arm64": Platform(

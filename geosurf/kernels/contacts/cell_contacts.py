@@ -591,11 +591,7 @@ def pairs_in_columns(grid, at, key_b, query, work, pairs, n):
     c, f, v, h, rows = work.c, work.f, work.v, work.h, work.rows
 
     # Triangles that exist (-1: unknown), those with edge queries, last evaluated row.
-    present, asked, last_row = (
-        -1,
-        0,
-        -1,
-    )
+    present, asked, last_row = (-1, 0, -1)
     first, last = at[2], at[3]
     _extremes_of_rows(z, a, at, rows)
     for i in range(at[0], at[1]):
