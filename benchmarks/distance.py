@@ -108,9 +108,7 @@ def distance_to_curve(
 
 
 def hausdorff(
-    segments: np.ndarray,
-    curve_at: Callable[[np.ndarray], np.ndarray],
-    span: tuple[float, float],
+    segments: np.ndarray, curve_at: Callable[[np.ndarray], np.ndarray], span: tuple[float, float]
 ) -> tuple[float, float]:
     """
     Return how far a curve of segments strays from a true one, and how far it misses it.

@@ -118,10 +118,7 @@ def parts_of_run(made: tuple[Start, Path]) -> dict[str, Any]:
         found.append((imports, whole - imports))
     imports, work = (median(column) for column in zip(*found, strict=True))
     page = folder / "out" / "report" / "index.html"
-    return {
-        "bytes": page.stat().st_size,
-        "cpu_seconds_of_parts": {IMPORTS: imports, "work": work},
-    }
+    return {"bytes": page.stat().st_size, "cpu_seconds_of_parts": {IMPORTS: imports, "work": work}}
 
 
 def _words_of_run(folder: Path) -> tuple[str, ...]:

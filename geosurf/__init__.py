@@ -75,15 +75,9 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
         read_tops as read_tops,
         read_wells as read_wells,
     )
-    from geosurf.read.file_info import (
-        FileInfo as FileInfo,
-        info as info,
-    )
+    from geosurf.read.file_info import FileInfo as FileInfo, info as info
     from geosurf.read.sealed_model import read_units as read_units
-    from geosurf.rebuild import (
-        trim_sheets as trim_sheets,
-        rebuild_surfaces as rebuild_surfaces,
-    )
+    from geosurf.rebuild import trim_sheets as trim_sheets, rebuild_surfaces as rebuild_surfaces
     from geosurf.render import (
         render_grid_section as render_grid_section,
         render_place as render_place,

@@ -71,11 +71,7 @@ def dot(p: Point, q: Point) -> Fraction:
 
 
 def cross(p: Point, q: Point) -> Point:
-    return (
-        p[1] * q[2] - p[2] * q[1],
-        p[2] * q[0] - p[0] * q[2],
-        p[0] * q[1] - p[1] * q[0],
-    )
+    return (p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0])
 
 
 def normal_of(triangle: Sequence[Point]) -> Point:

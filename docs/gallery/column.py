@@ -26,8 +26,6 @@ horizons = {  # youngest first
     "Base": horizon(-1900 + fold),
 }
 scene = gs.Scene(
-    horizons,
-    box=(0, 4000, 0, 4000, -2200, -1200),
-    column={"Unconformity": "discontinuous"},
+    horizons, box=(0, 4000, 0, 4000, -2200, -1200), column={"Unconformity": "discontinuous"}
 )
 scene.plot.view(path="docs/pictures/column.png", show=["units"], size=(960, 600))

@@ -46,12 +46,7 @@ from geosurf.scene.inputs import (
 from geosurf.scene.interactive_view import InteractiveView, checked_max_triangle
 from geosurf.scene.memory import Memory, OnStart, Step, on_start_of
 from geosurf.scene.shown import card_of
-from geosurf.scene.surfaces import (
-    opened_contacts,
-    opened_horizon,
-    opened_tops,
-    warnings_of_names,
-)
+from geosurf.scene.surfaces import opened_contacts, opened_horizon, opened_tops, warnings_of_names
 from geosurf.scene.tearing import torn_graph, warnings_of_passed
 from geosurf.sheets.faults import DIRECTIONS
 from geosurf.triangulate.decimate import bound_of_change

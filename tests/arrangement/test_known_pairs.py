@@ -60,10 +60,7 @@ def test_a_far_surface_makes_rounding_coarser(voxel_size):
     near.append(sheet("F", [(2.3, -1, -9), (2.6, 7, -9), (2.6, 7, 9), (2.3, -1, 9)], (2, 3)))
     corners = np.array([[[1e6, 0, 0], [1e6, 1, 0], [1e6, 0, 1]]])
     turn = np.array([[-0.5, 0, 0.25], [0.5, 0, 0], [0, 0, 0]])
-    far = [
-        soup("far", corners),
-        soup("far too", corners + turn),
-    ]
+    far = [soup("far", corners), soup("far too", corners + turn)]
     stored = {}
     slips = set()
     for surfaces in (near, [*near, *far], near):

@@ -15,11 +15,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.arrangement import arrange, find_contacts, search, threads
-from geosurf.arrangement.threads import (
-    in_turn,
-    map_threads,
-    spare_threads,
-)
+from geosurf.arrangement.threads import in_turn, map_threads, spare_threads
 from geosurf.errors import InputError
 from tests.strategies import grid, sheet, soup
 

@@ -9,11 +9,7 @@ from hypothesis import strategies as st
 
 from geosurf import TriSurface, rebuild_surfaces
 from geosurf.arrangement.search import find_contacts
-from geosurf.arrangement.tree import (
-    candidate_pairs,
-    pairs_of_some,
-    tree_of,
-)
+from geosurf.arrangement.tree import candidate_pairs, pairs_of_some, tree_of
 from geosurf.errors import SurfaceError
 from geosurf.kernels.lattices.lattice_corners import build_list_tree, survey_list
 from geosurf.kernels.search.voxels import triangle_boxes

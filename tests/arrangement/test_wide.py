@@ -43,11 +43,7 @@ def meets(x, t, pairs):
 
 
 @settings(deadline=None)
-@given(
-    meshes(),
-    st.sampled_from([0.7, 2.0, 5.0]),
-    st.sampled_from([0.0, 500_000.25]),
-)
+@given(meshes(), st.sampled_from([0.7, 2.0, 5.0]), st.sampled_from([0.0, 500_000.25]))
 def test_every_pair_that_meets_is_found_once(mesh, size, shift):
     x, t = mesh
     x = x + shift

@@ -19,13 +19,7 @@ import benchmarks
 from benchmarks import child, measure, page, peers, plots, reached, targets, tasks, truth
 from benchmarks.__main__ import main
 from benchmarks.distance import distance_to_segments, hausdorff
-from benchmarks.installed import (
-    Installed,
-    installed,
-    place_of,
-    prepare_start,
-    unpack,
-)
+from benchmarks.installed import Installed, installed, place_of, prepare_start, unpack
 from benchmarks.jobs import Job, Result, run_jobs
 from benchmarks.judge import judge
 from benchmarks.measure import Measuring

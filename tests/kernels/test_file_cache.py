@@ -108,10 +108,7 @@ def test_the_folder_above_counts_too(tmp_path, monkeypatch):
     assert store.folder == tmp_path / "geosurf" / "kernels"
     assert [
         (tmp_path / part).stat().st_mode & 0o777 for part in ("geosurf", "geosurf/kernels")
-    ] == [
-        0o700,
-        0o700,
-    ]
+    ] == [0o700, 0o700]
     (tmp_path / "geosurf").chmod(0o777)
     assert_miss_reported_once(store, f"{tmp_path / 'geosurf'} can be written by others")
 

@@ -20,13 +20,7 @@ import pytest
 
 from geosurf.errors import DependencyError, InputError
 from geosurf.kernels.compile import freeze, jit, object_files
-from geosurf.kernels.compile.frozen_runner import (
-    MANIFEST,
-    FrozenRunner,
-    Library,
-    Unfit,
-    stamp_of,
-)
+from geosurf.kernels.compile.frozen_runner import MANIFEST, FrozenRunner, Library, Unfit, stamp_of
 from geosurf.kernels.compile.gate import PlainRunner, Signature
 from geosurf.kernels.compile.jit import Entry
 from geosurf.kernels.compile.numba_runner import JitRunner, check_results

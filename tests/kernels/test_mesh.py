@@ -9,11 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from geosurf.kernels.meshes.mesh import (
-    edges,
-    ends_of,
-    join_patches,
-)
+from geosurf.kernels.meshes.mesh import edges, ends_of, join_patches
 
 
 def assert_rings(t: np.ndarray, n_vertex: int) -> None:

@@ -6,11 +6,7 @@ import numpy as np
 import pytest
 
 from geosurf.kernels.sheets.node_bands import boxes_in_blocks
-from geosurf.kernels.sheets.torn_links import (
-    divided_triangles,
-    triangles_beside,
-    uncut_steps,
-)
+from geosurf.kernels.sheets.torn_links import divided_triangles, triangles_beside, uncut_steps
 
 N_ROW, N_COL = 5, 6
 

@@ -50,10 +50,7 @@ def test_codes_hold_for_any_size(size):
 
 WALL = TriSurface("F1", "fault", [[0.5, -9, -9], [0.5, 9, -9], [0.5, 0, 9.0]], [[0, 1, 2]])
 REFUSED = {
-    "huge": (
-        [[0.0, 0, 0], [1e19, 0, 0], [0, 1, 0]],
-        r"'Top' has a coordinate of 1e\+19 m",
-    ),
+    "huge": ([[0.0, 0, 0], [1e19, 0, 0], [0, 1, 0]], r"'Top' has a coordinate of 1e\+19 m"),
     "flat": (
         [[0.0, 0, 0], [1, 1, 0], [3, 3, 0]],
         r"'Top': 1 of 1 triangles have no area, the first is triangle 0 at \(E .*Remove",
