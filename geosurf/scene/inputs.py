@@ -313,7 +313,7 @@ class SceneInputs:
             if isinstance(setting, Mapping):
                 at = {n: n if n in names else self.halves.whole_of(n) for n in setting}
                 return {at[n]: value for n, value in setting.items() if at[n] in names}
-            if isinstance(setting, tuple):
+            if isinstance(setting, tuple | list | set | frozenset):
                 return tuple(n for n in setting if n in names)
             # one name alone, in place of names
             gone = (
@@ -426,7 +426,7 @@ def _held(setting: Any) -> Any:
     """A setting that nobody else can change: a mapping or names, else as it is."""
     if isinstance(setting, Mapping):
         return dict(setting)
-    return tuple(setting) if isinstance(setting, list | set | frozenset) else setting
+    return type(setting)(setting) if isinstance(setting, list | set) else setting
 
 
 def exchanged(what: str, inputs: Mapping[str, Any], changes: Any) -> dict[str, Any]:
