@@ -204,3 +204,38 @@ def real_numbers(values: Any) -> np.ndarray:
     except CONVERSION_ERRORS as error:
         raise ValueError(f"{type(error).__name__}: {error}") from error
     return found
+
+
+# ---- no data ----------------------------------------
+# What programs write for an absent value, whichever sign and unit it has been read with.
+
+
+NO_DATA = (999.0, 999.25, 9999.0, 99999.0, 999999.0, 9999900.0, 1e20, 1e30)
+UNITS_OF_MARKS = (1.0, 0.3048, 1200.0 / 3937.0, 1000.0)
+
+
+def no_data_in(points: np.ndarray) -> tuple[int, float] | None:
+    """Return the first of some places that holds a usual mark of no data, and the mark; or None.
+
+    An elevation counts if it is one of the marks, except 999, which may be measured: that counts if
+    easting and northing are the same.
+
+    Parameters
+    ----------
+    points : ndarray of float64, shape (n, 3)
+
+    Examples
+    --------
+    >>> no_data_in(np.array([[500.0, 520, -999.0], [500, 560, -999.25]]))
+    (1, 999.25)
+    >>> no_data_in(np.array([[500.0, 520, -999.0], [-999, -999, -999]]))
+    (1, 999.0)
+    """
+    size = np.abs(points)
+    alike = (np.ptp(size, axis=1) == 0.0) if len(size) else np.zeros(0, dtype=bool)
+    for mark in NO_DATA:
+        held = np.isclose(size[:, 2:], np.multiply(mark, UNITS_OF_MARKS), 1e-7, 0.0).any(axis=1)
+        rows = np.flatnonzero(held & alike if mark == 999.0 else held)
+        if len(rows):
+            return int(rows[0]), mark
+    return None

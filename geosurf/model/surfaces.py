@@ -12,6 +12,7 @@ import numpy as np
 
 from geosurf.conventions import is_word, real_numbers
 from geosurf.conventions.card import Card
+from geosurf.conventions.checks import no_data_in
 from geosurf.errors import SurfaceError
 from geosurf.model.base import Shown, frozen, polydata
 from geosurf.model.expected import expect, listed, name_of
@@ -518,6 +519,11 @@ class FaultSticks(Shown):
                 raise SurfaceError(
                     f"fault {self.name!r}: stick {i} has values that are not finite. "
                     "Leave out points that are undefined."
+                )
+            if absent := no_data_in(stick):
+                raise SurfaceError(
+                    f"fault {self.name!r}: point {absent[0] + 1} of stick {i} has {absent[1]:g}, a "
+                    "usual mark of no data. Leave that point out, or correct it."
                 )
         object.__setattr__(self, "sticks", arrays)
 

@@ -13,10 +13,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from geosurf.conventions import is_word
+from geosurf.conventions.checks import no_data_in
 from geosurf.errors import FormatError, InputError
 from geosurf.lazy import lazily
 from geosurf.model.expected import name_of
 from geosurf.read._common import Request, otherwise
+from geosurf.read._guard import damaged
 from geosurf.read.registry import (
     FAULT_FORMATS,
     GRID_FORMATS,
@@ -368,4 +370,11 @@ def read_polygons(
     path, _, read = reader_of(path, POLYGON_FORMATS, format, "read_polygons")
     if name is not None:
         name = name_of(name, "line")
-    return read(path, Request(name, positive, length_unit, columns, decimal))
+    found: list[np.ndarray] = read(path, Request(name, positive, length_unit, columns, decimal))
+    for k, line in enumerate(found, 1):
+        if absent := no_data_in(line):
+            raise damaged(
+                f"{path}: point {absent[0] + 1} of line {k} has {absent[1]:g}, a usual mark of no "
+                "data"
+            )
+    return found

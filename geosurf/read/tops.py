@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.conventions import counted, did_you_mean, elevation_sign
+from geosurf.conventions.checks import NO_DATA
 from geosurf.errors import FormatError, GeosurfWarning, InputError
 from geosurf.model.expected import path_of
 from geosurf.read._common import (
@@ -119,7 +120,7 @@ OF_PATHS = {
 PLACES = ("x", "y", "z")
 MEASURED = ("md", "mdrkb", "measureddepth", "tvd", "tvdrkb")  # depths along or below the rig
 # what programs write for an undefined value
-UNDEFINED = (-999.0, -999.25, -9999.0, -99999.0, 1e20, 1e30, 9999900.0)
+UNDEFINED = {*NO_DATA[-3:], *(-mark for mark in NO_DATA)}
 UNDEFINED_WORDS = ("", "undef", "undefined", "null", "nan", "none", "-")
 MOST_NAMED = 6  # tops in one warning
 Places = dict[str, int]

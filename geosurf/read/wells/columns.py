@@ -51,7 +51,7 @@ HORIZON = OF_TOPS["horizon"]
 Rows = list[tuple[int, list[str]]]
 NAME = re.compile(r"#\s*WELL NAME:\s*(.*)", re.I)
 HEAD = re.compile(r"#\s*WELL HEAD ([XY])-COORDINATE:\s*(\S+)\s*(?:\(([^)]*)\))?", re.I)
-DATUM = re.compile(r"#\s*WELL DATUM[^:]*:\s*(\S+)\s*(?:\(([^)]*)\))?", re.I)
+DATUM = re.compile(r"#\s*WELL (?:DATUM|KB)\b[^:]*:\s*(\S+)\s*(?:\(([^)]*)\))?", re.I)
 SYSTEM = re.compile(r"#\s*XYZ TRACE IS GIVEN IN COORDINATE SYSTEM\s*(.*)", re.I)
 DEPTHS = re.compile(r"#\s*DEPTH\b.*\bGIVEN IN (\w+)-UNITS", re.I)
 # a line that begins a well of ResInsight: the name stands in quotes or behind the word

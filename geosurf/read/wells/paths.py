@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.conventions import counted, elevation_sign, metres_per_unit
+from geosurf.conventions.checks import no_data_in
 from geosurf.errors import FormatError, InputError
 from geosurf.model.expected import path_of
 from geosurf.read._common import Request, agreed_scale, noted
@@ -337,8 +338,23 @@ def _by_positions(
     found: dict[str, Path3] = {}
     for name, at in rows.items():
         md = values["md"][at] if "md" in values else None
+        lines = [trace.rows[int(k)][0] for k in at]
+        if absent := no_data_in(points[at]):
+            raise damaged(
+                f"{path}, line {lines[absent[0]]}: well {name!r} has {absent[1]:g} there, a usual "
+                "mark of no data"
+            )
         if md is not None:
             _check_rise(path, trace, name, at, md)
+            far = np.linalg.norm(np.diff(points[at], axis=0), axis=1)
+            leaps = np.flatnonzero(far > 1.5 * np.diff(md) + 10.0)
+            if len(leaps):
+                k = int(leaps[0])
+                raise FormatError(
+                    f"{path}, line {lines[k + 1]}: well {name!r} goes {far[k]:.0f} m while its "
+                    f"measured depth rises by {md[k + 1] - md[k]:.0f} m. Correct its place, its "
+                    "measured depth or its units."
+                )
         if not (np.ptp(points[at], axis=0) > 0.0).any():
             raise FormatError(
                 f"{path}: well {name!r} has {counted(len(at), 'point')} in one place; a path "
