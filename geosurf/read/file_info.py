@@ -147,6 +147,8 @@ def info(path: str | PathLike[str]) -> FileInfo:
 
 def _strange(path: str | PathLike[str]) -> str:
     """What to do with a file that no reader takes."""
+    if not Path(path).stat().st_size:
+        return "The file is empty (0 bytes)."
     return SCENARIO if str(path).lower().endswith(".toml") else STRANGE
 
 

@@ -49,7 +49,7 @@ _TABLE: dict[str, tuple[str, str, str, dict[str, str]]] = {
     "geotiff": ("GeoTIFF", ".tif .tiff", "grids.binary_grids", {"read_horizon": "read_geotiff"}),
     "ijxyz": ("seismic grid (IJXYZ)", ".ijxyz", "grids.node_lists", {"read_horizon": "read_ijxyz"}),
     "sticks": ("fault sticks", ".pol .csv .dat .txt", "polylines", {"read_fault": "read_sticks"}),
-    "polygons": ("polygons", ".pol .csv .txt .dat", "polylines",
+    "polygons": ("polygons", ".pol .csv .txt .dat .xyz", "polylines",
                  {"read_polygons": "read_polylines"}),
     "xyz": ("points", ".poi .xyz .txt .csv .dat", "polylines", {"read_points": "read_xyz"}),
     "charisma": ("Charisma fault sticks", ".charisma", "polylines",
@@ -249,7 +249,9 @@ def _is_resqml(head: bytes) -> bool:
     """A zip file whose first files are those of a package of Energistics."""
     words = (b"obj_", b"EpcExternalPartReference", b"resqml")
     opc = b"[Content_Types].xml" in head or b"_rels/" in head or b"docProps/" in head
-    return head.startswith(b"PK\x03\x04") and (opc or any(word in head for word in words))
+    office = any(word in head for word in (b"xl/", b"word/", b"ppt/", b"officedocument"))
+    known = any(word in head for word in words) or (opc and not office)
+    return head.startswith(b"PK\x03\x04") and known
 
 
 # lines of RMS such as "Float dip" before numbers, or the header of Petrel
@@ -308,6 +310,7 @@ SIGNATURES: dict[str, Callable[[bytes], bool]] = {
 # what else is recognised, to name it in errors: geosurf does not read these
 FOREIGN: dict[str, Callable[[bytes], bool]] = {
     "GOCAD Well": _text(r"(?:#[^\n]*\n\s*)*GOCAD[ \t]+Well\b"),
+    "Excel workbook": lambda head: head.startswith(b"PK\x03\x04") and b"xl/" in head,
     "ZIP archive": lambda head: head.startswith(b"PK\x03\x04"),
     "gzip": lambda head: head.startswith(b"\x1f\x8b"),
 }

@@ -172,7 +172,8 @@ def _keys(head: str) -> Keys:
         if words.startswith("#"):
             key = words[1:].split()[0].upper() if words[1:].split() else ""
         elif words and key and not words.startswith("!"):
-            found.setdefault(key, (i, words))
+            quoted = re.fullmatch(r'"([^",]*)"', words)
+            found.setdefault(key, (i, quoted[1].strip() if quoted else words))
     return found
 
 
