@@ -43,7 +43,7 @@ def scenes():
     world = gs.synthetic.graben(n=11)
     found = []
     for faults in (world.faults, {}):
-        scene = gs.Scene(world.horizons, faults, world.box, crs="EPSG:4326")  # as GeoJSON asks
+        scene = gs.Scene(world.horizons, faults, world.box, crs="EPSG:32631")  # as GeoJSON asks
         scene.check()
         _ = scene.units.table
         found.append(scene)

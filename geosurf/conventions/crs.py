@@ -1,6 +1,7 @@
 """Coordinate reference systems: read the declaration of an input, and compare two.
 
-Nothing is converted here; `geosurf.reproject` does that. An array declares its system in
+Nothing is converted here; `geosurf.reproject` does that. Systems in feet or degrees are refused,
+since easting and northing are metres. An array declares its system in
 ``attrs["crs"]``, in the variable that its CF attribute ``grid_mapping`` names, or in a coordinate
 ``spatial_ref`` or ``crs``, as rioxarray writes it. geosurf does not guess whether an EPSG code and
 a name mean the same system; it warns.
@@ -10,8 +11,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any
 
+from geosurf.conventions.packages import install_line, is_installed
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.warning import warn
 
@@ -25,10 +28,19 @@ EPSG = re.compile(
     re.IGNORECASE,
 )
 CODE = re.compile(r'\[\s*"EPSG"\s*,\s*"?(\d+)"?', re.IGNORECASE)
+LENGTH = re.compile(r'UNIT\s*\[\s*"[^"]*"\s*,\s*([\d.eE+-]+)', re.IGNORECASE)
+# names of EPSG such as "NAD83 / Texas North Central (ftUS)", and texts of PROJ
+FEET = re.compile(r"\(ft\w*\)|\+units=(?:us-)?ft\b|\+to_meter=0?\.304", re.IGNORECASE)
+# projected systems in metres whose codes follow a rule: UTM on WGS 84, WGS 72, ETRS89, ED50, NAD83
+METRIC = re.compile(r"32[2-7]\d\d|258\d\d|230[2-3]\d|269\d\d")
+GEOGRAPHIC = re.compile(r"GEOG(?:CS|CRS)\s*\[|.*(?:OGC|CRS)[:\w.]*:?CRS(?:84|83|27)\Z", re.I)
+DEGREES, DEGREE = {4326, 4258, 4269, 4267, 4979}, 0.0174532925199433  # the codes most in use
 PROJECTED = re.compile(r"(?:PROJCS|PROJCRS|PROJECTEDCRS|GEOGCS|GEOGCRS)\s*\[", re.IGNORECASE)
 
 
-def crs_of(value: Any, variables: Mapping[Any, Any] | None = None) -> str | None:
+def crs_of(
+    value: Any, variables: Mapping[Any, Any] | None = None, *, any_unit: bool = False
+) -> str | None:
     """Return the coordinate reference system that an array or dataset declares, or None.
 
     Parameters
@@ -36,6 +48,8 @@ def crs_of(value: Any, variables: Mapping[Any, Any] | None = None) -> str | None
     value : DataArray, Dataset or anything
     variables : mapping, optional
         Where the grid mapping of an array is looked up; default: among its own coordinates.
+    any_unit : bool, default False
+        Take systems in feet and degrees, too.
 
     Returns
     -------
@@ -45,7 +59,7 @@ def crs_of(value: Any, variables: Mapping[Any, Any] | None = None) -> str | None
     Raises
     ------
     InputError
-        If two declarations contradict each other.
+        If two declarations contradict each other, or if the system is in feet or degrees.
 
     Examples
     --------
@@ -57,8 +71,11 @@ def crs_of(value: Any, variables: Mapping[Any, Any] | None = None) -> str | None
     'EPSG:32631'
     """
     # Attributes before grid mappings: what a user set by hand counts most.
-    found = [_text(one) for one in _declared(value, variables)]
-    found = [text for text in found if text]
+    declared = [str(one).strip() for one in _declared(value, variables)]
+    if not any_unit:
+        for text in declared:
+            refuse_other_units(text, _title(value))
+    found = [_text(text) for text in declared if text]
     for other in found[1:]:
         if are_same(found[0], other) is False:
             raise InputError(
@@ -109,8 +126,59 @@ def label(crs: str) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
 
 
+def refuse_other_units(crs: str | None, where: str) -> None:
+    """Refuse a system in feet or degrees; most codes need pyproj to tell, without it: no check."""
+    metres = _metres(crs) if crs else 1.0
+    if abs(metres - 1.0) > 1e-9:
+        unit = "degrees" if metres < 0.1 else "feet" if 0.3 < metres < 0.31 else f"{metres:g} m"
+        raise InputError(
+            f"{where}: coordinates are in {unit} ({label(str(crs))}); geosurf takes metres. "
+            "Convert them to a projected system, as in gs.reproject(data, 'EPSG:32614'), or "
+            "files by ogr2ogr -t_srs EPSG:32614 or gdalwarp -t_srs EPSG:32614."
+        )
+
+
+@lru_cache(maxsize=256)
+def _metres(crs: str) -> float:
+    """Metres of one unit of easting; 1 where neither the text nor pyproj states a unit."""
+    start = PROJECTED.search(crs)
+    if start:
+        factors = LENGTH.findall(_bracketed(crs[start.start() :]))
+        return DEGREE if GEOGRAPHIC.match(start[0]) else float(factors[-1]) if factors else 1.0
+    if FEET.search(crs):
+        return 0.3048
+    code = epsg_of(crs)
+    if code in DEGREES or GEOGRAPHIC.match(crs):
+        return DEGREE
+    code = epsg_of(crs)
+    if code is None or METRIC.fullmatch(str(code)):
+        return 1.0
+    try:
+        from pyproj import CRS
+        from pyproj.exceptions import CRSError
+    except ImportError:
+        return 1.0
+    try:
+        system = CRS.from_epsg(code)
+    except CRSError:
+        return 1.0
+    axes = system.axis_info
+    return axes[0].unit_conversion_factor if axes else 1.0
+
+
+def _bracketed(text: str) -> str:
+    """A description up to the bracket that closes it: without the vertical part of a compound."""
+    depth = 0
+    for found in re.finditer(r'"[^"]*"|\[|\]', text):
+        depth += {"[": 1, "]": -1}.get(found[0], 0)
+        if found[0] == "]" and not depth:
+            return text[: found.end()]
+    return text
+
+
 def refuse_other_crs(name: str, crs: str | None, others: Mapping[str, str]) -> None:
-    """Refuse a surface in another coordinate reference system than those before it."""
+    """Refuse a surface in another unit or reference system than those before it."""
+    refuse_other_units(crs, repr(name))
     for other, known in others.items():
         # Only a proven difference is refused; None means that they cannot be compared.
         if crs is not None and are_same(crs, known) is False:
@@ -122,8 +190,15 @@ def refuse_other_crs(name: str, crs: str | None, others: Mapping[str, str]) -> N
 
 
 def warn_of_unclear_crs(known: Mapping[str, str]) -> None:
-    """Warn of the first surface whose reference system cannot be compared with that of another."""
+    """Warn of the first system of unknown unit, or that cannot be compared with another."""
     names = list(known)
+    for name in names:
+        code = epsg_of(known[name])
+        if code and not METRIC.fullmatch(str(code)) and not is_installed("pyproj"):
+            effect = f"geosurf takes {label(known[name])} of {name!r} to be in metres, unchecked."
+            remedy = f"To check it: {install_line('pyproj')}. Systems in feet have to be converted."
+            warn(GeosurfWarning("crs", name, effect, remedy))
+            break
     for name in names[1:]:
         if are_same(known[names[0]], known[name]) is None:
             warn(
@@ -192,9 +267,8 @@ def _of_mapping(attrs: Mapping[Any, Any]) -> Any:
 # ---- comparison ------------------------------------------------------------------------
 
 
-def _text(declared: Any) -> str:
-    """A declaration as a text; a long one with an EPSG code as that code."""
-    text = str(declared).strip()
+def _text(text: str) -> str:
+    """A declaration; a long one with an EPSG code as that code."""
     kind, key = _kind_and_key(text)
     return f"EPSG:{key}" if kind == "code" and not EPSG.fullmatch(text) else text
 

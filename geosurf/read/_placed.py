@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.conventions import FAULT_DIMS, first_given
-from geosurf.conventions.crs import EPSG, crs_of, label
+from geosurf.conventions.crs import EPSG, crs_of, label, refuse_other_units
 from geosurf.errors import FormatError, InputError, SurfaceError
 from geosurf.model import TriSurface
 from geosurf.read._common import Request, agreed_scale, agreed_sign, noted
@@ -114,7 +114,7 @@ class _Declared:
         self.attrs = {"crs": crs}
 
 
-def crs_from(text: str) -> str | None:
+def crs_from(text: str, path: Path | None = None) -> str | None:
     """
     Return a reference system as geosurf has it: an EPSG code where the text has one.
 
@@ -123,6 +123,7 @@ def crs_from(text: str) -> str | None:
     >>> crs_from("urn:ogc:def:crs:EPSG::23031"), crs_from(" ")
     ('EPSG:23031', None)
     """
+    refuse_other_units(text, str(path or "the file"))
     found = crs_of(_Declared(" ".join(text.split()) or None))
     code = EPSG.fullmatch(found or "")
     return f"EPSG:{code[1]}" if code else found
@@ -140,7 +141,7 @@ def crs_of_prj(path: Path) -> str | None:
         The file next to it.
     """
     found = next((one for word in SUFFIXES if (one := path.with_suffix(word)).exists()), None)
-    crs = None if found is None else crs_from(read_bytes(found).decode("latin-1"))
+    crs = None if found is None else crs_from(read_bytes(found).decode("latin-1"), found)
     if crs is not None and "[" in crs:
         crs = _with_code(crs)
     if crs is not None:

@@ -17,7 +17,6 @@ from __future__ import annotations
 import io
 import itertools
 import json
-import re
 import struct
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -30,7 +29,7 @@ import numpy as np
 
 from geosurf.conventions import counted
 from geosurf.conventions.axes import USUAL
-from geosurf.conventions.crs import label
+from geosurf.conventions.crs import label, warn_of_unclear_crs
 from geosurf.conventions.packages import need
 from geosurf.errors import FormatError, GeosurfWarning, InputError
 from geosurf.model import FaultSticks
@@ -46,9 +45,6 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 # attributes that name the fault or horizon of a feature, lower case; the first that is there counts
 NAMES = ("name", "fault", "fault_name", "faultname", "horizon", "surface")
 KINDS = ("point", "line", "ring")
-GEOGRAPHIC = re.compile(r"\AGEOG(?:CS|CRS)\s*\[|(?:OGC|CRS)[:\w.]*:?CRS(?:84|83|27)\Z", re.I)
-# codes of EPSG in degrees that files of this kind carry most
-DEGREES = {"EPSG:4326", "EPSG:4258", "EPSG:4269", "EPSG:4267", "EPSG:4979"}
 
 
 # type of a geometry of GeoJSON -> kind of its parts, and lists around the positions of a part
@@ -128,11 +124,8 @@ class Features:
             noted("left out", counted(self.empty, "feature") + " without a place")
         if self.crs is not None:
             noted("crs", label(self.crs))
-            if GEOGRAPHIC.search(self.crs) or self.crs in DEGREES:
-                raise InputError(
-                    f"{self.path}: coordinates are in degrees ({label(self.crs)}); geosurf takes "
-                    "metres. Convert the file, as in ogr2ogr -t_srs EPSG:32631 out.geojson in."
-                )
+            if not is_looking():
+                warn_of_unclear_crs({self.path.name: self.crs})
         self._warn_of_degrees()
         return self
 
@@ -372,7 +365,7 @@ def _of_geojson(path: Path) -> Features:
         empty += not parts
         items += [Feature(kind, points, words) for kind, points in parts]
     stated = {key: _word(path, found, key) for key in ("positive", "units")}
-    return Features(path, items, _crs(found), empty, stated["positive"], stated["units"])
+    return Features(path, items, _crs(path, found), empty, stated["positive"], stated["units"])
 
 
 def _no_constant(word: str) -> float:
@@ -387,13 +380,13 @@ def _word(path: Path, found: dict[str, Any], key: str) -> str | None:
     return value
 
 
-def _crs(found: dict[str, Any]) -> str | None:
+def _crs(path: Path, found: dict[str, Any]) -> str | None:
     """The reference system in the form of 2008, or a plain text."""
     stated = found.get("crs")
     if isinstance(stated, dict):
         properties = stated.get("properties")
         stated = properties.get("name") if isinstance(properties, dict) else None
-    return crs_from(stated) if isinstance(stated, str) else None
+    return crs_from(stated, path) if isinstance(stated, str) else None
 
 
 def _geometries(

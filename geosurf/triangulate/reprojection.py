@@ -54,7 +54,7 @@ def reproject(obj: Any, crs: str, *, source: str | None = None) -> Any:
     True
     """
     crs = name_of(crs, "coordinate reference system")
-    known = obj.crs if isinstance(obj, TriSurface | FaultSticks) else crs_of(obj)
+    known = obj.crs if isinstance(obj, TriSurface | FaultSticks) else crs_of(obj, any_unit=True)
     what = repr(getattr(obj, "name", None) or "the object")
     if source is not None and not isinstance(source, str):
         raise InputError(f'source is {source!r}; give a text such as "EPSG:23031".')

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -143,3 +145,50 @@ def test_what_cannot_be_compared_is_a_warning():
     with pytest.warns(gs.GeosurfWarning, match=r"'B' declares .*'UTM zone 31'.*cannot compare"):
         (found,) = scene.warnings
     assert (found.kind, found.subject) == ("crs", "B")
+
+
+FOOT = 'UNIT["Foot_US",0.304800609601219]'
+TEXAS = f'PROJCS["Texas",GEOGCS["a",SPHEROID["b",6378137,298.2],UNIT["Degree",0.017]],{FOOT}]'
+
+
+@pytest.mark.parametrize(
+    ("text", "unit"),
+    [
+        (TEXAS, "feet"),
+        (f'COMPD_CS["both",{TEXAS},VERT_CS["h",UNIT["metre",1]]]', "feet"),
+        ("NAD83 / Texas North Central (ftUS)", "feet"),
+        ("+proj=lcc +lat_1=32 +units=us-ft +no_defs", "feet"),
+        ('GEOGCS["WGS 84",UNIT["degree",0.0174532925199433]]', "degrees"),
+        ("urn:ogc:def:crs:OGC:1.3:CRS84", "degrees"),
+        ("EPSG:4326", "degrees"),
+    ],
+)
+@pytest.mark.parametrize("how", ["attribute", "extended grid mapping", "mesh", "prj", "geojson"])
+def test_systems_in_feet_or_degrees_are_refused_in_every_input(tmp_path, text, unit, how):
+    with pytest.raises(InputError, match=rf"in {unit}.*metres. Convert"):
+        taken_in(how, text, tmp_path)
+
+
+def taken_in(how, text, folder):
+    """An input that states a reference system, as a user would give it."""
+    if how == "prj":
+        gs.write(grid(), folder / "top.asc")
+        (folder / "top.prj").write_text(text)
+        return gs.read_horizon(folder / "top.asc", positive="up", length_unit="m")
+    if how == "geojson":
+        line = {"type": "LineString", "coordinates": [[0, 0, -1], [1000, 0, -1]]}
+        words = {"type": "name", "properties": {"name": text}}
+        (folder / "a.geojson").write_text(json.dumps({**line, "crs": words}))
+        return gs.read_polygons(folder / "a.geojson", positive="up")
+    if how == "mesh":
+        surface = gs.TriSurface("F1", "fault", POINTS, FACES)
+        surface.crs = text
+        return gs.Scene({"Top": grid()}, {"F1": surface}).curves
+    return gs.Scene({"Top": declared(how, text)}).units
+
+
+@pytest.mark.parametrize(
+    "text", [f'COMPD_CS["x",{wkt(32631)},VERT_CS["h",{FOOT}]]', "EPSG:32631", "UTM 31"]
+)
+def test_metres_with_feet_of_another_kind_are_taken(text):
+    assert gs.Scene({"Top": grid(crs=text)}).surface("Top").crs

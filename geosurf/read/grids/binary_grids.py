@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions.crs import label
+from geosurf.conventions.crs import label, refuse_other_units
 from geosurf.conventions.packages import need
-from geosurf.errors import FormatError, InputError
+from geosurf.errors import FormatError
 from geosurf.read._common import TextBlocks, integer, noted, number
 from geosurf.read._guard import damaged, opened, read_bytes, read_some, reading_with, refuse_large
 from geosurf.read.grids.nodes import (
@@ -446,9 +446,5 @@ def _crs(path: Path, source: Any) -> str | None:
         return None
     code = source.crs.to_epsg()
     text = f"EPSG:{code}" if code else str(source.crs.to_wkt())
-    if source.crs.is_geographic:
-        raise InputError(
-            f"{path}: coordinates are in degrees ({label(text)}); geosurf takes metres. Convert "
-            "the map, as in gdalwarp -t_srs EPSG:32631 in.tif out.tif."
-        )
+    refuse_other_units(str(source.crs.to_wkt()), str(path))
     return text

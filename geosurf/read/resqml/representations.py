@@ -108,8 +108,12 @@ def _unit(package: Package, system: Element, name: str) -> str:
 
 
 def crs_of(package: Package, geometry: Element) -> str | None:
-    """Return the projected reference system of points, or None where none is named."""
-    projected = find(package.referred(geometry, "LocalCrs"), "ProjectedCrs")
+    """Return the projected reference system of points; None without one, or if it is in feet."""
+    system = package.referred(geometry, "LocalCrs")
+    if metres_per_unit(_unit(package, system, "ProjectedUom"), package.path.name) != 1.0:
+        noted("crs", "in another unit than metres: not that of the points that were converted")
+        return None
+    projected = find(system, "ProjectedCrs")
     code = None if projected is None else find(projected, "EpsgCode")
     name = None if projected is None else find(projected, "Unknown")
     if code is not None:
