@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.conventions import elevation_sign, metres_per_unit
+from geosurf.conventions.checks import no_data_in
 from geosurf.conventions.crs import crs_of, epsg_of, label
 from geosurf.errors import OutputError
 from geosurf.model import Curves, FaultSticks
@@ -68,10 +69,6 @@ def pol_of_lines(lines: Any, name: str | None) -> tuple[bytes, list[Loss]]:
     found = line_set(lines)
     pieces = []
     for part in found.parts:
-        if (part == END_OF_LINE).all(axis=1).any():
-            raise OutputError(
-                "a line has the point (999, 999, 999), which ends a line in .pol. Write .csv."
-            )
         x, y, z = part.T
         pieces.append(rows_text([x, b" ", y, b" ", z, b"\n"]) + b"999.0 999.0 999.0\n")
     return b"".join(pieces), [DIRECTION, *([NAMES] if found.words else [])]
@@ -132,7 +129,7 @@ def line_set(lines: Any) -> LineSet:
     Raises
     ------
     OutputError
-        If there are none, or a point has no place.
+        If there are none, or a point has no place or holds a usual mark of no data.
     """
     found = _line_set(lines)
     for row, part in enumerate(found.parts):
@@ -140,6 +137,11 @@ def line_set(lines: Any) -> LineSet:
             raise OutputError(
                 f"line {row} (counted from 0) has coordinates that are not finite. Drop these "
                 "points."
+            )
+        if absent := no_data_in(part):
+            raise OutputError(
+                f"point {absent[0]} of line {row} (counted from 0) has {absent[1]:g}, a usual mark "
+                "of no data, which readers do not take for a place. Drop this point."
             )
     return found
 
