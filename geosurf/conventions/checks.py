@@ -217,8 +217,8 @@ UNITS_OF_MARKS = (1.0, 0.3048, 1200.0 / 3937.0, 1000.0)
 def no_data_in(points: np.ndarray) -> tuple[int, float] | None:
     """Return the first of some places that holds a usual mark of no data, and the mark; or None.
 
-    An elevation counts if it is one of the marks, except 999, which may be measured: that counts if
-    easting and northing are the same.
+    An elevation counts if it is one of the marks. 999 and 9999 may be measured: they count if
+    easting and northing are the same, and 9999 also if no other point is within 100 m in depth.
 
     Parameters
     ----------
@@ -230,12 +230,16 @@ def no_data_in(points: np.ndarray) -> tuple[int, float] | None:
     (1, 999.25)
     >>> no_data_in(np.array([[500.0, 520, -999.0], [-999, -999, -999]]))
     (1, 999.0)
+    >>> no_data_in(np.array([[500.0, 520, -3040.1], [500, 560, -3047.6952]]))  # 9999 ft
     """
     size = np.abs(points)
     alike = (np.ptp(size, axis=1) == 0.0) if len(size) else np.zeros(0, dtype=bool)
     for mark in NO_DATA:
         held = np.isclose(size[:, 2:], np.multiply(mark, UNITS_OF_MARKS), 1e-7, 0.0).any(axis=1)
-        rows = np.flatnonzero(held & alike if mark == 999.0 else held)
+        if mark == 9999.0:
+            near = np.abs(points[~held, 2] - points[held, 2, None]) < 100.0
+            alike[held] |= ~near.any(axis=1)
+        rows = np.flatnonzero(held & alike if mark in (999.0, 9999.0) else held)
         if len(rows):
             return int(rows[0]), mark
     return None

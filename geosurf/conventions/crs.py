@@ -28,14 +28,18 @@ EPSG = re.compile(
     re.IGNORECASE,
 )
 CODE = re.compile(r'\[\s*"EPSG"\s*,\s*"?(\d+)"?', re.IGNORECASE)
-LENGTH = re.compile(r'UNIT\s*\[\s*"[^"]*"\s*,\s*([\d.eE+-]+)', re.IGNORECASE)
+LENGTH = re.compile(r'UNIT\s*\[\s*"[^"]*"\s*,\s*(\d+\.?\d*(?:e[+-]?\d+)?)', re.IGNORECASE)
 # names of EPSG such as "NAD83 / Texas North Central (ftUS)", and texts of PROJ
 FEET = re.compile(r"\(ft\w*\)|\+units=(?:us-)?ft\b|\+to_meter=0?\.304", re.IGNORECASE)
 # projected systems in metres whose codes follow a rule: UTM on WGS 84, WGS 72, ETRS89, ED50, NAD83
 METRIC = re.compile(r"32[2-7]\d\d|258\d\d|230[2-3]\d|269\d\d")
-GEOGRAPHIC = re.compile(r"GEOG(?:CS|CRS)\s*\[|.*(?:OGC|CRS)[:\w.]*:?CRS(?:84|83|27)\Z", re.I)
+GEOGRAPHIC = re.compile(
+    r"(?:GEOG(?:CS|CRS)|GEODCRS)\s*\[|.*\+proj=(?:longlat|latlong)\b"
+    r"|.*(?:OGC|CRS)[:\w.]*:?CRS(?:84|83|27)\Z",
+    re.IGNORECASE,
+)
 DEGREES, DEGREE = {4326, 4258, 4269, 4267, 4979}, 0.0174532925199433  # the codes most in use
-PROJECTED = re.compile(r"(?:PROJCS|PROJCRS|PROJECTEDCRS|GEOGCS|GEOGCRS)\s*\[", re.IGNORECASE)
+PROJECTED = re.compile(r"(?:PROJCS|PROJCRS|PROJECTEDCRS|GEOGCS|GEOGCRS|GEODCRS)\s*\[", re.I)
 
 
 def crs_of(
@@ -150,7 +154,6 @@ def _metres(crs: str) -> float:
     code = epsg_of(crs)
     if code in DEGREES or GEOGRAPHIC.match(crs):
         return DEGREE
-    code = epsg_of(crs)
     if code is None or METRIC.fullmatch(str(code)):
         return 1.0
     try:

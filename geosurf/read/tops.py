@@ -120,7 +120,7 @@ OF_PATHS = {
 PLACES = ("x", "y", "z")
 MEASURED = ("md", "mdrkb", "measureddepth", "tvd", "tvdrkb")  # depths along or below the rig
 # what programs write for an undefined value
-UNDEFINED = {*NO_DATA[-3:], *(-mark for mark in NO_DATA)}
+UNDEFINED = {*(mark for mark in NO_DATA if mark > 1e6), *(-mark for mark in NO_DATA)}
 UNDEFINED_WORDS = ("", "undef", "undefined", "null", "nan", "none", "-")
 MOST_NAMED = 6  # tops in one warning
 Places = dict[str, int]

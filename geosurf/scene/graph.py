@@ -217,7 +217,7 @@ class Graph:
             return None if default is None or default.axis_parallel else default.outline
         if self.inputs.takes_rectangle:
             return None
-        self.read.unchanged("area")
+        self.read.unchanged(("aoi",))
         with self.memory.collecting():
             return opened_outline(self.inputs.aoi)
 
@@ -263,7 +263,7 @@ class Graph:
     @cached_property
     def tops(self) -> Tops | None:
         """Well tops, read from their file; None if the scene has none."""
-        self.read.unchanged("well tops")
+        self.read.unchanged(("tops",))
         with self.memory.collecting():
             return opened_tops(self.inputs.tops, self.inputs.options)
 

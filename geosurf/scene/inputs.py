@@ -442,10 +442,10 @@ def exchanged(what: str, inputs: Mapping[str, Any], changes: Any) -> dict[str, A
     return {name: one for name, one in {**inputs, **changed}.items() if one is not None}
 
 
-def changing(inputs: SceneInputs) -> dict[str, Any]:
-    """Return all inputs that are read, by name; the tops and the area by the words for these."""
+def changing(inputs: SceneInputs) -> dict[Any, Any]:
+    """Return all inputs that are read, by name; tops and area by keys that are no names."""
     named = {**inputs.contacts, **inputs.faults, **inputs.horizons}
-    return {**named, "well tops": inputs.tops, "area": inputs.aoi}
+    return {**named, ("tops",): inputs.tops, ("aoi",): inputs.aoi}
 
 
 def are_one(one: Any, other: Any) -> bool:

@@ -428,7 +428,7 @@ class InputSurfaces:
         self.inputs, self.memory = inputs, memory
         self.crs: dict[str, str] = {}
         self._fingerprints: dict[str, str] = {}
-        self._marks: dict[str, Hashable] | None = None  # of all inputs, when the first one was read
+        self._marks: dict[Any, Hashable] | None = None  # of all inputs, when the first one was read
         self._few: dict[str, TriSurface] = {}  # every k-th node of grids that are too large
         self._known: dict[str, TriSurface] = {}  # those that have been asked for
         self._maps: list[weakref.ref[Lattice]] = []  # as long as somebody holds them
@@ -465,8 +465,9 @@ class InputSurfaces:
         """Take over what another scene has read of the inputs that a change does not name."""
         if before._marks is None:
             return
-        named = {*changes, *(changes.get("horizons") or ()), *(changes.get("faults") or ())}
-        named |= {*(changes.get("contacts") or ())}
+        kinds = ("horizons", "faults", "contacts")
+        named = {name for kind in kinds for name in changes.get(kind) or ()}
+        named |= {(key,) for key in changes}
         old, new = changing(before.inputs), changing(self.inputs)
         self._marks = {}
         for name, value in new.items():
@@ -518,21 +519,21 @@ class InputSurfaces:
             self._fingerprints[name] = found
         return self._fingerprints[name]
 
-    def _marked(self) -> dict[str, Hashable]:
+    def _marked(self) -> dict[Any, Hashable]:
         """What shows that inputs have changed: of all of them, when the first one is read."""
         if self._marks is None:
             inputs = changing(self.inputs).items()
             self._marks = {name: _mark(value, self.memory) for name, value in inputs}
         return self._marks
 
-    def unchanged(self, name: str) -> None:
+    def unchanged(self, name: str | tuple[str]) -> None:
         """Refuse an input that is about to be read, if it has changed since the first one was read.
 
         A scene is what its inputs were then: a model of old and new data is nobody's.
         """
         value = changing(self.inputs)[name]
         if self._marked()[name] != _mark(value, self.memory):
-            what = f"the file {value}" if isinstance(value, str | Path) else repr(name)
+            what = f"the file {value}" if isinstance(value, str | Path) else repr("".join(name))
             raise InputError(
                 f"{what} has changed since this scene read its first input, and the scene would "
                 f"mix old and new data. Make a new scene, geosurf.Scene(...), of the data as they "

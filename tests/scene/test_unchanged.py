@@ -89,9 +89,28 @@ def test_inputs_that_changed_after_the_first_was_read_are_refused_by_name(tmp_pa
         area += 50.0
     else:
         arrays[0][:, 0] += 50.0
-    words = {"horizon": "'Base'", "file": "the file .*base.nc", "area": "'area'"}.get(of, "'F1'")
+    words = {"horizon": "'Base'", "file": "the file .*base.nc", "area": "'aoi'"}.get(of, "'F1'")
     with pytest.raises(InputError, match=rf"{words} has changed since .* Make a new scene"):
         scene.units  # noqa: B018
+
+
+@pytest.mark.parametrize("name", ["area", "aoi", "tops", "well tops", "horizons"])
+def test_a_horizon_may_be_called_as_another_input(name):
+    world = gs.synthetic.graben(n=9)
+    top, base = (world.horizons[one] for one in ("Top", "Base"))
+    area = np.array([[500.0, 300], [3500, 300], [3500, 1700], [500, 1700]])
+
+    def scene_of(top):
+        return gs.Scene({name: top, "Base": base}, {}, world.box, aoi=area)
+
+    deeper = (top - 20.0).assign_attrs(top.attrs)
+    scene = scene_of(top)
+    before = scene.volumes
+    after = scene.replace(horizons={name: deeper}).volumes
+    assert after.identical(scene_of(deeper).volumes)
+    assert not after.identical(before)
+    area += 50.0
+    assert scene.replace(aoi=area).volumes.identical(scene_of(top).volumes)
 
 
 @pytest.mark.parametrize("of", ["file", "arrays of a fault"])
