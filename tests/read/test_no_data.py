@@ -30,8 +30,8 @@ def test_law_no_mark_becomes_a_place(tmp_path, mark, unit):
 
 
 def test_law_measured_places_are_no_marks():
-    """Whole numbers, 999 m among them, are depths; only 999 999 999 is none."""
-    z = -np.arange(0.0, 9000.0)
+    """Whole numbers, 999 m and 9999 ft among them, are depths; only 999 999 999 is none."""
+    z = np.concatenate([-np.arange(0.0, 9000.0), -0.3048 * np.arange(9000.0, 10100.0)])
     z = z[z != -999.25]
     gs.FaultSticks(
         "F", [np.column_stack([0 * z, 0 * z, z]), np.column_stack([0 * z + 9, 0 * z, z])]
