@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import geosurf as gs
 from geosurf.errors import HorizonError, InputError
@@ -147,3 +149,25 @@ def test_noisy_points_of_a_reverse_fault_are_met_as_well_as_asked():
         assert found.position.max() < 0.25
         throw.append(found.throw.mean())
     assert np.mean(throw) < 2.0
+
+
+@given(
+    st.integers(0, 2**32 - 1), st.floats(1.0, 30.0), st.floats(0.0, 2.0 * np.pi),
+    st.sampled_from([0.0, 0.2, 0.5]),
+)  # fmt: skip
+@settings(max_examples=60)
+def test_law_points_of_any_lattice_are_met_exactly(seed, ratio, turn, gaps):
+    """Steps in any ratio, rotated, with gaps, rounded to a centimetre: every point is a node."""
+    rng = np.random.default_rng(seed)
+    step = rng.permutation([12.5, 12.5 * ratio])
+    grid = np.stack(np.meshgrid(*map(np.arange, rng.integers(9, 30, 2))), -1).reshape(-1, 2)
+    grid = grid[rng.random(len(grid)) >= gaps]
+    axes = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+    xy = np.round((grid * step) @ axes + [456000.0, 5930000.0], 2)
+    points = np.column_stack([xy, rng.normal(-2000.0, 30.0, len(xy))])
+    sheet = gs.tear_horizon(points, {}, name="Top", positive="up")
+    lattice = sheet.lattice
+    nodes = np.column_stack(
+        [a.ravel() for a in (lattice.easting, lattice.northing, lattice.elevation)]
+    )
+    assert set(map(tuple, points)) <= set(map(tuple, nodes))

@@ -341,7 +341,7 @@ def _find_lattice(xy: np.ndarray, what: str) -> Found:
     origin = xy[np.argmin(np.hypot(*(xy - np.median(xy, axis=0)).T))]
     corner = origin
     span = float(np.hypot(*np.ptp(xy, axis=0)))
-    radius = 8.0 * float(np.hypot(*step[0]))
+    radius = 8.0 * float(np.hypot(*step.T).max())
     while True:  # the fit is carried outward, so that small errors of the step never add up
         near = np.hypot(*(xy - origin).T) <= radius
         ij = np.rint(np.linalg.solve(step.T, (xy[near] - corner).T).T)
@@ -404,7 +404,7 @@ def _on_lines(full: np.ndarray, node: np.ndarray, xy: np.ndarray) -> None:
 def _first_guess(xy: np.ndarray, what: str) -> tuple[np.ndarray, np.ndarray] | None:
     """Steps (2, 2) from neighbours of points near the middle: right-handed, columns eastward.
 
-    None if neighbours lie in no two ways at right angles.
+    None if no line across the shortest step has two points.
     """
     # points at one place to a millimetre are picks of one node
     east, north = np.rint(xy * 1e3).astype(np.int64).T
@@ -415,25 +415,32 @@ def _first_guess(xy: np.ndarray, what: str) -> tuple[np.ndarray, np.ndarray] | N
     if len(places) < 9:
         raise HorizonError(f"{what}: {len(places)} places do not make a lattice. Give more points.")
 
-    # vectors to the four nearest neighbours; longer ones are diagonals or gaps
+    # the shortest vectors between neighbours lie along an axis, or along both
     middle = places[cKDTree(places).query(np.median(places, axis=0), k=min(2000, len(places)))[1]]
     length, near = cKDTree(middle).query(middle, k=5)
-    vectors = (middle[near[:, 1:]] - middle[:, None]).reshape(-1, 2)
-    short = length[:, 1:].ravel() < 1.3 * np.median(length[:, 1])
-    vectors = vectors[short]
+    vectors = middle[near[:, 1:]] - middle[:, None]
+    vectors = vectors[_near_shortest(length[:, 1:])]
 
     # axes repeat every 90 degrees: four times the angle points the same way for all
     angle = np.arctan2(vectors[:, 1], vectors[:, 0])
     turn = np.angle(np.exp(4j * angle).mean()) / 4.0
     axes = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
-
-    # neighbours along each axis: their median length is the step; too few vectors that way, and it
-    # is no lattice
     along = np.abs(vectors @ axes.T)
-    steps = []
-    for k in range(2):
-        mine = along[:, k] > 0.9 * np.hypot(*vectors.T)
-        if not mine.any():
-            return None
-        steps.append(float(np.median(along[mine, k])))
-    return np.zeros(2), axes * np.array(steps)[:, None]
+    first = int(along[:, 1].sum() > along[:, 0].sum())
+    steps = np.ones(2)
+    steps[first] = np.median(along[along[:, first] > along[:, 1 - first], first])
+
+    # the other step, however long: from point to point on the lines across
+    line, at = ((middle - middle[0]) @ axes[[first, 1 - first]].T).T
+    line = np.rint(line / steps[first])
+    order = np.lexsort((at, line))
+    across = np.diff(at[order])[np.diff(line[order]) == 0.0]
+    if not len(across):
+        return None
+    steps[1 - first] = np.median(across[_near_shortest(across)])
+    return np.zeros(2), axes * steps[:, None]
+
+
+def _near_shortest(lengths: np.ndarray) -> np.ndarray:
+    """Which lengths are about that of a tenth of the shortest ones; fewer are mistakes."""
+    return np.abs(lengths / np.quantile(lengths, 0.1) - 1.0) < 0.3
