@@ -430,6 +430,9 @@ class SheetReport:
     filled_blocks : list of dict
         Blocks without data that were filled from a neighbouring block: ``nodes``, ``over`` (the
         fault between the two), ``place`` (2,).
+    left_out : list of dict
+        Picks on the wrong side of a fault: ``fault``, ``place`` (3,), ``off`` (metres above the
+        plane of their neighbours).
     notes : list of str
         Sentences for the user.
     warnings : tuple of GeosurfWarning
@@ -452,6 +455,7 @@ class SheetReport:
     shortened: dict[str, int] = field(default_factory=dict)
     noise: float | None = None
     filled_blocks: list[dict[str, Any]] = field(default_factory=list)
+    left_out: list[dict[str, Any]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     warnings: tuple[GeosurfWarning, ...] = ()
 

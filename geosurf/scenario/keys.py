@@ -301,6 +301,12 @@ class TearSettings:
         unit="m",
         default=None,
     )
+    keep_outliers: bool = key(
+        "Keep points that fit the other wall of a fault and contradict their neighbours. They are "
+        "left out otherwise, with a warning.",
+        values.switch,
+        default=False,
+    )
     fill_empty_blocks: bool | str | dict[str, Any] = key(
         "What becomes of horizons in blocks without data: `false` refuses, `true` continues them "
         'from the neighbouring block, `"lower"` and `"upper"` pinch them out onto the horizon '

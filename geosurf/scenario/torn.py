@@ -197,6 +197,7 @@ def _as_picked(
     words: dict[str, Any] = {
         "trim": settings.trim_cells,
         "noise": settings.noise_m,
+        "keep_outliers": settings.keep_outliers,
         "fill_empty_blocks": tear.fill,
     }
     name, surfaces = tear.name, [*faults.values()]
@@ -221,6 +222,7 @@ def _as_picked(
     tops = None if tie is None else scene.tops
     inputs = (
         name, *_data_of(name, horizon), *surfaces, repr(words["trim"]), words["noise"],
+        settings.keep_outliers,
         *_contents(tear.fill),
         *(() if tops is None else (repr(tie), tops.wells, tops.horizons, tops.points)),
         *(("asking",) if tear.asking else ()), *needs_as_key(tear.needed),

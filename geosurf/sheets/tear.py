@@ -11,6 +11,7 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt
 
 from geosurf.conventions import area_text, counted, did_you_mean, is_number, place
+from geosurf.conventions.checks import are_points
 from geosurf.conventions.running import running
 from geosurf.errors import GeometryError, GeosurfError, GeosurfWarning, InputError
 from geosurf.model import FaultCut, Sheet, SheetReport, TriSurface
@@ -20,6 +21,7 @@ from geosurf.model.sheets import NeededFaults, TearPlan
 from geosurf.sheets.faults.network import faults_in_words
 from geosurf.sheets.heights.missing import StandIn, parts_of
 from geosurf.sheets.heights.state import Trims
+from geosurf.sheets.heights.wrong_side import warning_of, without_wrong_picks
 from geosurf.sheets.lattice.data import Scattered, has_fewer_nodes, picks_or_points
 from geosurf.sheets.lattice.picks import Picks, frame_of_lattice
 from geosurf.sheets.mesh.close import (
@@ -476,6 +478,7 @@ def tear_horizon(
     name: str | None = None,
     trim: float | str | Mapping[str, float] = "auto",
     noise: float | None = None,
+    keep_outliers: bool = False,
     spacing: float | None = None,
     fill_empty_blocks: bool | Sheet = False,
     positive: str | None = None,
@@ -503,6 +506,9 @@ def tear_horizon(
         others are estimated.
     noise : float, optional
         Standard deviation of the data's noise [m]; 0 to meet them exactly. Default: estimated.
+    keep_outliers : bool, default False
+        Keep points that fit the other wall of a fault and contradict their neighbours on their own
+        side. They are left out otherwise, with a warning that names them.
     spacing : float, optional
         Width of the lattice on which scattered points are solved for [m]. Default: points on a
         lattice keep theirs, scattered ones get one cell for each point.
@@ -534,8 +540,8 @@ def tear_horizon(
     Warns
     -----
     GeosurfWarning
-        If the data still show throw where a fault ends: kind ``"throw at tip"``. `Sheet.warnings`
-        has the same.
+        If the data still show throw where a fault ends: kind ``"throw at tip"``. If points are left
+        out: ``"wrong side"``. `Sheet.warnings` has the same.
 
     See Also
     --------
@@ -557,8 +563,9 @@ def tear_horizon(
     (2, 2)
     """
     return tear_from(
-        None, data, faults, name=name, trim=trim, noise=noise, spacing=spacing,
-        fill_empty_blocks=fill_empty_blocks, positive=positive, length_unit=length_unit,
+        None, data, faults, name=name, trim=trim, noise=noise, keep_outliers=keep_outliers,
+        spacing=spacing, fill_empty_blocks=fill_empty_blocks, positive=positive,
+        length_unit=length_unit,
     )  # fmt: skip
 
 
@@ -570,6 +577,7 @@ def tear_from(
     name: str | None = None,
     trim: float | str | Mapping[str, float] = "auto",
     noise: float | None = None,
+    keep_outliers: bool = False,
     spacing: float | None = None,
     fill_empty_blocks: bool | Sheet = False,
     positive: str | None = None,
@@ -587,7 +595,8 @@ def tear_from(
     ----------
     plan : TearPlan or None
         `Sheet.plan` of a sheet on the same lattice, at faults of the same names.
-    data, faults, name, trim, noise, spacing, fill_empty_blocks, positive, length_unit
+    data, faults, name, trim, noise, keep_outliers, spacing, fill_empty_blocks, positive,
+    length_unit
         As for `tear_horizon`.
     asking : bool, optional
         Whether to stop where a fault would be extended.
@@ -619,12 +628,16 @@ def tear_from(
         raise InputError(f"noise is {noise!r}, expected metres, 0 or more.")
     if not isinstance(fill_empty_blocks, Sheet):
         flag_of(fill_empty_blocks, "fill_empty_blocks")
+    flag_of(keep_outliers, "keep_outliers")
 
     # read horizon and faults
     surfaces = fault_surfaces(faults)
     _check_trim(trim, surfaces)
     data = own_form(data, name or "horizon", "horizon", positive)
     picks = picks_or_points(data, name, positive, length_unit, spacing)
+    wrong: list[dict[str, Any]] = []
+    if are_points(data) and not keep_outliers:  # a grid has been made of picks already
+        picks, wrong = without_wrong_picks(picks, surfaces)
     crs = crs_among(picks.name, data, surfaces)
 
     # heights of all nodes, a torn mesh that the faults close, cut-offs and report
@@ -638,7 +651,12 @@ def tear_from(
             trims = replace(trims, use=plan.use)
         torn = torn_sheet(horizon, surfaces, trims, asking)
     closed, cuts = with_needed(torn.closed, needed), torn.cuts
-    sheet = sheet_of(closed.picks, closed.built, closed.faults, cuts, make_report(closed, cuts))
+    report = make_report(closed, cuts)
+    if wrong:
+        told = warning_of(picks.name, wrong)
+        report.notes.append(str(told))
+        report = replace(report, left_out=wrong, warnings=(told, *report.warnings))
+    sheet = sheet_of(closed.picks, closed.built, closed.faults, cuts, report)
     sheet = replace(
         sheet, crs=crs, extrapolated=_extrapolated(data, sheet.lattice.shape),
         plan=plan_of(closed, torn.loss, searched), fewer_nodes=has_fewer_nodes(data),

@@ -13,6 +13,9 @@ import xarray as xr
 import geosurf as gs
 from geosurf.errors import GeosurfWarning
 
+# noise is averaged, which the warning states; it has a test of its own
+pytestmark = pytest.mark.filterwarnings("ignore:Horizon .* does not pass through its data")
+
 CELL = 40.0
 X, Y = np.arange(-200.0, 4201.0, CELL), np.arange(-200.0, 3201.0, CELL)
 EAST = 2003.0  # of the fault
@@ -76,7 +79,5 @@ def test_throw_that_dies_properly_has_none(kind, noise):
     world = gs.synthetic.torn(kind, 61, noise=noise)
     data = world.truth["points"] if noise else world.horizons["Top"]
     trim = 0.25 if noise else 2.25
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        sheet = gs.tear_horizon(data, world.faults, name="Top", trim=trim, positive="up")
-    assert sheet.warnings == ()
+    sheet = gs.tear_horizon(data, world.faults, name="Top", trim=trim, positive="up")
+    assert [one.kind for one in sheet.warnings] == ["moved data"] * (noise > 0.0)

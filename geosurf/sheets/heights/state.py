@@ -169,13 +169,13 @@ def inputs_of(picks: Picks, meshes: list[FaultMesh], trims: Trims) -> Inputs:
 
     def near(mesh: FaultMesh) -> NearPicks:
         """Picks near one fault."""
-        return _near_picks(picks, mesh, reach, levels)
+        return near_picks(picks, mesh, reach, levels)
 
     nearby = map_threads(near, [(mesh,) for mesh in meshes])
     return Inputs(picks, meshes, nearby, trim, first_trim, trims.shares, trims.use)
 
 
-def _near_picks(
+def near_picks(
     picks: Picks, mesh: FaultMesh, reach: float, levels: tuple[float, float]
 ) -> NearPicks:
     """Picks within reach of a fault [cells]; `levels`: lowest and highest elevation of all [m]."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -132,6 +132,9 @@ def met(
     return first_hits(stations, direction, pieces, np.hstack([low, high]), reach)
 
 
+# metres, or share of the largest throw if that is less, by which one datum in twenty may be missed;
+# and how many times as far the worst one
+MOVED, OF_THROW, FARTHEST_MOVED = 1.0, 0.1, 10.0
 FAR = 4.0  # cells of extrapolation from which a place is listed
 OVERLAP = 0.5  # cells of overlap from which a note says that data do not show it
 LINKS = 3  # side by side that overlap: a single one at a contact may reach over the other fault
@@ -202,8 +205,10 @@ def make_report(closed: Closed, cuts: dict[str, FaultCut]) -> SheetReport:
         f"Fault {name!r} does not meet the horizon." for name in names if not len(cuts[name].along)
     ]
     notes += _overlap_notes(picks, state, names, trim)
-    # what closed the sheet, and throw that it does not have
-    warnings = (*remedies(closed), *throw_at_tips(picks, state, closed.faults, trim))
+    noise = None if solver.noise.weight is None else solver.noise.deviation
+    misfit, moved = _misfit_in_use(picks, state, cuts, noise)
+    # what closed the sheet, throw that it does not have, and data that it does not meet
+    warnings = (*remedies(closed), *throw_at_tips(picks, state, closed.faults, trim), *moved)
     notes += map(str, warnings)
     return SheetReport(
         trim=trim,
@@ -212,14 +217,14 @@ def make_report(closed: Closed, cuts: dict[str, FaultCut]) -> SheetReport:
         n_data=len(picks.z),
         n_ignored=int(state.ignored.sum()),
         n_solved=len(state.unknown),
-        misfit=_misfit_in_use(picks, state),
+        misfit=misfit,
         holdout_misfit=_misfit(holdout_misfit(picks, solver.inputs.nearby, built)),
         extrapolation=_far_places(picks.frame, state, names),
         sign_changes={name: _sign_changes(cut.throw) for name, cut in cuts.items()},
         tips=count_tips(built),
         declared_tips=state.network.declared_tips,
         shortened=shortened,
-        noise=None if solver.noise.weight is None else solver.noise.deviation,
+        noise=noise,
         filled_blocks=[*closed.rebuilt.filled, *state.filled_blocks],
         notes=notes,
         warnings=warnings,
@@ -254,11 +259,36 @@ def _overlap_notes(picks: Picks, state: Heights, names: Sequence[str], trim: flo
     ]
 
 
-def _misfit_in_use(picks: Picks, state: Heights) -> dict[str, float]:
-    """Misfit at data in use: most are met bit for bit, and only counted."""
+def _misfit_in_use(
+    picks: Picks, state: Heights, cuts: Mapping[str, FaultCut], noise: float | None
+) -> tuple[dict[str, float], list[GeosurfWarning]]:
+    """Misfit at data in use: most are met bit for bit, and only counted; a warning if it counts."""
     missed = picks.missed(state.values, state.used)
-    met = int(state.used.sum()) - len(missed)
-    return _misfit(picks.misfit(state.values, missed), met)
+    off = picks.misfit(state.values, missed)
+    found = _misfit(off, int(state.used.sum()) - len(missed))
+    throws = [np.abs(cut.throw[np.isfinite(cut.throw)]).max(initial=0.0) for cut in cuts.values()]
+    limit = min(MOVED, OF_THROW * max(throws, default=0.0) or MOVED)
+    if not found or (found["p95"] <= limit and found["max"] <= FARTHEST_MOVED * limit):
+        return found, []
+    worst = missed[[np.nanargmax(off)]]
+    at = (*picks.frame.to_world(picks.columns(worst))[0].tolist(), float(picks.z[worst[0]]))
+    why, how = (
+        "Several points share a node or a cell.",
+        "Leave out those that are wrong, or give a smaller spacing",
+    )
+    if noise is not None:
+        why = f"They are taken to have noise of {noise:.3g} m, which is averaged."
+        how = "noise=0 does not average, and carries noise into the throw"
+    warning = GeosurfWarning(
+        "moved data",
+        picks.name,
+        f"Horizon {picks.name!r} does not pass through its data: it is off by {found['mean']:.3g} "
+        f"m on average, by {found['p95']:.3g} m or more at one point in twenty, and by "
+        f"{found['max']:.3g} m at {place(at)}. {why}",
+        f"{how}. report.misfit has these figures.",
+        at,
+    )
+    return found, [warning]
 
 
 def _misfit(values: np.ndarray, met: int = 0) -> dict[str, float]:

@@ -1,0 +1,150 @@
+"""Picks on the wrong side of a fault: they contradict their own wall and fit the other one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, TypeVar
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from geosurf.arrangement.threads import map_threads
+from geosurf.conventions import counted, place
+from geosurf.errors import GeosurfWarning
+from geosurf.model import TriSurface
+from geosurf.sheets.faults.traces import mesh_in_frame
+from geosurf.sheets.heights.state import near_picks
+from geosurf.sheets.lattice.picks import Picks
+
+# cells from a fault between which a pick may be found to be wrong: noise moves nearer ones across
+REACH = (1.0, 12.0)
+AROUND = 24  # nearest picks of a wall that a plane is drawn through
+FEWEST = 8  # of them on the same side of all faults: with fewer nothing is said
+ALIKE = 0.25  # share of the neighbours that contradict alike: no mistake of a pick, but smear
+CLEARLY = 8.0  # times what planes miss nearby, half of the neighbours by less
+OF_MOST = 0.3  # share of the throw of the fault below which a pick does no harm
+SAMPLE = 200  # picks that throw is estimated at
+TURNS = 8  # of reweighting, which makes a plane of least squares one of least distances
+MOST_NAMED = 5
+Kind = TypeVar("Kind", bound=Picks)
+
+
+def without_wrong_picks(
+    picks: Kind, faults: Sequence[TriSurface]
+) -> tuple[Kind, list[dict[str, Any]]]:
+    """Picks without those on the wrong side of a fault, and these: fault, place, and how far off.
+
+    A pick is off by its height above the plane of its neighbours [m].
+    """
+    xy = picks.frame.to_world(picks.columns(np.arange(len(picks.z))))
+    points = np.column_stack([xy, picks.z])
+    meshes = [mesh_in_frame(fault, picks.frame) for fault in faults]
+    levels = float(picks.z.min()), float(picks.z.max())
+    sides = np.zeros((len(points), len(faults)), dtype=np.int8)
+    far = np.full(sides.shape, np.inf)
+    for k, mesh in enumerate(meshes):
+        near = near_picks(picks, mesh, 2.0 * REACH[1], levels)
+        sides[near.rows, k], far[near.rows, k] = near.side, near.far
+    away = far.min(axis=1, initial=np.inf)
+    looked = (away > REACH[0])[:, None] & (far <= REACH[1])
+    tasks = [
+        (points, sides, k, rows, away * picks.frame.cell)
+        for k in range(len(faults))
+        for side in (-1, 1)
+        if len(rows := np.flatnonzero(looked[:, k] & (sides[:, k] == side))) >= FEWEST
+    ]
+    wrong = {
+        int(row): {"fault": faults[task[2]].name, "place": tuple(points[row].tolist()), "off": off}
+        for task, found in zip(tasks, map_threads(_wrong, tasks), strict=True)
+        for row, off in zip(*found, strict=True)
+    }
+    if not wrong:
+        return picks, []
+    keep = np.setdiff1d(np.arange(len(points)), list(wrong))
+    fewer = {"given_node": picks.node[keep], "z": picks.z[keep]}
+    if hasattr(picks, "uv"):
+        fewer["uv"] = picks.uv[keep]
+    return replace(picks, **fewer), [wrong[row] for row in sorted(wrong)]
+
+
+def _wrong(
+    points: np.ndarray, sides: np.ndarray, fault: int, rows: np.ndarray, away: np.ndarray
+) -> tuple[np.ndarray, list[float]]:
+    """Which of some picks on one side of a fault are wrong, and by how much [m].
+
+    `away`: distance of all from the nearest fault [m].
+    """
+    none: tuple[np.ndarray, list[float]] = np.empty(0, dtype=np.int64), []
+    side = sides[rows[:1], fault]
+    own = _misfit(points, sides, fault, rows, side)
+    if own is None:
+        return none
+
+    # far from the plane of its neighbours, which miss theirs by little, and few of them like it
+    off, around = own
+    all_off = np.full(len(points), np.nan)
+    all_off[rows] = off
+    near = np.where(around >= 0, all_off[around], np.nan)
+    near[np.isnan(near).all(axis=1)] = np.inf
+    least = CLEARLY * np.nanmedian(np.abs(near), axis=1)
+    alike = (near * np.sign(off)[:, None] > 0.5 * np.abs(off)[:, None]).sum(axis=1)
+    is_odd = (np.abs(off) > least) & (away[rows] > least)
+    odd = np.flatnonzero(is_odd & (alike < ALIKE * (around >= 0).sum(axis=1)))
+    some = rows[:: max(len(rows) // SAMPLE, 1)]
+    other = _misfit(points, sides, fault, np.concatenate([rows[odd], some]), -side)
+    if other is None or not len(odd):
+        return none
+
+    # closer to the other wall; and throw over the whole fault: where it dies mistakes do no harm
+    of_fault = np.abs(all_off[some] - other[0][len(odd) :])
+    off, beyond = off[odd], other[0][: len(odd)]
+    found = (np.abs(off) > np.abs(beyond)) & (np.abs(off - beyond) > least[odd])
+    found &= np.abs(off) > OF_MOST * np.nanquantile(of_fault, 0.9)
+    return rows[odd[found]], off[found].tolist()
+
+
+def _misfit(
+    points: np.ndarray, sides: np.ndarray, fault: int, rows: np.ndarray, side: np.ndarray
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """How far picks are above the plane of their neighbours on a side [m], and which these are.
+
+    Neighbours (n, k) are -1 where they lie beyond another fault, misfits NaN where few are left.
+    """
+    members = np.flatnonzero(sides[:, fault] == side)
+    if len(members) <= FEWEST or not len(rows):
+        return None
+    k = min(AROUND + 1, len(members))
+    around = members[cKDTree(points[members, :2]).query(points[rows, :2], k=k)[1]]
+    # a side of 0 is far from that fault, which separates nothing there
+    apart = sides[rows, None] * sides[around] < 0
+    apart[..., fault] = False
+    use = ~apart.any(axis=2) & (around != rows[:, None])
+    shift = points[around] - points[rows, None]
+    design = np.concatenate([np.ones((*shift.shape[:2], 1)), shift[..., :2]], axis=2)
+    scale = np.abs(design).max(axis=(0, 1))
+    design /= np.where(scale > 0.0, scale, 1.0)
+    weight, slight = use.astype(float), 1e-12 * np.eye(3)  # for neighbours on one line
+    for _ in range(TURNS):
+        moments = np.swapaxes(design * weight[..., None], 1, 2)
+        plane = np.linalg.solve(moments @ design + slight, moments @ shift[..., 2:])
+        left = np.abs(shift[..., 2] - (design @ plane)[..., 0])
+        weight = use / np.maximum(left, 1e-3 * left.max(axis=1, keepdims=True) + 1e-9)
+    off = np.where(use.sum(axis=1) < FEWEST, np.nan, -plane[:, 0, 0])
+    return off, np.where(use, around, -1)
+
+
+def warning_of(horizon: str, wrong: Sequence[dict[str, Any]]) -> GeosurfWarning:
+    """A warning of picks that are left out."""
+    named = [f"{place(one['place'])}, {one['off']:+.3g} m at {one['fault']!r}" for one in wrong]
+    more = f"; and {len(wrong) - MOST_NAMED} more" if len(wrong) > MOST_NAMED else ""
+    most = max(abs(one["off"]) for one in wrong)
+    return GeosurfWarning(
+        "wrong side",
+        horizon,
+        f"{counted(len(wrong), 'pick')} of horizon {horizon!r} fit the other wall of a fault and "
+        f"contradict the neighbours on their own side: {'; '.join(named[:MOST_NAMED])}{more}. "
+        f"They are left out, as throw beside them would be wrong by {most:.3g} m or more.",
+        "Correct them in the data. keep_outliers=True keeps them.",
+        wrong[0]["place"],
+    )
