@@ -159,11 +159,6 @@ def check_tears(scenario: Scenario, at: KeyPath) -> None:
             filling_of(scenario, scenario.tear.horizons or known["horizon"])
         except InputError as error:
             at.of("tear", "fill_empty_blocks").refuse(f"[tear]: {error}")
-    with at.of("tear").noting():
-        if not known["fault"]:
-            at.of("tear").refuse(
-                "[tear] needs at least one fault. Add a table [[faults]], or remove [tear]."
-            )
     trims = scenario.tear.trim_cells
     named = {"fault": trims if isinstance(trims, dict) else (), "horizon": scenario.tear.horizons}
     for (kind, names), key in zip(named.items(), ("trim_cells", "horizons"), strict=True):

@@ -111,7 +111,7 @@ def sheets_on(
         if isinstance(fill := filling[name], bool):
             found: Made | None = None
             for some in (lengths.near(name, untorn), lengths.now):
-                (found,) = made([Tear(name, some, fill, asking=True)], len(order))
+                (found,) = made([Tear(name, some, fill, asking=True)], len(order) - len(torn))
                 if isinstance(found, NeededFaults):
                     found = lengths.added(some, found)
                 if found is not None:
@@ -249,7 +249,7 @@ def _ending_on(torn: _Torn, faults: Faults) -> Sheet:
 def outcome_of(found: Made) -> str:
     """Return in words what came of a tear."""
     if isinstance(found, Sheet):
-        return f"at {', '.join(found.cuts)}"
+        return f"at {', '.join(found.cuts)}" if found.cuts else "without faults"
     return f"needs longer {', '.join(found.faults)}"
 
 

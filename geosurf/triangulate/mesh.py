@@ -172,14 +172,15 @@ def check_array(da: Any, what: str) -> None:
         raise HorizonError(
             f"{what}: found {type(da).__name__}, expected an xarray.DataArray over {HORIZON_DIMS}. "
             "Make one with xr.DataArray(z, dims=('northing', 'easting'), coords={'northing': y, "
-            "'easting': x}, attrs={'units': 'm', 'positive': 'up'})."
+            "'easting': x}, attrs={'units': 'm', 'positive': 'up'}). Scene(..., tear=True) grids "
+            "scattered points (n, 3), with and without faults."
         )
 
     # Scattered points and Datasets look like arrays, but need another step first.
     if not hasattr(da, "dtype") and tuple(getattr(da, "sizes", ())) == ("point",):
         raise HorizonError(
-            f"{what}: found scattered points, expected a grid. Make a horizon with "
-            "tear_horizon(points, faults); without faults pass faults={}."
+            f"{what}: found scattered points, expected a grid. Scene(..., tear=True) grids them, "
+            "and tear_horizon(points, faults); without faults pass faults={}."
         )
     if not hasattr(da, "dtype"):
         raise HorizonError(

@@ -162,3 +162,18 @@ def test_pieces_tables_and_polygons_are_proposed_as_faults(
     scenario = read_scenario(new.path)
     assert [one.name for one in scenario.faults] == ["P1", "P2"]
     assert scenario.tear is not None
+
+
+def test_points_without_faults_are_gridded(tmp_path: Path) -> None:
+    """Volumes between two planes that are given as scattered points."""
+    rng = np.random.default_rng(7)
+    place = rng.uniform(0.0, 1000.0, (900, 2))
+    for name, z in (("Top", -1000.0 + 0.05 * place[:, 0]), ("Base", 0.0 * place[:, 0] - 1100.0)):
+        np.savetxt(tmp_path / f"{name}.xyz", np.column_stack([place, z]), fmt="%.3f")
+    new = new_scenario(tmp_path / "field", [tmp_path / "Top.xyz", tmp_path / "Base.xyz"])
+    assert new.runs
+    sides = "easting_m = [100, 900]\nnorthing_m = [100, 800]\nelevation_m = [-1200, -900]\n"
+    new.path.write_text(f"{new.path.read_text()}\n[box]\n{sides}")
+    scene = build_scene(read_scenario(new.path))
+    volume = float(scene.volumes.sel(unit="Top/Base").sum())
+    assert volume == pytest.approx(800.0 * 700.0 * 125.0, rel=1e-5)

@@ -245,7 +245,6 @@ def judged(found: list[Found], answers: Answers) -> Ready:
         _order(ready)
     elif ready.asks_direction:
         ready.notes.append("the order is that of the files, until the direction of z is known")
-    _points_need_faults(ready)
     _polygons(ready)
     _name(ready)
     # The order of tables in the scenario; horizons keep theirs, since sorting is stable.
@@ -295,16 +294,6 @@ def _leave_repeats_out(ready: Ready) -> None:
             used, spare = (a, b) if len(a.points) >= len(b.points) else (b, a)
             middle = np.median(gap[both])
             spare.leave_out(f"coincides with {used.path.name} (median difference {middle:.2g} m)")
-
-
-def _points_need_faults(ready: Ready) -> None:
-    """Points are gridded where they are torn, and tearing needs a fault."""
-    if ready.of("fault"):
-        return
-    for one in ready.of("horizon"):
-        if one.form == "points":
-            one.leave_out("points are gridded with [tear], which needs a fault; give grids, or add "
-                          "the faults")  # fmt: skip
 
 
 def _polygons(ready: Ready) -> None:

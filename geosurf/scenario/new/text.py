@@ -171,9 +171,10 @@ def _tear(page: Page, ready: Ready) -> None:
         if one.form == "points"
         or (one.form == "grid" and any(overlap_in_map(one.points, f.points) for f in faults))
     ]
-    if not torn or not faults:
+    if not torn:
         return
-    page.add("", "# Grids and points are continuous across faults: they are cut there.", "[tear]")
+    how = "# Grids and points are continuous across faults: they are cut there."
+    page.add("", how if faults else "# Points are gridded.", "[tear]")
     # Without a list [tear] takes all horizons.
     if len(torn) < len(horizons):
         page.add(f"horizons = [{', '.join(quoted(one.name) for one in torn)}]")
