@@ -81,3 +81,23 @@ def test_throw_that_dies_properly_has_none(kind, noise):
     trim = 0.25 if noise else 2.25
     sheet = gs.tear_horizon(data, world.faults, name="Top", trim=trim, positive="up")
     assert [one.kind for one in sheet.warnings] == ["moved data"] * (noise > 0.0)
+
+
+@pytest.mark.parametrize("smear", [1, 2, 4])
+@pytest.mark.parametrize("gap", [2, 4, 6, 9, 14])
+@pytest.mark.parametrize("noise", [0.0, 0.3])
+def test_law_throw_is_not_lost_in_silence_wherever_the_fault_ends(smear, gap, noise):
+    """60 m from rim to rim, smeared; the fault ends some cells inside at both ends."""
+    x, y = np.meshgrid(*[np.arange(0.0, 61 * CELL, CELL)] * 2)
+    middle, tan, end = 30 * CELL, np.tan(np.radians(60.0)), 60 * CELL - gap * CELL
+    share = np.clip((x - middle - 30.0 / tan) / (2 * smear * CELL) + 0.5, 0.0, 1.0)
+    z = -1500.0 - 60.0 * share + noise * np.random.default_rng(1).standard_normal(x.shape)
+    points = np.column_stack([x.ravel(), y.ravel(), z.ravel()])
+    corners = [
+        (middle + (-1500.0 - z) / tan, y, z)
+        for y, z in ((gap * CELL, -1200), (end, -1200), (end, -1900), (gap * CELL, -1900))
+    ]
+    fault = gs.TriSurface("F", "fault", np.array(corners, float), [[0, 1, 2], [0, 2, 3]])
+    with pytest.warns(GeosurfWarning, match="ends inside horizon 'H' at"):
+        sheet = gs.tear_horizon(points, {"F": fault}, name="H", positive="up")
+    assert [one.kind for one in sheet.warnings].count("throw at tip") == 2

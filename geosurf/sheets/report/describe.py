@@ -461,6 +461,7 @@ FARTHEST = 64.0  # cells that the continuation is followed
 STATIONS = 3  # side by side, of which the median counts
 SHARE = 0.15  # of the largest throw: less at a tip is not reported
 CLEARLY = 3.0  # times what parallel lines have
+ALIKE = 0.25  # of the throw by which profiles across the line may differ where it goes on
 
 
 @dataclass(frozen=True, eq=False)
@@ -487,18 +488,36 @@ class Ahead:
 
         Each is drawn straight through `n` places, a cell apart, the nearest `first` cells away.
         """
-        # away (n,): cells from the line; line (n_ahead, 2): a station per cell past the tip [cells]
-        away = first + np.arange(n)
-        x = np.arange(SPARE, FARTHEST)
-        line = self.tip + aside * self.left + x[:, None] * self.along
         # the straight line through samples at `away`, at 0
+        away = first + np.arange(n)
         weight = np.linalg.pinv(np.column_stack([np.ones(n), away]))[0]
-        walls = []
-        for sign in (-1.0, 1.0):
-            at = line[:, None] + sign * away[:, None] * self.left
-            heights = sample(grid, at.reshape(-1, 2) / stretch)
-            walls.append(heights.reshape(len(x), n) @ weight)
-        return walls[0] - walls[1]
+        heights = self.heights(grid, stretch, away, np.arange(SPARE, FARTHEST), aside)
+        found: np.ndarray = (heights[0] - heights[1]) @ weight
+        return found
+
+    def heights(
+        self, grid: np.ndarray, stretch: np.ndarray, away: np.ndarray, x: np.ndarray, aside: float
+    ) -> np.ndarray:
+        """Heights (2, n_x, n_away) right and left of the line, `x` cells past the tip."""
+        line = self.tip + aside * self.left + x[:, None] * self.along
+        at = line[None, :, None] + np.array([-1, 1])[:, None, None, None] * (
+            away[:, None] * self.left
+        )
+        found: np.ndarray = sample(grid, at.reshape(-1, 2) / stretch).reshape(at.shape[:3])
+        return found
+
+    def goes_on(self, grid: np.ndarray, stretch: np.ndarray, at: int, throw: float) -> bool:
+        """Whether data `grid` look alike past the tip and before it, all across the line."""
+        away = np.arange(1.0, self.first + SAMPLES)
+        both = []
+        for x in (at + np.arange(-1.0, STATIONS - 1), -2.0 - np.arange(STATIONS)):
+            heights = self.heights(grid, stretch, away, x, 0.0)
+            known = np.isfinite(heights).all(axis=(0, 2))
+            if not known.any():
+                return False
+            both.append(np.median(heights[:, known], axis=1))
+        off = both[0] - both[1]
+        return bool(np.abs(off - off.mean()).max() < ALIKE * abs(throw))
 
 
 def throw_at_tips(
@@ -534,7 +553,9 @@ def _at_tip(
     ahead = _ahead(trace, end, trim, walls.heave(np.array([place_of]))[0])
     read = partial(ahead.jumps, grid, frame.stretch)
     jumps = read(ahead.first, SAMPLES)
-    at = int(np.ceil(ahead.first))
+    # some cells past the tip, where throw that dies there is gone; or as far as data reach
+    usual = int(np.ceil(ahead.first))
+    at = min(usual, max(int(np.append(np.isnan(jumps), True).argmax()) - STATIONS + 1, 1))
     window = slice(at - 1, at - 1 + STATIONS)
 
     # throw at a tip has the sign that it has on the fault itself
@@ -542,21 +563,28 @@ def _at_tip(
     sign = float(np.sign(np.median(near)))
     least = SHARE * float(np.abs(walls.throw).max())
 
-    # four estimates have to agree: from near and farther off the line, at the tip and beyond it;
-    # at most tips those from afar show that there is nothing
+    # estimates have to agree: from near and farther off the line, at the tip and, where data reach
+    # that far, beyond it; at most tips those from afar show that there is nothing
     closest = ahead.first - SPARE - trim + max(trim / SMEAR, 1.0)
     farther = slice(window.stop, window.stop + STATIONS)
-    throws = [float(np.median(jumps[part])) for part in (window, farther)]
+    some = [part for part in (window, farther) if np.isfinite(jumps[part]).any()]
+    throws = [float(np.nanmedian(jumps[part])) for part in some] or [np.nan]
     if all(sign * throw > least for throw in throws):
+        # smear hides throw from near the line, but it does so on the fault as well
         nearer = read(closest, 2)
-        throws += [float(np.median(nearer[part])) for part in (window, farther)]
+        close = [float(np.nanmedian(nearer[part])) for part in some]
+        if at < usual or not all(sign * throw > least for throw in close):
+            close = [] if ahead.goes_on(grid, frame.stretch, at, throws[0]) else [np.nan]
+        throws += close
     if not all(sign * throw > least for throw in throws):
         return None
 
     # the same on parallel lines to both sides, where no fault is: what relief alone shows
     beside = 2.0 * (ahead.first + SAMPLES)
     relief = [read(ahead.first, SAMPLES, side)[window] for side in (-beside, beside)]
-    seen = max((float(np.median(np.abs(r))) for r in relief if np.isfinite(r).all()), default=0.0)
+    seen = max(
+        (float(np.nanmedian(np.abs(r))) for r in relief if np.isfinite(r).any()), default=0.0
+    )
     if not all(sign * throw > CLEARLY * seen for throw in throws):
         return None
     throw = throws[0]
@@ -605,8 +633,13 @@ def _ahead(trace: Trace, end: int, trim: float, heave: float) -> Ahead:
 
 
 def _without_others(picks: Picks, state: Heights, number: int, trim: float) -> np.ndarray:
-    """Heights (n_row, n_col), NaN beside all other traces: a line must not be drawn across them."""
+    """Heights (n_row, n_col), NaN beside all other traces: a line must not be drawn across them.
+
+    Data as they are where nodes have some: the sheet ends its throw at the tip.
+    """
     grid = state.values.copy()
+    if picks.on_nodes:
+        grid = np.where(np.isfinite(picks.means), picks.means, grid)
     for other, (trace, near) in enumerate(zip(state.network.traces, state.near, strict=True)):
         if other != number:
             # heights next to another fault belong to its walls
