@@ -79,6 +79,11 @@ MUTANTS = (
     Mutant("sheets", "smeared = [trim for trim in proposed if trim > USUAL]", "smeared = [trim for trim in proposed if trim < USUAL]", "tests/sheets"),
     Mutant("sheets", "lost = abs(whole - along) * frame.cell", "lost = abs(whole - along)", "tests/sheets"),
     Mutant("sheets", "where=off < half) ** 2", "where=off < half)", "tests/sheets"),
+    Mutant("sheets", "apart = sides[rows, None] * sides[around] < 0", "apart = sides[rows, None] * sides[around] < -9", "tests/sheets"),
+    Mutant("sheets", "(np.abs(off) > np.abs(beyond)) & ", "", "tests/sheets"),
+    Mutant("sheets", "close = [] if ahead.goes_on(grid", "close = [np.nan] if ahead.goes_on(grid", "tests/sheets"),
+    Mutant("sheets", "steps[1 - first] = np.median(across", "steps[1 - first] = 2.0 * np.median(across", "tests/sheets"),
+    Mutant("scene", 'named |= {(key,) for key in changes}', 'named |= {*changes}', "tests/scene"),
     Mutant("sheets", "number = (far / BIN).astype(np.int64)", "number = (0.0 * far).astype(np.int64)", "tests/sheets"),
     # ---- inputs as surfaces
     Mutant("triangulate", "return elevation_sign(positive, what) * metres_per_unit(length_unit, what)", "return elevation_sign(positive, what)", "tests/read tests/triangulate"),

@@ -66,6 +66,16 @@ def test_law_wrong_points_are_left_out_and_named(seed):
     assert np.nanmax(np.abs(sheet.cuts["F"].throw - true)) < 0.1 * throw
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_points_that_fit_neither_wall_are_no_mistakes_of_side(seed):
+    """As far off as wrong ones, on the other side of their own wall: a peak, for all we know."""
+    clean, spoilt, fault, _, _ = points_beside_a_fault(seed)
+    clean[:, 2] = 2.0 * clean[:, 2] - spoilt[:, 2]
+    assert (clean != spoilt).any()
+    sheet = gs.tear_horizon(clean, [fault], name="Top", positive="up")
+    assert sheet.report.left_out == []
+
+
 def test_outliers_are_kept_when_asked():
     _, spoilt, fault, _, throw = points_beside_a_fault(3)
     kept = gs.tear_horizon(spoilt, [fault], name="Top", positive="up", keep_outliers=True)
