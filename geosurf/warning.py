@@ -6,6 +6,7 @@ once. Outside a scene a function issues its warnings itself. Both call `warn`.
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import sys
 import warnings
@@ -93,7 +94,8 @@ def silenced() -> Iterator[list[GeosurfWarning]]:
 def _depth_of_user() -> int:
     """Frames from `issue` up to the first that is not of geosurf, as `warnings` counts them."""
     depth, frame = 1, sys._getframe(1)
-    inner = (_PACKAGE, functools.__file__)  # results that are computed once pass through the latter
+    # results that are computed once, and functions with a decorator, pass through the others
+    inner = (_PACKAGE, functools.__file__, contextlib.__file__)
     while frame.f_back is not None and frame.f_code.co_filename.startswith(inner):
         depth, frame = depth + 1, frame.f_back
     return depth

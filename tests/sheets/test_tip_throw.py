@@ -38,8 +38,11 @@ def torn(end, died, largest=50.0, **options):
 @pytest.mark.parametrize(("end", "there"), [(1300.0, 50.0), (1700.0, 50.0), (1900.0, 37.5)])
 def test_throw_at_a_fault_that_is_too_short_is_a_warning(end, there, trim, largest):
     """50 m of throw died within a few cells, and the report had no word of it."""
-    with pytest.warns(GeosurfWarning, match=r"'F' ends inside horizon 'H' at .* a throw of "):
+    with pytest.warns(
+        GeosurfWarning, match=r"'F' ends inside horizon 'H' at .* a throw of "
+    ) as told:
         sheet = torn(end, 2500.0, largest, trim=trim)
+    assert [one.filename for one in told] == [__file__]  # the line of the user's own code
     (warning,) = sheet.warnings
     assert (warning.kind, warning.subject) == ("throw at tip", "F")
     np.testing.assert_allclose(warning.place[:2], (EAST, end), atol=0.1 * CELL)
