@@ -237,8 +237,8 @@ def no_data_in(points: np.ndarray) -> tuple[int, float] | None:
     for mark in NO_DATA:
         held = np.isclose(size[:, 2:], np.multiply(mark, UNITS_OF_MARKS), 1e-7, 0.0).any(axis=1)
         if mark == 9999.0:
-            near = np.abs(points[~held, 2] - points[held, 2, None]) < 100.0
-            alike[held] |= ~near.any(axis=1)
+            others, z = np.sort(points[~held, 2]), points[held, 2]
+            alike[held] |= np.searchsorted(others, z - 100.0) == np.searchsorted(others, z + 100.0)
         rows = np.flatnonzero(held & alike if mark in (999.0, 9999.0) else held)
         if len(rows):
             return int(rows[0]), mark

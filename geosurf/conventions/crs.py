@@ -28,7 +28,7 @@ EPSG = re.compile(
     re.IGNORECASE,
 )
 CODE = re.compile(r'\[\s*"EPSG"\s*,\s*"?(\d+)"?', re.IGNORECASE)
-LENGTH = re.compile(r'UNIT\s*\[\s*"[^"]*"\s*,\s*(\d+\.?\d*(?:e[+-]?\d+)?)', re.IGNORECASE)
+LENGTH = re.compile(r'UNIT\s*\[\s*"[^"]*"\s*,\s*((?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)', re.IGNORECASE)
 # names of EPSG such as "NAD83 / Texas North Central (ftUS)", and texts of PROJ
 FEET = re.compile(r"\(ft\w*\)|\+units=(?:us-)?ft\b|\+to_meter=0?\.304", re.IGNORECASE)
 # projected systems in metres whose codes follow a rule: UTM on WGS 84, WGS 72, ETRS89, ED50, NAD83

@@ -161,6 +161,9 @@ TEXAS = f'PROJCS["Texas",GEOGCS["a",SPHEROID["b",6378137,298.2],UNIT["Degree",0.
         ('GEOGCS["WGS 84",UNIT["degree",0.0174532925199433]]', "degrees"),
         ("urn:ogc:def:crs:OGC:1.3:CRS84", "degrees"),
         ("EPSG:4326", "degrees"),
+        ("+proj=longlat +datum=WGS84", "degrees"),
+        ('GEODCRS["WGS 84",DATUM["a"],UNIT["degree",0.0174532925199433]]', "degrees"),
+        ('PROJCS["a",UNIT["Foot",.3048]]', "feet"),
     ],
 )
 @pytest.mark.parametrize("how", ["attribute", "extended grid mapping", "mesh", "prj", "geojson"])
@@ -188,7 +191,13 @@ def taken_in(how, text, folder):
 
 
 @pytest.mark.parametrize(
-    "text", [f'COMPD_CS["x",{wkt(32631)},VERT_CS["h",{FOOT}]]', "EPSG:32631", "UTM 31"]
+    "text",
+    [
+        f'COMPD_CS["x",{wkt(32631)},VERT_CS["h",{FOOT}]]',
+        "EPSG:32631",
+        "UTM 31",
+        'PROJCS["a",UNIT["x",.]]',
+    ],
 )
 def test_metres_with_feet_of_another_kind_are_taken(text):
     assert gs.Scene({"Top": grid(crs=text)}).surface("Top").crs

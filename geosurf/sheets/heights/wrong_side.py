@@ -15,6 +15,7 @@ from geosurf.errors import GeosurfWarning
 from geosurf.model import TriSurface
 from geosurf.sheets.faults.traces import mesh_in_frame
 from geosurf.sheets.heights.state import near_picks
+from geosurf.sheets.lattice.data import Scattered
 from geosurf.sheets.lattice.picks import Picks
 
 # cells from a fault between which a pick may be found to be wrong: noise moves nearer ones across
@@ -27,6 +28,7 @@ OF_MOST = 0.3  # share of the throw of the fault below which a pick does no harm
 SAMPLE = 200  # picks that throw is estimated at
 TURNS = 8  # of reweighting, which makes a plane of least squares one of least distances
 MOST_NAMED = 5
+MOST_AT_ONCE = 20_000  # picks with neighbours in memory
 Kind = TypeVar("Kind", bound=Picks)
 
 
@@ -63,7 +65,7 @@ def without_wrong_picks(
         return picks, []
     keep = np.setdiff1d(np.arange(len(points)), list(wrong))
     fewer = {"given_node": picks.node[keep], "z": picks.z[keep]}
-    if hasattr(picks, "uv"):
+    if isinstance(picks, Scattered):
         fewer["uv"] = picks.uv[keep]
     return replace(picks, **fewer), [wrong[row] for row in sorted(wrong)]
 
@@ -114,13 +116,24 @@ def _misfit(
     members = np.flatnonzero(sides[:, fault] == side)
     if len(members) <= FEWEST or not len(rows):
         return None
-    k = min(AROUND + 1, len(members))
-    around = members[cKDTree(points[members, :2]).query(points[rows, :2], k=k)[1]]
-    # a side of 0 is far from that fault, which separates nothing there
-    apart = sides[rows, None] * sides[around] < 0
-    apart[..., fault] = False
-    use = ~apart.any(axis=2) & (around != rows[:, None])
-    shift = points[around] - points[rows, None]
+    tree, n = cKDTree(points[members, :2]), min(AROUND + 1, len(members))
+    found = []
+    for some in np.array_split(rows, len(rows) // MOST_AT_ONCE + 1):
+        around = members[tree.query(points[some, :2], k=n)[1]]
+        # a side of 0 is far from that fault, which separates nothing there
+        apart = sides[some, None] * sides[around] < 0
+        apart[..., fault] = False
+        use = ~apart.any(axis=2) & (around != some[:, None])
+        off = np.where(
+            use.sum(axis=1) < FEWEST, np.nan, _above(points[around] - points[some, None], use)
+        )
+        found.append((off, np.where(use, around, -1)))
+    off, around = (np.concatenate(part) for part in zip(*found, strict=True))
+    return off, around
+
+
+def _above(shift: np.ndarray, use: np.ndarray) -> np.ndarray:
+    """How far picks are above the plane of least distances from neighbours (n, k, 3) in use [m]."""
     design = np.concatenate([np.ones((*shift.shape[:2], 1)), shift[..., :2]], axis=2)
     scale = np.abs(design).max(axis=(0, 1))
     design /= np.where(scale > 0.0, scale, 1.0)
@@ -130,8 +143,8 @@ def _misfit(
         plane = np.linalg.solve(moments @ design + slight, moments @ shift[..., 2:])
         left = np.abs(shift[..., 2] - (design @ plane)[..., 0])
         weight = use / np.maximum(left, 1e-3 * left.max(axis=1, keepdims=True) + 1e-9)
-    off = np.where(use.sum(axis=1) < FEWEST, np.nan, -plane[:, 0, 0])
-    return off, np.where(use, around, -1)
+    above: np.ndarray = -plane[:, 0, 0]
+    return above
 
 
 def warning_of(horizon: str, wrong: Sequence[dict[str, Any]]) -> GeosurfWarning:
@@ -145,6 +158,7 @@ def warning_of(horizon: str, wrong: Sequence[dict[str, Any]]) -> GeosurfWarning:
         f"{counted(len(wrong), 'pick')} of horizon {horizon!r} fit the other wall of a fault and "
         f"contradict the neighbours on their own side: {'; '.join(named[:MOST_NAMED])}{more}. "
         f"They are left out, as throw beside them would be wrong by {most:.3g} m or more.",
-        "Correct them in the data. keep_outliers=True keeps them.",
+        "Correct them in the data. gs.tear_horizon(..., keep_outliers=True), or keep_outliers = "
+        "true in [tear], keeps them.",
         wrong[0]["place"],
     )

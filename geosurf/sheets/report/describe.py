@@ -131,9 +131,9 @@ def met(
     return first_hits(stations, direction, pieces, np.hstack([low, high]), reach)
 
 
-# metres, or share of the largest throw if that is less, by which one datum in twenty may be missed;
-# and how many times as far the worst one
-MOVED, OF_THROW, FARTHEST_MOVED = 1.0, 0.1, 10.0
+# share of the largest throw, but metres at least and at most, by which one datum in twenty may be
+# missed; and how many times as far the worst one
+OF_THROW, MOVED, FARTHEST_MOVED = 0.1, (0.1, 1.0), 10.0
 FAR = 4.0  # cells of extrapolation from which a place is listed
 OVERLAP = 0.5  # cells of overlap from which a note says that data do not show it
 LINKS = 3  # side by side that overlap: a single one at a contact may reach over the other fault
@@ -266,18 +266,22 @@ def _misfit_in_use(
     off = picks.misfit(state.values, missed)
     found = _misfit(off, int(state.used.sum()) - len(missed))
     throws = [np.abs(cut.throw[np.isfinite(cut.throw)]).max(initial=0.0) for cut in cuts.values()]
-    limit = min(MOVED, OF_THROW * max(throws, default=0.0) or MOVED)
+    limit = float(np.clip(OF_THROW * max(throws, default=np.inf), *MOVED))
     if not found or (found["p95"] <= limit and found["max"] <= FARTHEST_MOVED * limit):
         return found, []
     worst = missed[[np.nanargmax(off)]]
     at = (*picks.frame.to_world(picks.columns(worst))[0].tolist(), float(picks.z[worst[0]]))
-    why, how = (
-        "Several points share a node or a cell.",
-        "Leave out those that are wrong, or give a smaller spacing",
+    why = "Several points share a node or a cell."
+    how = (
+        "Leave out those that are wrong, or tear with gs.tear_horizon(..., spacing=) below "
+        f"{picks.frame.cell:.3g} m"
     )
     if noise is not None:
         why = f"They are taken to have noise of {noise:.3g} m, which is averaged."
-        how = "noise=0 does not average, and carries noise into the throw"
+        how = (
+            "If they are exact, gs.tear_horizon(..., noise=0) or noise_m = 0 in [tear] meets them. "
+            "Noise then goes into the throw"
+        )
     warning = GeosurfWarning(
         "moved data",
         picks.name,

@@ -131,11 +131,11 @@ def _at_tip(
     closest = ahead.first - SPARE - trim + max(trim / SMEAR, 1.0)
     farther = slice(window.stop, window.stop + STATIONS)
     some = [part for part in (window, farther) if np.isfinite(jumps[part]).any()]
-    throws = [float(np.nanmedian(jumps[part])) for part in some] or [np.nan]
+    throws = [_median(jumps[part]) for part in some] or [np.nan]
     if all(sign * throw > least for throw in throws):
         # smear hides throw from near the line, but it does so on the fault as well
         nearer = read(closest, 2)
-        close = [float(np.nanmedian(nearer[part])) for part in some]
+        close = [_median(nearer[part]) for part in some]
         if at < usual or not all(sign * throw > least for throw in close):
             close = [] if ahead.goes_on(grid, frame.stretch, at, throws[0]) else [np.nan]
         throws += close
@@ -145,9 +145,7 @@ def _at_tip(
     # the same on parallel lines to both sides, where no fault is: what relief alone shows
     beside = 2.0 * (ahead.first + SAMPLES)
     relief = [read(ahead.first, SAMPLES, side)[window] for side in (-beside, beside)]
-    seen = max(
-        (float(np.nanmedian(np.abs(r))) for r in relief if np.isfinite(r).any()), default=0.0
-    )
+    seen = np.nan_to_num([_median(np.abs(one)) for one in relief]).max()
     if not all(sign * throw > CLEARLY * seen for throw in throws):
         return None
     throw = throws[0]
@@ -178,6 +176,12 @@ def _at_tip(
         f"Continue fault {name!r} to about (E {xy[1, 0]:.0f}, N {xy[1, 1]:.0f}): {how}.",
         (*xy[0], level),
     )
+
+
+def _median(values: np.ndarray) -> float:
+    """Median of the values that are known; NaN without any."""
+    known = values[np.isfinite(values)]
+    return float(np.median(known)) if len(known) else np.nan
 
 
 def _ahead(trace: Trace, end: int, trim: float, heave: float) -> Ahead:
