@@ -79,7 +79,7 @@ MUTANTS = (
     Mutant("sheets", "smeared = [trim for trim in proposed if trim > USUAL]", "smeared = [trim for trim in proposed if trim < USUAL]", "tests/sheets"),
     Mutant("sheets", "lost = abs(whole - along) * frame.cell", "lost = abs(whole - along)", "tests/sheets"),
     Mutant("sheets", "where=off < half) ** 2", "where=off < half)", "tests/sheets"),
-    Mutant("sheets", "apart = sides[rows, None] * sides[around] < 0", "apart = sides[rows, None] * sides[around] < -9", "tests/sheets"),
+    Mutant("sheets", "apart = sides[some, None] * sides[around] < 0", "apart = sides[some, None] * sides[around] < -9", "tests/sheets"),
     Mutant("sheets", "(np.abs(off) > np.abs(beyond)) & ", "", "tests/sheets"),
     Mutant("sheets", "close = [] if ahead.goes_on(grid", "close = [np.nan] if ahead.goes_on(grid", "tests/sheets"),
     Mutant("sheets", "steps[1 - first] = np.median(across", "steps[1 - first] = 2.0 * np.median(across", "tests/sheets"),
