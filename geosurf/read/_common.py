@@ -20,8 +20,9 @@ from typing import Any, TypeVar
 import numpy as np
 
 from geosurf.conventions import did_you_mean, elevation_sign, first_given, metres_per_unit
-from geosurf.errors import FormatError, InputError
+from geosurf.errors import FormatError, GeosurfWarning, InputError
 from geosurf.read._guard import check_size, damaged, opened, read_some, refuse_beyond_memory
+from geosurf.warning import warn
 
 # ---- blocks ----------------------------------------
 # A text file in blocks of whole lines, of which one at a time is in memory.
@@ -43,8 +44,8 @@ class TextBlocks:
     ----------
     path : pathlib.Path
     final_line_end : bool
-        Whether the last line needs a line end. Without it a last number may be cut short ("1603.25"
-        and "1603.2" both parse), so it is refused where the format has no other end mark.
+        Whether the last line should have a line end. Without it a last number may be cut short
+        ("1603.25" and "1603.2" both parse): a warning, where the format has no other end mark.
 
     Attributes
     ----------
@@ -100,11 +101,9 @@ class TextBlocks:
             waiting += text
             blank = not waiting or waiting.isspace()
             if is_last and final_line_end and not blank and not waiting[-1].isspace():
-                raise FormatError(
-                    f"{self.path}, line {n_line + waiting.count(chr(10))}: the last line has no "
-                    "line end, so the file may be truncated. Export it again, or add a line end "
-                    "if the file is complete."
-                )
+                last = waiting[waiting.rfind("\n") + 1 :]
+                warn_of_end(self.path, n_line + waiting.count("\n"), last)
+                waiting += "\n"
             if n_line == 1 and blank:
                 if is_last:
                     raise damaged(f"{self.path}: the file contains only white space")
@@ -250,16 +249,25 @@ def is_looking() -> bool:
     return _LOOKING.get()
 
 
+def warn_of_end(path: Path, line: int, last: str, missing: str = "line end") -> None:
+    """Warn of a file that may be cut off: its last line may be half of one."""
+    effect = f"{path}, line {line}: no {missing} follows {last.strip()[-60:]!r}"
+    noted("end", f"no {missing} after the last line, so the file may be cut off")
+    if not is_looking():
+        effect += ", so the file may be cut off there; it is read as if it were complete."
+        warn(
+            GeosurfWarning(
+                "file end", path.name, effect, f"Compare it with its source, or add the {missing}."
+            )
+        )
+
+
 WHOLE = re.compile(r"[+-]?[0-9]{1,18}")
 COMMA = re.compile(r"[0-9],[0-9]")
 
 
 def read_text(path: Path, *, final_line_end: bool = True) -> str:
-    """Return the text of a file, in UTF-8 or else Latin-1, with lines that end by a line feed.
-
-    A last line without its line end may be a number cut short ("1603.25" and
-    "1603.2" both parse), so it is refused where the format has no other end mark.
-    """
+    """Return the text of a file, in UTF-8 or else Latin-1, with lines that end by a line feed."""
     return "".join(text for _, text in TextBlocks(path, final_line_end=final_line_end))
 
 

@@ -18,20 +18,22 @@ from geosurf.read._guard import is_zarr, opened, size_of_store
 from geosurf.read.grids.node_lists import looks_like_ijxyz
 from geosurf.read.las import holds_tops
 from geosurf.read.registry import (
+    END_MARK,
     GRID_FORMATS,
+    LABEL,
     MESH_FORMATS,
     OF_ONE_FUNCTION,
     TITLES,
     detect,
+    detect_foreign,
+    has_lines,
+    has_numbers,
     head_of,
 )
 from geosurf.read.wells import heads_of, holds_heads, holds_wells
 
-END_MARK = re.compile(rb"^\s*999(?:\.0*)?[\s,;]+999(?:\.0*)?[\s,;]+999(?:\.0*)?\s*$", re.M)
-NUMBERS = re.compile(rb"^\s*(?:[^\n]*[\s,;:])?(?:[+-]?\d[\d.eE+-]*[\s,;]+){2}[+-]?\d", re.M)
 WELL = re.compile(rb"\b(?:well|wellname|uwi|wellbore|borehole)\b", re.I)
 HORIZON = re.compile(rb"^(?:string\s+)?[\"']?(?:horizon|surface|marker|pick|top)", re.I | re.M)
-LABEL = re.compile(rb"\b(?:poly_id|stick_id|stick|segment_id|segment)\b", re.I)
 # values that programs write for "undefined"; as elevations they would be rare
 NULLS = (-999.0, -999.25, -9999.0, -99999.0, 9999.0, 99999.0, 9999900.0)
 _SHOWN = 1_000_000  # nodes of a large grid that are looked at
@@ -187,15 +189,16 @@ def kind_of_file(path: Path) -> tuple[str, str]:
     # tables of numbers have no signature: names of columns and end marks decide
     head = head_of(path)
     first = head.lstrip().split(b"\n", 1)[0]
-    if b"\0" in head or not NUMBERS.search(head):
-        return "unknown", ""
+    foreign = detect_foreign(path)
+    if foreign is not None or not has_numbers(head):
+        return foreign or "unknown", ""
     if holds_heads(head):
         return "well_heads", ""
     if holds_wells(head):
         return "wells", "read_wells"
     if WELL.search(first):
         return "tops", "read_tops"
-    if suffix == ".pol" or LABEL.search(first) or (END_MARK.search(head) and suffix != ".poi"):
+    if suffix == ".pol" or (has_lines(head) and suffix != ".poi"):
         return "polygons", "read_polygons or read_fault"
     return ("ijxyz", "read_horizon") if looks_like_ijxyz(head) else ("xyz", "read_points")
 
@@ -277,14 +280,15 @@ def _array(data: Any) -> np.ndarray:
 
 def _open_questions(key: str, notes: dict[str, str]) -> list[str]:
     """What the file does not state."""
+    doubts = [f"There is {notes.pop('end')}."] if "end" in notes else []
     if notes.get("sign", "").startswith("open"):
         if key in MESH_FORMATS or key in ("model3d", "pline", "vset"):
             notes["sign"] = "open: elevation unless positive="
-            return ['The file does not state depth or elevation: give positive="down" for depth.']
-        return [
-            'The file does not state depth or elevation: give positive="down" or positive="up".'
-        ]
-    return []
+            choice = 'positive="down" for depth'
+        else:
+            choice = 'positive="down" or positive="up"'
+        doubts.append(f"The file does not state depth or elevation: give {choice}.")
+    return doubts
 
 
 def _strange_values(points: np.ndarray, found: np.ndarray) -> list[str]:

@@ -27,7 +27,7 @@ import numpy as np
 from geosurf.conventions.packages import need
 from geosurf.errors import FormatError
 from geosurf.model import TriSurface
-from geosurf.read._common import Request, chosen, noted
+from geosurf.read._common import Request, chosen, noted, warn_of_end
 from geosurf.read._guard import damaged, opened, read_bytes, reading_with, same_file
 from geosurf.read._placed import split_quads, surface_from_mesh
 from geosurf.read.vtp import read_vtu
@@ -330,11 +330,8 @@ def _refuse_cut_short(path: Path, data: bytes) -> None:
     if b"\0" in data or start.startswith(b"<"):
         return  # binary and XML notice by themselves
     if not data[-1:].isspace():
-        line = data.count(b"\n") + 1
-        raise FormatError(
-            f"{path}, line {line}: the last line has no line end, so the file may be "
-            "truncated. Export it again, or add a line end if the file is complete."
-        )
+        last = data[data.rfind(b"\n") + 1 :].decode("latin-1")
+        warn_of_end(path, data.count(b"\n") + 1, last)
     if path.suffix.lower() == ".stl":
         last = data.rstrip().splitlines()[-1:] or [b""]
         if not last[0].strip().lower().startswith(b"endsolid"):

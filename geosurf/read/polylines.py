@@ -18,7 +18,16 @@ import numpy as np
 from geosurf.conventions.axes import LABELS
 from geosurf.errors import FormatError, InputError
 from geosurf.model import FaultSticks
-from geosurf.read._common import Request, check_name, chosen, is_number, noted, number, read_text
+from geosurf.read._common import (
+    Request,
+    check_name,
+    chosen,
+    is_number,
+    noted,
+    number,
+    read_text,
+    warn_of_end,
+)
 from geosurf.read._guard import damaged
 from geosurf.read._placed import points_dataset, refuse_columns
 from geosurf.read._table import (
@@ -153,7 +162,7 @@ def read_attribute_sticks(path: Path, request: Request) -> FaultSticks:
 def _table(path: Path, columns: Any, decimal: Any) -> tuple[Layout, Table]:
     """The file as it stands, and its coordinates, numbers of lines and names."""
     sign = checked_decimal(decimal)
-    layout = layout_of(path, sign, typed=True)
+    layout = layout_of(path, sign, ends=True)
     if not layout.rows:
         raise damaged(f"{path}: the file has no points below its header")
     places = _places(path, layout, columns)
@@ -658,11 +667,15 @@ def _terminated(path: Path, table: Table) -> list[Part]:
 
     # the mark in all three columns; a file cut short lacks the last one
     ends = np.flatnonzero((points == END_MARK).all(axis=1))
-    if len(ends) == 0 or ends[-1] != len(points) - 1:
+    if len(ends) == 0 and path.suffix.lower() != ".pol":
         raise FormatError(
-            f"{path}, line {lines[-1]}: the last line is not '999 999 999', so the last polyline "
-            "may be truncated. Export the file again, or add that line if the file is complete."
+            f"{path}: no line '999 999 999' ends a polyline, and no column numbers them, so the "
+            "polyline of each point is unknown. Read points with read_points, or add such lines."
         )
+    if len(ends) == 0 or ends[-1] != len(points) - 1:
+        last = " ".join(f"{value:.12g}" for value in points[-1])
+        warn_of_end(path, int(lines[-1]), last, "line 999 999 999")
+        ends = np.append(ends, len(points))
 
     # each polyline begins after the end mark before it
     starts = np.concatenate([[0], ends[:-1] + 1])

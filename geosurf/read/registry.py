@@ -155,15 +155,11 @@ def reader_of(
     # what has no known suffix and is not there gets the list of suffixes as an answer
     key = format or (_by_content(path, formats, caller) if by_suffix or is_there else None)
     key = key or by_suffix
-    # five columns could be anything to other functions; the reader of grids proves that they fit
-    if key is None and "ijxyz" in formats and is_there and looks_like_ijxyz(head_of(path)):
-        key = "ijxyz"
-    foreign = detect_foreign(path) if key is None and is_there else None
-    if foreign is not None:
-        raise FormatError(
-            f"{path}: this is a file of the kind {foreign}, which {caller} does not read. Export "
-            "it in a format of docs/formats.md, or set format=."
-        )
+    if format is None and is_there and (key is None or key in TABLES):
+        refuse_foreign(path)
+        if key is None:
+            head = head_of(path)
+            key = next((name for name in TABLES if name in formats and TABLES[name](head)), None)
     if key is None:
         raise FormatError(
             f"{path}: {caller} does not read files with the suffix {path.suffix!r}; it reads "
@@ -270,6 +266,9 @@ RMS_WELL = (
     r"\d+\.\d+[ \t]*\r?\n[^\n]*\n[ \t]*\S[^\n]*?(?:[ \t]+[-+]?\d[\d.eE+-]*){2,3}[ \t]*\r?\n"
     r"[ \t]*\d+[ \t]*\r?\n[ \t]*(?:[A-Za-z]|[-+]?\d\S*[ \t]+[-+]?\d\S*[ \t]+[-+]?\d)"
 )
+DXF = re.compile(rb"\A\s*(?:999[ \t]*\r?\n[^\n]*\n\s*)*0[ \t]*\r?\n\s*SECTION\b")
+# the header of a horizon, or of fault segments
+IESX = re.compile(rb"\A\s*PROFILE\b[^\n]*\bTYPE[ \t]+\d|^[ \t]*SNAPPING PARAMETERS\b", re.M)
 SGRID = _text(r"(?:#[^\n]*\n\s*)*GOCAD[ \t]+SGrid\b")
 # name of the format -> test of the first bytes; names of formats as in `geosurf.read`
 SIGNATURES: dict[str, Callable[[bytes], bool]] = {
@@ -307,12 +306,49 @@ SIGNATURES: dict[str, Callable[[bytes], bool]] = {
     "rms_well": _text(RMS_WELL),
     "resqml": _is_resqml,
 }
+# three numbers 999 on a line, numbers for the lines of a table, and three numbers of any kind
+END_MARK = re.compile(rb"^\s*999(?:\.0*)?[\s,;]+999(?:\.0*)?[\s,;]+999(?:\.0*)?\s*$", re.M)
+LABEL = re.compile(rb"\b(?:poly_id|stick_id|stick|segment_id|segment)\b", re.I)
+NUMBERS = re.compile(rb"^\s*(?:[^\n]*[\s,;:])?(?:[+-]?\d[\d.eE+-]*[\s,;]+){2}[+-]?\d", re.M)
+
+
+def has_numbers(head: bytes) -> bool:
+    """Return whether a file is a text with lines of three numbers."""
+    return b"\0" not in head and NUMBERS.search(head) is not None
+
+
+def has_lines(head: bytes) -> bool:
+    """Return whether a table of numbers separates its points into lines."""
+    first = head.lstrip().split(b"\n", 1)[0]
+    return bool(LABEL.search(first) or END_MARK.search(head))
+
+
+# tables of numbers have no signature: what they hold follows from who reads them
+TABLES: dict[str, Callable[[bytes], bool]] = {
+    "ijxyz": looks_like_ijxyz,
+    **dict.fromkeys(("sticks", "polygons", "xyz"), has_numbers),
+}
 # what else is recognised, to name it in errors: geosurf does not read these
-FOREIGN: dict[str, Callable[[bytes], bool]] = {
-    "GOCAD Well": _text(r"(?:#[^\n]*\n\s*)*GOCAD[ \t]+Well\b"),
-    "Excel workbook": lambda head: head.startswith(b"PK\x03\x04") and b"xl/" in head,
-    "ZIP archive": lambda head: head.startswith(b"PK\x03\x04"),
-    "gzip": lambda head: head.startswith(b"\x1f\x8b"),
+FOREIGN: dict[str, tuple[Callable[[bytes], bool], str]] = {
+    "GOCAD Well": (
+        _text(r"(?:#[^\n]*\n\s*)*GOCAD[ \t]+Well\b"),
+        "Export the path as a table with the columns Well, MD, X, Y and Z, and read that with "
+        "read_wells.",
+    ),
+    "DXF": (
+        lambda head: head.startswith(b"AutoCAD Binary DXF") or DXF.match(head) is not None,
+        "Export triangles as .obj, .stl or GOCAD TSurf, lines as a shapefile, GeoJSON or .pol.",
+    ),
+    "IESX": (
+        lambda head: IESX.search(head) is not None,
+        "Export horizons as IJXYZ or x y z, faults as Charisma sticks.",
+    ),
+    "Excel workbook": (
+        lambda head: head.startswith(b"PK\x03\x04") and b"xl/" in head,
+        "Save its sheet as .csv.",
+    ),
+    "ZIP archive": (lambda head: head.startswith(b"PK\x03\x04"), "Unpack it."),
+    "gzip": (lambda head: head.startswith(b"\x1f\x8b"), "Unpack it."),
 }
 
 
@@ -342,26 +378,29 @@ def detect(path: Path) -> str | None:
     >>> detect(file)
     'cps3'
     """
-    return _first(head_of(path), SIGNATURES)
+    head = head_of(path)
+    return next((key for key, fits in SIGNATURES.items() if fits(head)), None)
 
 
 def detect_foreign(path: Path) -> str | None:
     """Return what a file is that geosurf does not read, in words, or None."""
-    return _first(head_of(path), FOREIGN)
+    head = head_of(path)
+    return next((kind for kind, (fits, _) in FOREIGN.items() if fits(head)), None)
 
 
 def refuse_foreign(path: Path) -> None:
     """
-    Refuse a file of wells that geosurf recognises and does not read.
+    Refuse a file that geosurf recognises and does not read.
 
     Raises
     ------
     FormatError
     """
-    if detect_foreign(path) == "GOCAD Well":
+    kind = detect_foreign(path)
+    if kind is not None:
         raise FormatError(
-            f"{path}: this is a GOCAD Well, which geosurf does not read. Export the path as a "
-            "table with the columns Well, MD, X, Y and Z, and read that with read_wells."
+            f"{path}: this is a file of the kind {kind}, which geosurf does not read. "
+            f"{FOREIGN[kind][1]}"
         )
 
 
@@ -369,7 +408,3 @@ def head_of(path: Path) -> bytes:
     """Return the first bytes of a regular file."""
     with opened(path) as (file, _):
         return file.read(HEAD)
-
-
-def _first(head: bytes, tests: dict[str, Callable[[bytes], bool]]) -> str | None:
-    return next((key for key, fits in tests.items() if fits(head)), None)

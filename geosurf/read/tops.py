@@ -421,11 +421,10 @@ class Layout:
     length_unit: str | None = None
 
 
-def layout_of(path: Path, decimal: str, *, typed: bool = False) -> Layout:
+def layout_of(path: Path, decimal: str, *, ends: bool = False) -> Layout:
     """Return header and rows of a file of well tops, or of points with attributes.
 
-    With `typed`, types before the names of columns are dropped (``FLOAT,dip``), and lines of
-    ``999 999 999`` may be shorter than the header.
+    With `ends`, lines of ``999 999 999`` may be shorter than the header.
 
     Raises
     ------
@@ -447,13 +446,13 @@ def layout_of(path: Path, decimal: str, *, typed: bool = False) -> Layout:
     begins = [k for k, (_, line) in enumerate(numbered[:50]) if line.upper() == "BEGIN HEADER"]
     if begins:
         header, body = _petrel(path, numbered, begins[0])
-        header = [_without_type(word) for word in header] if typed else header
+        header = [_without_type(word) for word in header]
         found = Layout(header, body, True, unit or None)
     elif ATTRIBUTE.fullmatch(numbered[0][1]):
         found = _with_attributes(numbered)
     else:
-        found = _table(path, numbered, decimal)
-    check_widths(path, found.header, found.rows, ends=typed)
+        found = _table(path, numbered, decimal, _last_comment(lines[: numbered[0][0] - 1]))
+    check_widths(path, found.header, found.rows, ends=ends)
     return found
 
 
@@ -511,20 +510,36 @@ def _with_attributes(numbered: list[tuple[int, str]]) -> Layout:
     return Layout(header, [(number, _blank_words(line)) for number, line in body])
 
 
-def _table(path: Path, numbered: list[tuple[int, str]], decimal: str) -> Layout:
-    """A table with one header line or none."""
-    first = numbered[0][1]
+def _last_comment(lines: list[str]) -> list[str]:
+    """Words of the last comment that has some, perhaps names of columns: ``# MD INC AZI``."""
+    found = [words for line in lines if (words := line.strip().lstrip("#!- ").split())]
+    return " ".join(found[-1]).replace(",", " ").replace(";", " ").split() if found else []
 
-    # the first line decides; a decimal comma does not separate
-    separators = [sign for sign in SEPARATORS if sign in first and sign != decimal]
-    if separators:
-        rows = list(_separated(path, numbered, separators[0]))
-    else:
-        rows = [(number, _blank_words(line)) for number, line in numbered]
 
-    # a header has no number in any column
-    is_header = not any(is_number(word.replace(",", ".", 1)) for word in rows[0][1])
-    return Layout(rows[0][1], rows[1:]) if is_header else Layout(None, rows)
+def _table(path: Path, numbered: list[tuple[int, str]], decimal: str, comment: list[str]) -> Layout:
+    """A table with one header line, or none; or the names of columns in a comment above it."""
+    # the first line, and the first below it, each by its own separator; a decimal comma is none
+    rows: list[tuple[int, list[str]]] = []
+    sign = None
+    for part in (numbered[:1], numbered[1:]):
+        first = part[0][1] if part else ""
+        signs = (sign, *SEPARATORS) if sign else SEPARATORS
+        sign = next((one for one in signs if one in first and one != decimal), None)
+        if sign is None:
+            rows += [(number, _blank_words(line)) for number, line in part]
+        else:
+            rows += _separated(path, part, sign)
+
+    # a header has no number in any column, or names of columns that are usual
+    words = rows[0][1]
+    usual = sum(
+        plain_name(word) in {name for names in USUAL.values() for name in names} for word in words
+    )
+    is_header = usual >= 3 or not any(is_number(word.replace(",", ".", 1)) for word in words)
+    if is_header:
+        return Layout(words, rows[1:])
+    named = len(comment) == len(words) and not any(map(is_number, comment))
+    return Layout(comment if named else None, rows)
 
 
 def _separated(

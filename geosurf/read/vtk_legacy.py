@@ -16,7 +16,7 @@ import numpy as np
 
 from geosurf.errors import FormatError
 from geosurf.model import TriSurface
-from geosurf.read._common import Request, noted, number_text
+from geosurf.read._common import Request, noted, number_text, warn_of_end
 from geosurf.read._guard import read_bytes
 from geosurf.read._placed import surface_from_mesh, triangles_of_cells
 
@@ -209,11 +209,8 @@ def _take_header(at: Cursor) -> None:
     if kind not in ("ASCII", "BINARY"):
         raise at.error(f"found {kind!r}, expected ASCII or BINARY")
     if kind == "ASCII" and not at.data[-1:].isspace():
-        at.at = len(at.data)
-        raise at.error(
-            "the last line has no line end, so the file may be truncated",
-            "Export it again, or add a line end if the file is complete.",
-        )
+        last = at.data[at.data.rfind(b"\n") + 1 :].decode("latin-1")
+        warn_of_end(at.path, at.data.count(b"\n") + 1, last)
     dataset = " ".join(at.words() or []).upper()
     at.binary = kind == "BINARY"
     if dataset != "DATASET POLYDATA":

@@ -98,7 +98,7 @@ def _words(data: xarray.Dataset, dim: str) -> list[str]:
 def _surface(xtgeo: Any, horizon: xarray.DataArray) -> Any:
     """A gridded horizon as RegularSurface."""
     name = str(horizon.name or "horizon")
-    (x, y, xinc, yinc, rotation), values = regular_grid(horizon, name)
+    (x, y, xinc, yinc, rotation), values, _ = regular_grid(horizon, name)
 
     # xtgeo flips the second axis by a sign of its own, and has columns first
     return xtgeo.RegularSurface(

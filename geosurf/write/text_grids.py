@@ -16,7 +16,7 @@ import numpy as np
 from geosurf.conventions.crs import crs_of, label
 from geosurf.errors import OutputError
 from geosurf.write.decimals import LARGEST, fixed_lines_text, lines_text, n_fixed, rows_text
-from geosurf.write.written import SMALLEST, Loss
+from geosurf.write.written import SMALLEST, Loss, precision_lost
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray as xr
@@ -41,7 +41,7 @@ IRAP_PER_LINE = 6  # RMS reads at most 9
 
 def irap_classic(horizon: xr.DataArray, name: str) -> tuple[bytes | bytearray, list[Loss]]:
     """Return IRAP classic text; numbers give the same float64 back."""
-    (x, y, xinc, yinc, rotation), values = regular_grid(horizon, name)
+    (x, y, xinc, yinc, rotation), values, moved = regular_grid(horizon, name, off=ROUNDED)
     nrow, ncol = values.shape
     xmax, ymax = x + (ncol - 1) * xinc, y + (nrow - 1) * yinc
     refuse_value(values, float(UNDEFINED_CLASSIC), name, "IRAP")
@@ -53,12 +53,12 @@ def irap_classic(horizon: xr.DataArray, name: str) -> tuple[bytes | bytearray, l
         f"{y!r}\n0 0 0 0 0 0 0\n"
     )
     text = lines_text(values.reshape(1, -1), IRAP_PER_LINE, UNDEFINED_CLASSIC, head.encode("ascii"))
-    return text, direction_lost(horizon, "IRAP")
+    return text, not_stored(horizon, "IRAP", moved)
 
 
 def irap_binary(horizon: xr.DataArray, name: str) -> tuple[bytes | bytearray, list[Loss]]:
     """Return IRAP binary, and how far float32 moved nodes and values."""
-    (x, y, xinc, yinc, rotation), values = regular_grid(horizon, name)
+    (x, y, xinc, yinc, rotation), values, moved = regular_grid(horizon, name, off=ROUNDED)
     nrow, ncol = values.shape
     xmax, ymax = x + (ncol - 1) * xinc, y + (nrow - 1) * yinc
 
@@ -78,7 +78,7 @@ def irap_binary(horizon: xr.DataArray, name: str) -> tuple[bytes | bytearray, li
     ]
     data = b"".join(struct.pack(">i", len(r)) + r + struct.pack(">i", len(r)) for r in records)
     rounding = _rounding((x, y, xinc, yinc, rotation), single, values)
-    return data, [*rounding, *direction_lost(horizon, "IRAP")]
+    return data, [*rounding, *not_stored(horizon, "IRAP", moved)]
 
 
 def _rounding(exact: Geometry, single: np.ndarray, values: np.ndarray) -> list[Loss]:
@@ -129,7 +129,7 @@ def zmap_of_horizon(horizon: xr.DataArray, name: str) -> tuple[bytes | bytearray
     )
     columns = grid.values[::-1].T
     text = fixed_lines_text(columns, PER_LINE, decimals, WIDTH, null.encode(), head.encode())
-    return text, direction_lost(horizon, "ZMAP+")
+    return text, not_stored(horizon, "ZMAP+", grid.moved)
 
 
 def cps3_of_horizon(horizon: xr.DataArray, name: str) -> tuple[bytes | bytearray, list[Loss]]:
@@ -145,7 +145,7 @@ def cps3_of_horizon(horizon: xr.DataArray, name: str) -> tuple[bytes | bytearray
         f"{grid.values.shape[1]}\nFSXINC {grid.dx!r} {grid.dy!r}\n-> {_one_line(name)}\n"
     )
     text = lines_text(grid.values[::-1].T, PER_LINE, CPS3_NULL.encode(), head.encode())
-    return text, direction_lost(horizon, "CPS-3")
+    return text, not_stored(horizon, "CPS-3", grid.moved)
 
 
 def esri_of_horizon(horizon: xr.DataArray, name: str) -> tuple[bytes | bytearray, list[Loss]]:
@@ -167,7 +167,7 @@ def esri_of_horizon(horizon: xr.DataArray, name: str) -> tuple[bytes | bytearray
         f"xllcenter {grid.west!r}\nyllcenter {grid.south!r}\n{cells}\nNODATA_value {null}\n"
     )
     text = lines_text(grid.values[::-1], grid.values.shape[1], null.encode(), head.encode())
-    return text, [*lost, *direction_lost(horizon, "the ESRI grid")]
+    return text, [*lost, *not_stored(horizon, "the ESRI grid", grid.moved)]
 
 
 def xyz_of_horizon(horizon: xr.DataArray, name: str) -> tuple[bytes | bytearray, list[Loss]]:
@@ -199,7 +199,7 @@ def xyz_of_horizon(horizon: xr.DataArray, name: str) -> tuple[bytes | bytearray,
         lost.append(Loss("undefined", f"{n} of {known.size} nodes have no value and are left out."))
     body = rows_text([columns[0], b" ", columns[1], b" ", columns[2], b"\n"])
     lost.append(Loss("name", "The format does not store names."))
-    return body, [*lost, *direction_lost(horizon, "a file of points")]
+    return body, [*lost, *not_stored(horizon, "a file of points")]
 
 
 def _upright(horizon: xr.DataArray, name: str, title: str, at_least: int) -> UprightGrid:
@@ -237,12 +237,13 @@ def _one_line(text: str) -> str:
 
 # nodes may be off the regular grid by this much of an increment
 SLACK = 1e-6
+ROUNDED = 0.01  # m: and by this much in files, as those of other programs round them
 Geometry = tuple[float, float, float, float, float]
 
 
 def regular_grid(
-    horizon: xr.DataArray, name: str, title: str = "IRAP"
-) -> tuple[Geometry, np.ndarray]:
+    horizon: xr.DataArray, name: str, title: str = "IRAP", off: float = 0.0
+) -> tuple[Geometry, np.ndarray, float]:
     """Return origin, increments and rotation of a regular grid, and its values.
 
     Parameters
@@ -252,6 +253,8 @@ def regular_grid(
         Name of the horizon, for errors.
     title : str
         Name of the format, for errors.
+    off : float
+        How far nodes may lie off the grid [m]: of a thousandth of a step at most.
 
     Returns
     -------
@@ -259,6 +262,8 @@ def regular_grid(
         x and y of the first node, step along columns, step along rows [m], and the rotation
         (degrees, counter-clockwise from east).
     values : ndarray of float64, shape (n_row, n_column)
+    moved : float
+        How far a node lies from where the geometry puts it, at most [m].
 
     Raises
     ------
@@ -286,18 +291,22 @@ def regular_grid(
         # one line of nodes for each axis: a mesh of all would take more memory than the values
         easting, northing = easting[None], northing[:, None]
 
-    # The stated geometry is exact; one fitted to the nodes has rounding.
+    # The stated geometry is exact; one fitted to the nodes has rounding, that of float64 at least.
+    scale = 8 * np.finfo(np.float64).eps * max(abs(easting[0, 0]), abs(northing[0, 0]), 1.0)
     stated = _stated(horizon)
-    if stated is not None and _fits(stated, easting, northing, exact=True):
-        return stated, values
+    if stated is not None:
+        moved = _misfit(stated, easting, northing)
+        if moved <= 1e-9 * min(abs(stated[2]), abs(stated[3])) + scale:
+            return stated, values, 0.0
 
     fitted = _fitted(easting, northing)
-    if 0.0 in fitted[2:4] or not _fits(fitted, easting, northing, exact=False):
+    moved, step = _misfit(fitted, easting, northing), min(abs(fitted[2]), abs(fitted[3]))
+    if step == 0.0 or moved > max(SLACK * step, min(off, 1e-3 * step)) + scale:
         raise OutputError(
             f"horizon {name!r}: its nodes are not on a regular rectangular grid, and {title} "
             "stores no other grids. Write .nc, or resample the horizon."
         )
-    return fitted, values
+    return fitted, values, moved
 
 
 def upright_grid(horizon: xr.DataArray, name: str, title: str) -> UprightGrid:
@@ -318,7 +327,7 @@ def upright_grid(horizon: xr.DataArray, name: str, title: str) -> UprightGrid:
     OutputError
         If the grid is rotated by another angle, or is not regular.
     """
-    (x, y, xinc, yinc, rotation), values = regular_grid(horizon, name, title)
+    (x, y, xinc, yinc, rotation), values, moved = regular_grid(horizon, name, title, ROUNDED)
     n_row, n_column = values.shape
 
     # the far ends of the first row and of the first column, measured along both axes
@@ -330,7 +339,8 @@ def upright_grid(horizon: xr.DataArray, name: str, title: str) -> UprightGrid:
         along, across, values = across, along, values.T
     n_row, n_column = values.shape
     skew = max(abs(along[1]) * (n_column - 1), abs(across[0]) * (n_row - 1))
-    if skew > SLACK * min(abs(along[0]), abs(across[1])):
+    step = min(abs(along[0]), abs(across[1]))
+    if skew > max(SLACK * step, min(ROUNDED, 1e-3 * step)):
         raise OutputError(
             f"horizon {name!r} is rotated by {rotation:.6g} degrees, and {title} stores no "
             "rotation. Write .irapasc, .gri or .nc, which do, or resample the horizon onto a grid "
@@ -344,7 +354,7 @@ def upright_grid(horizon: xr.DataArray, name: str, title: str) -> UprightGrid:
     if across[1] < 0:
         south, values = y + (n_row - 1) * across[1], values[::-1]
     return UprightGrid(
-        float(west), float(south), float(abs(along[0])), float(abs(across[1])), values
+        float(west), float(south), float(abs(along[0])), float(abs(across[1])), values, moved + skew
     )
 
 
@@ -361,6 +371,8 @@ class UprightGrid:
         Steps [m].
     values : ndarray of float64, shape (n_row, n_column)
         Rows from the south, each from the west.
+    moved : float
+        How far a node lies from where the grid has it, at most [m].
     """
 
     west: float
@@ -368,6 +380,7 @@ class UprightGrid:
     dx: float
     dy: float
     values: np.ndarray
+    moved: float
 
     @property
     def east(self) -> float:
@@ -415,17 +428,19 @@ def null_for(values: np.ndarray, candidates: tuple[str, ...]) -> str:
     return next(word for word in candidates if not (values == float(word)).any())
 
 
-def direction_lost(horizon: xr.DataArray, title: str) -> list[Loss]:
-    """State what a format cannot: direction and unit of its values."""
+def not_stored(horizon: xr.DataArray, title: str, moved: float = 0.0) -> list[Loss]:
+    """State what a format cannot: direction and unit of its values, and how far nodes moved."""
     positive = horizon.attrs.get("positive", "up")
-    word = "depth" if positive == "down" else "elevation"
+    word = {"down": "depth", "up": "elevation"}.get(horizon.attrs.get("positive", ""))
+    word = word or horizon.attrs.get("long_name") or horizon.name or "elevation"
     unit = horizon.attrs.get("units", "m")
     found = [
+        *precision_lost(moved, "Nodes are off a regular grid, and were moved"),
         Loss(
             "direction",
             f"Values are {word} in {unit}, which {title} does not store: "
             f"read the file with positive={positive!r}.",
-        )
+        ),
     ]
     if unit != "m":
         words = f"Values are in {unit}: read the file with length_unit={unit!r}."
@@ -462,21 +477,20 @@ def _fitted(easting: np.ndarray, northing: np.ndarray) -> Geometry:
     along = (float(easting[0, -1]) - x, float(northing[0, -1]) - y)
     across = (float(easting[-1, 0]) - x, float(northing[-1, 0]) - y)
 
-    # a single column of nodes: the direction follows from the rows, at a right angle
-    if ncol > 1:
-        rotation = math.degrees(math.atan2(along[1], along[0]))
-    else:
-        rotation = math.degrees(math.atan2(-across[0], across[1])) if nrow > 1 else 0.0
     xinc = math.hypot(*along) / (ncol - 1) if ncol > 1 else 1.0
     yinc = math.hypot(*across) / (nrow - 1) if nrow > 1 else 1.0
 
     # A negative step along rows where rows run clockwise from columns.
-    left_handed = along[0] * across[1] - along[1] * across[0] < 0
-    return x, y, xinc, -yinc if left_handed else yinc, rotation
+    if along[0] * across[1] - along[1] * across[0] < 0:
+        yinc = -yinc
+    # the direction between that of columns and that of rows, turned by a right angle
+    u = np.array(along) / xinc if ncol > 1 else np.zeros(2)
+    u += np.array([across[1], -across[0]]) / yinc if nrow > 1 else 0.0
+    return x, y, xinc, yinc, math.degrees(math.atan2(u[1], u[0]))
 
 
-def _fits(grid: Geometry, easting: np.ndarray, northing: np.ndarray, *, exact: bool) -> bool:
-    """Whether all nodes lie where the geometry puts them."""
+def _misfit(grid: Geometry, easting: np.ndarray, northing: np.ndarray) -> float:
+    """Largest distance between a node and the place where the geometry puts it [m]."""
     x, y, xinc, yinc, rotation = grid
     turn = math.radians(rotation)
 
@@ -486,16 +500,10 @@ def _fits(grid: Geometry, easting: np.ndarray, northing: np.ndarray, *, exact: b
     if easting.shape != northing.shape:
         # axes along east and north: other rotations do not fit
         if rotation % 360.0:
-            return False
+            return math.inf
         east, north = x + column * xinc, y + row * yinc
     else:
         east = x + (column * xinc * math.cos(turn) - row * yinc * math.sin(turn))
         north = y + (column * xinc * math.sin(turn) + row * yinc * math.cos(turn))
-
-    slack = 1e-9 if exact else SLACK
-    # float64 itself moves nodes by a few units in the last place
-    scale = max(abs(x), abs(y), 1.0) * 8 * np.finfo(np.float64).eps
-    limit = slack * min(abs(xinc), abs(yinc)) + scale
-    return bool(
-        (np.abs(east - easting) <= limit).all() and (np.abs(north - northing) <= limit).all()
-    )
+    off: float = np.hypot(np.abs(east - easting).max(), np.abs(north - northing).max())
+    return off

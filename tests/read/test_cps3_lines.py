@@ -42,7 +42,6 @@ def test_lines_are_polygons_or_sticks(file):
         (HEAD + "-> 1\n0 0\n", "line 4: found '0 0'"),
         (HEAD + "-> 1\n0 0 x\n", "line 4: found 'x', expected a number"),
         (HEAD + "-> 1\n->\n", "no lines with points"),
-        (LINES[:-5], "last line has no line end"),
     ],
 )
 def test_damaged_lines_are_refused(file, text, words):

@@ -60,7 +60,7 @@ def test_the_command_prints_text_and_json(tmp_path, capsys):
     [
         ("a.dat", "815 1210 777574.2 6736507.8 1000.0\n", "xyz", r"columns=\(3, 4, 5\)"),
         ("a.dat", "460000,25 5930000,5 1700,1\n", "xyz", r"decimal=','"),
-        ("a.pol", "0 0 5\n1 1 5\n", "polygons", "last line is not '999 999 999'"),
+        ("a.pol", "0 0 5\n1 1 5\n", "polygons", "no line 999 999 999 after the last line"),
         ("a.grd", "DSAA\n3 2\n", "surfer", "lines 2 to 5: expected two values"),
         ("a.md", "Some words, 3 of 4.\n", "unknown", "knows no format with this content"),
         ("a.tif", "II*\0", "geotiff", "rasterio"),

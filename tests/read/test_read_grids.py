@@ -80,7 +80,6 @@ def test_undefined_values_are_nan(tmp_path):
         (("-996 2 10", "-996 0 10"), r"nrow is 0, expected at least 1.*export"),
         (("-996 2 10", "-996 2000000000 10"), r"header is damaged"),
         (("4 5 6", "4 five 6"), r"line 6: found 'five', expected a number.*Correct"),
-        (("4 5 6\n", "4 5 6"), r"line 6: the last line has no line end.*add a line end"),
         (
             ("3 {rotation} 500", "3 30 0"),
             r"rotated by 30.0 degrees about \(0.0, 1000.0\).*Set xrot",

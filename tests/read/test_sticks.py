@@ -110,7 +110,6 @@ def test_law_sticks_come_back(tmp_path_factory, faults):
 
 
 DAMAGES = {
-    "cut": (CHARISMA[:-1], {}, "line 6: the last line has no line end"),
     "word": (CHARISMA.replace("1500.25 F1", "15oo F1", 1), {"format": "charisma"}, "'15oo'"),
     "short": (CHARISMA + "INLINE- 1 2 3 4\n", {}, "line 7: found 'INLINE- 1 2 3 4', expected"),
     "again": (CHARISMA + CHARISMA[:56] + "\n", {}, "'F1 1' continues after another one began"),

@@ -305,6 +305,39 @@ def test_what_float32_loses_is_stated(tmp_path):
     assert back.northing.values[0] == 6_000_000.0
 
 
+@pytest.mark.parametrize("turn", [0.0, 17.0, 33.3, 90.0, 211.0])
+@pytest.mark.parametrize("off", [0.0, 0.0007, 0.01, 0.3])
+def test_a_grid_that_is_nearly_square_is_written_with_the_loss(tmp_path, turn, off):
+    """Nodes of a text with millimetres, and axes that are off square by `off` over the map."""
+    cos, sin = np.cos(np.radians(turn)), np.sin(np.radians(turn))
+    i, j = 25.0 * np.arange(50), 30.0 * np.arange(40)[:, None]
+    skew = i + off * j / j.max()
+    x = np.round(461_000 + cos * skew - sin * j, 3)
+    y = np.round(5_931_000 + sin * skew + cos * j, 3)
+    nodes = {"easting": (("row", "column"), x), "northing": (("row", "column"), y)}
+    top = xr.DataArray(i + j, dims=("row", "column"), coords=nodes, attrs={"positive": "up"})
+    if off > 0.1:
+        with pytest.raises(OutputError, match="not on a regular rectangular grid"):
+            gs.write(top, tmp_path / "top.irapasc")
+        return
+    (path,) = written = gs.write(top, tmp_path / "top.irapasc")
+    back = gs.read_horizon(path, positive="up")
+    places = (back[key].broadcast_like(back) for key in ("easting", "northing"))
+    east, north = (place.transpose(*back.dims).values for place in places)
+    moved = np.hypot(east - x, north - y).max()
+    stated = [loss.metres for loss in written.lost if loss.what == "precision"]
+    assert moved <= (stated or [1e-6])[0] * 1.001 <= 0.011
+    assert (moved > 0.6 * stated[0]) if stated else turn % 90 == off == 0
+
+
+def test_a_thickness_is_not_called_elevation(tmp_path):
+    top = horizon()
+    del top.attrs["positive"], top.attrs["long_name"]
+    for suffix in (".irapasc", ".zmap", ".cps3", ".asc", ".xyz"):
+        notes = gs.write(top.rename("isochore of Upper"), tmp_path / f"top{suffix}").notes
+        assert any("Values are isochore of Upper in m, which" in note for note in notes)
+
+
 def test_irregular_grids_do_not_fit_irap(tmp_path):
     top = horizon(np.zeros((3, 3))).assign_coords(easting=[0.0, 1.0, 3.0])
     with pytest.raises(OutputError, match=r"not on a regular rectangular grid.*Write .nc"):

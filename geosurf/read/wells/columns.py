@@ -15,8 +15,8 @@ from geosurf.errors import FormatError, InputError
 from geosurf.read._common import COMMA, is_number, noted, number, read_text
 from geosurf.read._guard import damaged
 from geosurf.read.registry import detect
-from geosurf.read.tops import COMMENTS, check_widths, layout_of, plain_name, unit_in_name
 from geosurf.read.tops import USUAL as OF_TOPS
+from geosurf.read.tops import check_widths, layout_of, plain_name, unit_in_name
 
 # ---- names ----------------------------------------
 # Usual names of the columns of well paths: lower case, letters and digits only.
@@ -128,28 +128,14 @@ def _taken_apart(path: Path, decimal: str, numbered: bool) -> Trace:
     if begins_with_name(lines):
         return _sections(path, lines)
     layout = layout_of(path, decimal)
-    header = layout.header or _commented_header(lines)
-    if header is None and not numbered:
+    if layout.header is None and not numbered:
         line, words = layout.rows[0]
         raise FormatError(
             f"{path}, line {line}: the file has no line with names of columns, and the line has "
             f"{len(words)} values. Give the columns, counted from 1, as in columns={{'md': 1, "
             "'x': 2, 'y': 3, 'z': 4}."
         )
-    return Trace("table", header or [], layout.rows)
-
-
-def _commented_header(lines: list[str]) -> list[str] | None:
-    """Names of columns in the last comment before the rows, as in ``# MD INC AZI``."""
-    last: str | None = None
-    for line in lines:
-        text = line.strip()
-        if text and not text.startswith(COMMENTS):
-            break
-        last = text.lstrip("#!- ") or last
-    words = (last or "").replace(",", " ").replace(";", " ").split()
-    known = [word for word in words if any(plain_name(word) in names for names in USUAL.values())]
-    return words if len(known) >= 3 else None
+    return Trace("table", layout.header or [], layout.rows)
 
 
 # ----------------------------------------------------------------------- Petrel
@@ -188,17 +174,48 @@ def _petrel(path: Path, lines: list[str]) -> Trace:
 
 # -------------------------------------------------------------------------- RMS
 def _rms(path: Path) -> Trace:
-    """A well of RMS: version, kind, name and place, number of logs, one line for each, rows."""
-    lines = [line.strip() for line in read_text(path).split("\n")]
-    words = lines[2].split()
-    # name, x, y and perhaps the elevation of the rig; names may have blanks, and end with a number
-    n = len(words) - (3 if len(words) > 3 and is_number(words[-3]) else 2)
-    count = int(lines[3])
-    logs = [line.split()[0] if line else "" for line in lines[4 : 4 + count]]
-    if len(logs) < count or not all(logs):
-        raise damaged(f"{path}, line 4: the header announces {count} logs, but not each has a line")
-    rows = [(i, text.split()) for i, text in enumerate(lines, start=1) if text and i > 4 + count]
-    return Trace("well of RMS", ["x", "y", "z", *logs], rows, " ".join(words[:n]))
+    """Wells of RMS, one below the other: version, kind, name and place, count of logs, a line for
+    each, and rows. The version and kind of further wells may be left out.
+    """
+    lines = [line.split() for line in read_text(path).split("\n")]
+    wells: list[tuple[str, list[str], Rows]] = []
+    at = 2
+    while at < len(lines):
+        # name, x, y and perhaps the elevation of the rig; names may have blanks, and end by number
+        words = lines[at]
+        n = len(words) - (3 if len(words) > 3 and is_number(words[-3]) else 2)
+        count = int(lines[at + 1][0])
+        logs = [words[0] for words in lines[at + 2 : at + 2 + count] if words]
+        if len(logs) < count:
+            raise damaged(
+                f"{path}, line {at + 2}: the header announces {count} logs, but not each has a line"
+            )
+        first = at = at + 2 + count
+        while at < len(lines) and not _begins_well(lines, at):
+            at += 1
+        rows = [(i + 1, lines[i]) for i in range(first, at) if lines[i]]
+        header = ["x", "y", "z", *logs]
+        check_widths(path, header, rows)
+        wells.append((" ".join(words[:n]), header, rows))
+        at += 2 * (at < len(lines) and len(lines[at]) == 1)
+
+    # columns that all wells have, by name: each well has logs of its own
+    common = [word for word in wells[0][1] if all(word in header for _, header, _ in wells)]
+    found = [
+        (line, [name, *(row[header.index(word)] for word in common)])
+        for name, header, rows in wells
+        for line, row in rows
+    ]
+    return Trace("well of RMS", ["well", *common], found)
+
+
+def _begins_well(lines: list[list[str]], at: int) -> bool:
+    """Whether a well of RMS begins on a line: by its version and kind, or by its name and place."""
+    at += 2 * (len(lines[at]) == 1 and is_number(lines[at][0]))
+    if at + 1 >= len(lines) or len(lines[at]) < 3 or len(lines[at + 1]) != 1:
+        return False
+    words, count = lines[at], lines[at + 1][0]
+    return not is_number(words[0]) and all(map(is_number, words[-2:])) and count.isdecimal()
 
 
 # ------------------------------------------------------------------- ResInsight
