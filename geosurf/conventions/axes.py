@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -88,6 +89,46 @@ LABELS = ("poly_id", "stick_id", "stick", "segment_id", "segment")
 # Rows before columns, as in the arrays of numpy: the first dimension runs north.
 HORIZON_DIMS = ("northing", "easting")
 FAULT_DIMS = ("down_dip", "along_strike")
+
+
+# names of the two coordinates of a grid, in lower case; CF has x and y for their axes, too
+MAP_NAMES = {
+    "easting": ("easting", "x", "e", "utm_easting", "projection_x_coordinate"),
+    "northing": ("northing", "y", "n", "utm_northing", "projection_y_coordinate"),
+}
+
+
+def map_coordinates(data: Any) -> dict[str, list[Any]]:
+    """Return the coordinates of a grid of xarray that are easting and northing, by what they state.
+
+    By their name, ``standard_name``, ``long_name`` or ``axis``, the first of these that any has.
+    """
+    found: dict[str, list[Any]] = {}
+    for key, names in MAP_NAMES.items():
+        words = [{"name": str(word).lower()} | one.attrs for word, one in data.coords.items()]
+        for what in ("name", "standard_name", "long_name", "axis"):
+            fits = [str(of.get(what, "")).lower() in names for of in words]
+            found[key] = [one for one, fit in zip(data.coords.values(), fits, strict=True) if fit]
+            if found[key]:
+                break
+    return found
+
+
+def on_map_axes(data: Any) -> Any:
+    """Return a grid of xarray over northing and easting, where its coordinates say which they are.
+
+    Rows run north; anything else is returned as it is, for those who say what is wrong with it.
+    """
+    if tuple(data.dims) == HORIZON_DIMS:
+        return data
+    places = {key: found for key, found in map_coordinates(data).items() if len(found) == 1}
+    if len(places) < 2:
+        return data
+    for key, (one,) in places.items():
+        if one.ndim == 1 and one.name not in data.dims:
+            data = data.drop_vars(one.dims[0], errors="ignore").swap_dims({one.dims[0]: one.name})
+        data = data if one.name == key else data.rename({one.name: key})
+    return data.transpose(*HORIZON_DIMS) if set(data.dims) == set(HORIZON_DIMS) else data
 
 
 def elevation_sign(positive: str | None, what: str) -> float:

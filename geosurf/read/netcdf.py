@@ -17,6 +17,7 @@ import numpy as np
 import xarray as xr
 
 from geosurf.conventions import FAULT_DIMS, HORIZON_DIMS, counted, did_you_mean, is_word
+from geosurf.conventions.axes import MAP_NAMES, map_coordinates
 from geosurf.conventions.crs import crs_of
 from geosurf.conventions.packages import need
 from geosurf.errors import FormatError
@@ -135,8 +136,6 @@ def _refuse_empty_arrays(path: Path, dataset: xr.Dataset) -> None:
 # the caller does. Horizontal coordinates without ``units`` are metres.
 
 
-EASTING = ("easting", "x", "e", "utm_easting", "projection_x_coordinate")
-NORTHING = ("northing", "y", "n", "utm_northing", "projection_y_coordinate")
 ELEVATION = ("elevation", "depth", "z")
 
 
@@ -204,8 +203,7 @@ def horizon_of(path: Path, dataset: xr.Dataset, request: Request) -> xr.DataArra
     scale = _scale(data, what, request)
 
     # The dimension that runs north comes first; other dimensions of length 1 are dropped.
-    easting = _coordinate(path, data, EASTING)
-    northing = _coordinate(path, data, NORTHING)
+    easting, northing = (_coordinate(path, data, key) for key in MAP_NAMES)
     data = data.transpose(*_dims(path, data, easting, northing))
 
     kept = ("rotation", "xori", "yori", "xinc", "yinc", "ncol", "nrow")
@@ -255,7 +253,7 @@ def read_netcdf_fault(path: Path, request: Request) -> xr.Dataset:
 
     # one variable for each of the three, over both dimensions of the fault
     found = {}
-    for key, spellings in zip(AXES, (EASTING, NORTHING, ELEVATION), strict=True):
+    for key, spellings in zip(AXES, (*MAP_NAMES.values(), ELEVATION), strict=True):
         # exactly one variable with a known name, over both dimensions of the fault
         words = [str(word) for word in dataset.data_vars if str(word).lower() in spellings]
         if len(words) != 1 or set(dataset[words[0]].dims) != set(FAULT_DIMS):
@@ -318,18 +316,13 @@ def _pick(path: Path, dataset: xr.Dataset, variable: str | None, name: str) -> x
     )
 
 
-def _coordinate(path: Path, data: xr.DataArray, spellings: tuple[str, ...]) -> xr.DataArray:
-    """Return the coordinate whose name or standard_name is one of `spellings`."""
-    # by name, or by the standard_name of the CF conventions
-    found = [
-        coordinate
-        for key, coordinate in data.coords.items()
-        if str(key).lower() in spellings or _attribute(coordinate, "standard_name") in spellings
-    ]
+def _coordinate(path: Path, data: xr.DataArray, key: str) -> xr.DataArray:
+    """Return the coordinate that is easting, or northing, by its name or attributes."""
+    found: list[xr.DataArray] = map_coordinates(data)[key]
     if len(found) != 1 or found[0].ndim not in (1, 2):
         raise FormatError(
             f"{path}: variable {data.name!r} has {len(found)} coordinates called one of "
-            f"{', '.join(spellings)} among {list(data.coords)}, expected 1. "
+            f"{', '.join(MAP_NAMES[key])} among {list(data.coords)}, expected 1. "
             "Rename or add the coordinate."
         )
     return found[0]

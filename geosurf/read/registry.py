@@ -332,8 +332,7 @@ TABLES: dict[str, Callable[[bytes], bool]] = {
 FOREIGN: dict[str, tuple[Callable[[bytes], bool], str]] = {
     "GOCAD Well": (
         _text(r"(?:#[^\n]*\n\s*)*GOCAD[ \t]+Well\b"),
-        "Export the path as a table with the columns Well, MD, X, Y and Z, and read that with "
-        "read_wells.",
+        "Export the path as a table with Well, MD, X, Y and Z, and read that with read_wells.",
     ),
     "DXF": (
         lambda head: head.startswith(b"AutoCAD Binary DXF") or DXF.match(head) is not None,

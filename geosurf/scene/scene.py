@@ -73,11 +73,12 @@ class Scene:
     ----------
     horizons : mapping of str to horizon
         Youngest first. A horizon is an `xarray.DataArray`, a `TriSurface`, (vertices, triangles),
-        a `Sheet`, or a path. Arrays in a store (Dask, Zarr,
-        NetCDF) are read into memory; what does not fit needs `tolerance` or `aoi`.
+        a `Sheet`, or a path. Coordinates of an array are easting and northing by their name (or
+        ``x`` and ``y``), ``standard_name``, ``long_name`` or ``axis``. Arrays in a store (Dask,
+        Zarr, NetCDF) are read into memory; what does not fit needs `tolerance` or `aoi`.
     faults : mapping of str to fault, optional
-        A fault is an `xarray.Dataset`, `FaultSticks`, a `TriSurface`, (vertices, triangles), or a
-        path.
+        A fault is an `xarray.Dataset`, `FaultSticks` or a list of sticks (arrays (n, 3)), a
+        `TriSurface`, (vertices, triangles), or a path.
     box : (west, east, south, north, bottom, top), optional
         The model box [m]. Default: the outline that all horizons share (see `aoi`), with a
         margin above and below; it moves with them, so give a box to compare scenes.

@@ -36,7 +36,7 @@ from geosurf.triangulate.sticks import triangulate_sticks
 
 _HOW_FAULT = (
     "Give an xarray.Dataset with easting, northing and elevation (or depth) over "
-    f"{FAULT_DIMS}, geosurf.FaultSticks(name, sticks), a TriSurface, or (vertices, triangles)."
+    f"{FAULT_DIMS}, sticks as a list of arrays (n, 3), a TriSurface, or (vertices, triangles)."
 )
 
 

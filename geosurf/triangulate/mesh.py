@@ -138,7 +138,7 @@ def triangulate_mesh(
         raise SurfaceError(
             f"{role} {name!r}: cannot use {type(obj).__name__} of {len(obj)} as a mesh. Give "
             "(vertices, triangles): arrays (n_vertex, 3) and (n_triangle, 3)."
-            + (f" Fault sticks: geosurf.FaultSticks({name!r}, sticks)." if role == "fault" else "")
+            + (" Fault sticks: a list of arrays (n, 3)." if role == "fault" else "")
         )
     surface = TriSurface(name, role, obj[0], obj[1])
     if scale != 1.0:
@@ -223,8 +223,8 @@ def labels_of(da: Any, what: str) -> tuple[Any, Any]:
             remedy = "Only the order differs: da.transpose('northing', 'easting')."
         else:
             remedy = (
-                "Rename them with da.rename(...), or add 2-D coordinates easting and northing "
-                "if the grid is rotated."
+                "Rename them with da.rename(...), add coordinates called x and y or with a CF "
+                "standard_name, or 2-D coordinates easting and northing if the grid is rotated."
             )
         raise HorizonError(f"{what}: dims are {tuple(da.dims)}, expected {HORIZON_DIMS}. {remedy}")
     if missing:

@@ -14,6 +14,8 @@ meshio `Mesh`                         (vertices, triangles)
 `vertices` and `triangles`            xtgeo, LoopStructural: (vertices, triangles)
 `vertices` and `edges` (n, 3)         GemPy: (vertices, triangles)
 arrays of vertices and triangles      (vertices, triangles), without twins of corners
+arrays (n, 3) in a list               fault sticks
+grid of xarray on other axes          a horizon over northing and easting
 geopandas `GeoDataFrame`              points (n, 3), or fault sticks from lines
 pandas `DataFrame`                    points by usual names; with the number of a stick: sticks
 ====================================  ==================================================
@@ -29,7 +31,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import FAULT_DIMS, HORIZON_DIMS, elevation_sign
-from geosurf.conventions.axes import LABELS, USUAL
+from geosurf.conventions.axes import LABELS, USUAL, on_map_axes
 from geosurf.errors import InputError
 from geosurf.model import FaultSticks, TriSurface
 from geosurf.model.base import Noun
@@ -49,7 +51,7 @@ def own_form(value: Any, name: str, role: str, positive: str | None = None) -> A
         Of the horizon or fault, for messages.
     role : {"horizon", "fault"}
     positive : {"up", "down"}, optional
-        Whether lines of xtgeo hold elevations or depths: these objects do not know it.
+        Whether lines of other packages hold elevations or depths: these do not know it.
 
     Raises
     ------
@@ -67,6 +69,11 @@ def own_form(value: Any, name: str, role: str, positive: str | None = None) -> A
     """
     if isinstance(value, tuple) and not isinstance(value, PlainMesh) and _are_mesh(value):
         return _without_twins(np.asarray(value[0], dtype=np.float64), np.asarray(value[1]))
+    if role == "fault" and _are_sticks(value):
+        sign = elevation_sign(positive or "up", f"fault {name!r}")
+        return FaultSticks(name, tuple(np.array(s, dtype=float) * (1, 1, sign) for s in value))
+    if role == "horizon" and len(getattr(value, "dims", ())) == 2 and hasattr(value, "rename"):
+        return on_map_axes(value)
     # geosurf's own and xarray's objects, arrays, tables, paths: nothing to do
     plain = isinstance(value, Noun | FaultSticks | TriSurface | str | tuple | list | np.ndarray)
     if plain or hasattr(value, "data_vars") or hasattr(value, "coords"):
@@ -85,6 +92,18 @@ def _are_mesh(value: tuple[Any, ...]) -> bool:
     shapes = [np.shape(part) for part in value if isinstance(part, np.ndarray)]
     whole = isinstance(value[1], np.ndarray) and value[1].dtype.kind in "iu"
     return whole and len(shapes) == 2 and all(len(one) == 2 and one[1] == 3 for one in shapes)
+
+
+def _are_sticks(value: Any) -> bool:
+    """Whether these are points (n, 3) of lines, and no mesh: corners of triangles are integers."""
+    if not isinstance(value, list | tuple | np.ndarray) or isinstance(value, PlainMesh):
+        return False
+    try:
+        parts = [np.asarray(part) for part in value]
+    except ValueError:  # rows of different lengths
+        return False
+    points = all(p.ndim == 2 and p.shape[1] == 3 and p.dtype.kind in "fiu" for p in parts)
+    return points and len(parts) > 0 and not (len(parts) == 2 and parts[1].dtype.kind in "iu")
 
 
 def _has(*names: str) -> Callable[[Any], bool]:

@@ -17,6 +17,7 @@ from types import ModuleType
 from typing import Any
 
 from geosurf.conventions import did_you_mean
+from geosurf.conventions.axes import on_map_axes
 from geosurf.conventions.crs import are_same, crs_of, label
 from geosurf.errors import OutputError
 from geosurf.model.base import Noun
@@ -93,6 +94,8 @@ def write(
             f"{path}: geosurf cannot write an object of type {type(obj).__name__}; it writes "
             f"{', '.join(WRITERS)}.{INSTEAD.get(type(obj).__name__, '')}"
         )
+    if kind == "horizon (DataArray)":
+        obj = on_map_axes(obj)
     suffix = path.suffix.lower()
     _refuse_suffix(obj, kind, path, suffix)
     if kind != "surfaces":  # these may declare a system each

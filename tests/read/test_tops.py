@@ -178,9 +178,7 @@ def test_a_well_of_gocad_is_refused_with_what_to_do(tmp_path):
     path = tmp_path / "a.wl"
     path.write_text("GOCAD Well 1\nHEADER {\nname: W-1\n}\nWREF 0 0 25\nPATH 0 25 0 0\nEND\n")
     for read in (gs.read_wells, gs.read_tops):
-        with pytest.raises(
-            FormatError, match=r"of the kind GOCAD Well.*columns Well, MD, X, Y and Z"
-        ):
+        with pytest.raises(FormatError, match=r"of the kind GOCAD Well.*with Well, MD, X, Y and Z"):
             read(path, positive="up")
     with pytest.raises(FormatError, match="file of the kind GOCAD Well"):
         gs.read_points(path, positive="up")

@@ -35,6 +35,79 @@ def assert_same(found):
     assert np.allclose(found.values, expected().values, rtol=1e-12)
 
 
+def axes(north, east, **attrs):
+    """The top of the world over axes of other names, with attributes of both coordinates."""
+    made = TOP.rename(northing=north, easting=east)
+    for key in (north, east):
+        made[key].attrs = {"units": "m"} | {k: v[key == east] for k, v in attrs.items()}
+    return made
+
+
+def beside(da):
+    """The top over counted dims; coordinates of places lie along them."""
+    return da.drop_vars(da.dims).assign_coords(
+        northing=("y", da.y.values), easting=("x", da.x.values)
+    )
+
+
+GRIDS = {
+    "x y": lambda: axes("y", "x"),
+    "capitals": lambda: axes("Y", "X").transpose(),
+    "order": lambda: TOP.transpose(),
+    "standard_name": lambda: axes(
+        "a", "b", standard_name=("projection_y_coordinate", "projection_x_coordinate")
+    ),
+    "long_name": lambda: axes("a", "b", long_name=("Northing", "Easting")),
+    "axis": lambda: axes("a", "b", axis="YX").transpose(),
+    "name goes first": lambda: axes("y", "x", long_name=("Easting", "Northing")),
+    "beside": lambda: beside(axes("y", "x")),
+}
+
+
+@pytest.mark.parametrize("case", GRIDS)
+def test_axes_are_what_their_coordinates_say(tmp_path, case):
+    given = GRIDS[case]()
+    assert_same_surface(*(gs.triangulate_horizon(one, name="Top") for one in (given, TOP)))
+    assert_same(volumes({"Top": given}))
+    one, two = (tmp_path / name for name in ("one.irapasc", "two.irapasc"))
+    assert gs.write(given, one).notes == gs.write(TOP, two).notes
+    assert one.read_bytes() == two.read_bytes()
+
+
+def test_axes_that_say_nothing_or_degrees_are_refused():
+    for given in (axes("a", "b"), axes("a", "x"), axes("x", "easting")):
+        with pytest.raises(GeosurfError, match=r"expected \('northing', 'easting'"):
+            gs.triangulate_horizon(given, name="Top")
+    degrees = axes("y", "x")
+    degrees.x.attrs["units"] = "degrees_east"
+    with pytest.raises(GeosurfError, match="unknown length unit 'degrees_east'"):
+        gs.triangulate_horizon(degrees, name="Top")
+
+
+STICKS = [np.array([[900.0 + 9 * k, 300.0 * k, z] for z in (0, -900, -2400)]) for k in range(5)]
+
+
+@pytest.mark.parametrize(
+    "form",
+    [list, tuple, np.array, lambda sticks: [stick.tolist() for stick in sticks]],
+    ids=["list", "tuple", "array", "lists"],
+)
+def test_a_list_of_arrays_is_sticks(form):
+    right = gs.triangulate_fault(gs.FaultSticks("F1", tuple(STICKS)))
+    assert_same_surface(gs.triangulate_fault(form(STICKS), name="F1"), right)
+    deep = form([stick * [1, 1, -1] for stick in STICKS])
+    assert_same_surface(gs.triangulate_fault(deep, name="F1", positive="down"), right)
+    scene = gs.Scene({"Top": TOP}, {"F1": deep}, WORLD.box, positive="down")
+    assert_same_surface(scene.surface("F1"), right)
+    again = scene.replace(faults={"F1": form(STICKS)}, positive="up")
+    assert_same_surface(again.surface("F1"), right)
+
+
+def assert_same_surface(one, two):
+    assert np.array_equal(one.vertices, two.vertices)
+    assert np.array_equal(one.triangles, two.triangles)
+
+
 class Like:
     """An object with some attributes."""
 

@@ -119,9 +119,9 @@ SQUARE = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [2, 2, 0]]
 WRONG_FAULTS = {
     "no name": (lambda: ((SQUARE, [[0, 1, 2]]), {}), r"no name\. Pass it"),
     "no kind": (lambda: (3.0, {"name": "F1"}), r"'F1': cannot use float.*xarray\.Dataset"),
-    "sticks as arrays": (
-        lambda: ([np.eye(3)[:2]] * 3, {"name": "F1"}),
-        r"list of 3 as a mesh.*Fault sticks: geosurf\.FaultSticks\('F1', sticks\)",
+    "flat sticks": (
+        lambda: ([np.eye(2)] * 3, {"name": "F1"}),
+        r"list of 3 as a mesh.*Fault sticks: a list of arrays \(n, 3\)",
     ),
     "no height": (
         lambda: (fault_grid().drop_vars("elevation"), {}),
