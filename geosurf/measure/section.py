@@ -196,6 +196,8 @@ def vertical_section(patches: Patches, units: Units, line: Any) -> xarray.Datase
     patches, units : Patches, Units
     line : array_like of float, shape (n, 2)
         Easting and northing [m]: two points or more, from the left to the right of the section.
+        Points within 1 cm of a straight line between others, such as stations of a well, are left
+        out.
 
     Returns
     -------
@@ -256,8 +258,11 @@ def vertical_section(patches: Patches, units: Units, line: Any) -> xarray.Datase
     return found.assign(area=("line", np.array([area for *_, area in rows]), attrs))
 
 
+STRAIGHT = 0.01  # m: a corner this near to the line without it is none
+
+
 def check_line(line: Any) -> np.ndarray:
-    """Corners (n, 2) of the line in the map, no two in a row the same."""
+    """Corners (n, 2) of the line in the map, without those on a straight line between others."""
     how = "give easting and northing [m] of two points or more, shape (n, 2)"
     try:
         corners = real_numbers(line)
@@ -267,13 +272,31 @@ def check_line(line: Any) -> np.ndarray:
         raise InputError(f"the line of the section has shape {corners.shape}; {how}.")
     if not np.isfinite(corners).all():
         raise InputError(f"the line of the section has values that are not finite; {how}.")
-    still = np.flatnonzero((np.diff(corners, axis=0) == 0).all(axis=1))
-    if len(still):
-        raise InputError(
-            f"points {still[0]} and {still[0] + 1} of the line of the section are "
-            "identical. Remove one of them."
-        )
-    return corners
+    corners = corners[np.append(True, (np.diff(corners, axis=0) != 0).any(axis=1))]
+    if len(corners) < 2:
+        raise InputError(f"all points of the line of the section are identical; {how}.")
+
+    # Each part is straight, or is split at the corner that is farthest off.
+    kept, todo = {0, len(corners) - 1}, [(0, len(corners) - 1)]
+    while todo:
+        i, j = todo.pop()
+        if j - i > 1 and (k := _corner_between(corners[i : j + 1])):
+            kept.add(i + k)
+            todo += [(i, i + k), (i + k, j)]
+    return corners[sorted(kept)]
+
+
+def _corner_between(points: np.ndarray) -> int:
+    """Row of a point that a straight line between the ends misses, or runs back from; else 0."""
+    way = points[-1] - points[0]
+    length = math.hypot(*way)
+    along = (points - points[0]) @ (way / length) if length else np.zeros(len(points))
+    on_line = points[0] + np.clip(along, 0.0, length)[:, None] * (way / (length or 1.0))
+    off = np.hypot(*(points - on_line).T)
+    if off.max() > STRAIGHT:
+        return int(off.argmax())
+    back = np.maximum.accumulate(along) - along
+    return int(along[: back.argmax()].argmax()) if back.max() > STRAIGHT else 0
 
 
 class _Leg:
