@@ -623,7 +623,8 @@ def _path(path: Any, md: Any, box: tuple[float, ...]) -> tuple[np.ndarray, np.nd
         md = path["md"]
     length = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
     if md is None:
-        along = length[: len(points)]
+        # nobody drills from below sea level: the depth of such a first point is not known
+        along = length[: len(points)] + (np.nan if len(points) and points[0, 2] < 0.0 else 0.0)
     else:
         try:
             along = np.ravel(real_numbers(getattr(md, "values", md)))

@@ -750,7 +750,7 @@ class Scene:
             path}``, or a table with a column ``well``.
         md : array_like of float, shape (n,), optional
             Measured depth of each point of one well [m]. Default: that column, else the length of
-            the path.
+            the path; unknown (NaN) where this begins below sea level.
 
         Returns
         -------

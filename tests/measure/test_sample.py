@@ -232,11 +232,20 @@ class TestWells:
         w, e, s, n, low, high = scene.box
         rng = np.random.default_rng(8)
         path = np.array([w, s, low]) + rng.random((6, 3)) * np.array([e - w, n - s, high - low])
-        found = scene.well_intervals(path)
+        length = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1)))
+        found = scene.well_intervals(path, md=length)
         md = found.md.values
         assert (md[1:, 0] == md[:-1, 1]).all()
         assert md[-1, 1] == pytest.approx(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
         assert (found.unit.values[1:] != found.unit.values[:-1]).all()
+
+        # measured depth is not known where a path begins below sea level, and else is its length
+        assert path[0, 2] < 0
+        unknown = scene.well_intervals(path)
+        assert np.isnan(unknown.md).all()
+        assert unknown.drop_vars("md").identical(found.drop_vars("md"))
+        drilled = scene.well_intervals([(*path[0, :2], 25.0), *path])
+        assert drilled.md.values.max() == pytest.approx(length[-1] + 25.0 - path[0, 2])
 
         # by brute force: the unit at many places along the path
         at = np.linspace(0.0, md[-1, 1], 4001)[1:-1]
@@ -268,6 +277,8 @@ class TestWells:
         rng = np.random.default_rng(3)
         size = np.array([e - w, n - s, high - low])
         wells = {name: np.array([w, s, low]) + rng.random((3, 3)) * size for name in ("B", "A")}
+        for path in wells.values():
+            path[0, 2] = 5.0
         found = scene.well_intervals(wells)
         for name, path in wells.items():
             one = scene.well_intervals(path)

@@ -1,5 +1,7 @@
 """Files as programs and editors leave them: read as their regular twin, or named by their kind."""
 
+import re
+
 import pytest
 
 import geosurf as gs
@@ -149,3 +151,27 @@ def test_a_row_that_begins_no_well_is_refused_by_line(tmp_path, row):
     path.write_text(RMS.format(1) + row + "\n")
     with pytest.raises(FormatError, match=r"a.rmswell, line 8: found \d values, expected 4"):
         gs.read_wells(path, positive="down")
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "md"),
+    [
+        ("a.csv", "Well,X,Y,Z\nA,0,0,-75\nA,0,0,-175\n", None),
+        ("a.csv", "Well,X,Y,Z,KB\nA,0,0,-75,25\nA,0,0,-175,25\n", [100, 200]),
+        ("a.csv", "Well,X,Y,Z,GL,KB\nA,0,0,-75,9,25\nA,0,30,-115,9,25\n", [100, 150]),
+        ("a.csv", "Well,X,Y,Z,GL [ft]\nA,0,0,-75,100\nA,0,0,-175,100\n", [105.48, 205.48]),
+        ("a.csv", "Well,X,Y,Z,RKB,MD\nA,0,0,-75,25,130\nA,0,0,-175,25,240\n", [130, 240]),
+        ("a.rmswell", "1.0\nx\nA 0 0 25\n0\n0 0 -75\n0 0 -175\n", [100, 200]),
+        ("a.rmswell", "1.0\nx\nA 0 0\n0\n0 0 -75\n0 0 -175\n", None),
+        ("a.rmswell", "1.0\nx\nA 0 0 -99\n0\n0 0 -75\n0 0 -175\n", [0, 100]),
+    ],
+)
+@pytest.mark.parametrize("positive", ["up", "down"])
+def test_measured_depth_counts_from_a_datum_that_is_stated(tmp_path, name, text, md, positive):
+    path = tmp_path / name
+    path.write_text(text if positive == "up" else re.sub(r"-(75|115|175)", r"\1", text))
+    wells = gs.read_wells(path, positive=positive)
+    assert wells.elevation.values.tolist()[0] == -75
+    assert ("md" in wells) == (md is not None)
+    if md is not None:
+        assert wells.md.values.tolist() == pytest.approx(md)

@@ -27,6 +27,7 @@ USUAL: dict[str, tuple[str, ...]] = {
     "x": OF_TOPS["x"],
     "y": OF_TOPS["y"],
     "z": (*OF_TOPS["z"], "tvdmsl"),
+    "datum": ("kb", "rkb", "rt", "datum", "kbelevation", "rkbelevation", "gl", "groundlevel"),
     "md": ("md", "mdepth", "mdrkb", "mdmsl", "measureddepth", "mdkb"),
     "inclination": ("inc", "incl", "inclination", "deviation", "devi", "dev", "incdeg", "incldeg"),
     "azimuth": (
@@ -196,6 +197,8 @@ def _rms(path: Path) -> Trace:
         rows = [(i + 1, lines[i]) for i in range(first, at) if lines[i]]
         header = ["x", "y", "z", *logs]
         check_widths(path, header, rows)
+        if len(words) - n == 3:  # the elevation of the rig goes along as a column
+            header, rows = [*header, "kb"], [(line, [*row, words[-1]]) for line, row in rows]
         wells.append((" ".join(words[:n]), header, rows))
         at += 2 * (at < len(lines) and len(lines[at]) == 1)
 
@@ -268,7 +271,7 @@ def _sections(path: Path, lines: list[str]) -> Trace:
 
 
 Heads = dict[str, tuple[float, float, float]]
-DRILL_FLOOR = ("kb", "rkb", "rt", "datum", "elevation", "z", "kbelevation", "rtelevation")
+DRILL_FLOOR = (*USUAL["datum"], "elevation", "z", "rtelevation")
 HOW = "Give {'W-1': (easting, northing, elevation)} in metres, or a table with Well, X, Y and KB."
 
 
@@ -429,6 +432,8 @@ def places_of(path: Path, trace: Trace, given: dict[str, str | int]) -> dict[str
             continue
         names = usual if word is None else (plain_name(word),)
         at = [k for k, one in enumerate(words) if one in names]
+        if key == "datum":  # a table may have several, KB and GL: depths count from the floor
+            at = sorted(at, key=lambda k: names.index(words[k]))[:1]
         if len(at) > 1:
             raise FormatError(
                 f"{path}: the columns {' and '.join(trace.header[k] for k in at)} may both be "

@@ -213,7 +213,8 @@ def read_wells(
         A well trace of Petrel (``.dev``), a well of RMS (``.rmswell``), wells of ResInsight, LAS
         with curves of positions, RESQML (``.epc``) with trajectories, or a table with a header;
         the content determines which. A table has ``Well`` (else all rows are one well) and ``X``,
-        ``Y``, ``Z`` or ``TVDSS``, perhaps with ``MD``, or ``MD``, ``Inc``, ``Azi`` with `heads`.
+        ``Y``, ``Z`` or ``TVDSS``, perhaps with ``MD`` or ``KB``, or ``MD``, ``Inc``, ``Azi`` with
+        `heads`.
     heads : mapping or path-like, optional
         Where each well has measured depth 0: easting, northing and elevation [m], such as
         ``{"W-1": (461000, 5932000, 25)}``, or a table with ``Well``, ``X``, ``Y``, ``KB``. Only
@@ -233,7 +234,9 @@ def read_wells(
     -------
     xarray.Dataset
         ``well``, ``easting``, ``northing``, ``elevation`` and, if the file has them, ``md`` over
-        ``point`` [m], positive up; wells in the order of the file. `Scene.well_intervals` and
+        ``point`` [m], positive up; wells in the order of the file. Without measured depths they
+        count from a datum that is stated (``KB``, ``RKB``, ``GL``, the rig of RMS), straight down
+        to the first point. `Scene.well_intervals` and
         `PictureOverlay` take it as it is. Places from directions are on arcs of circles (minimum
         curvature), with points added so that straight lines are within 1 cm of the arcs. Azimuths
         count from grid north, in degrees.
@@ -307,9 +310,9 @@ def _to_metres(
     for key in ("x", "y"):
         unit = unit_of_column(trace.header, places[key], units.get("xy"))
         values[key] *= metres_per_unit(unit or "m", what)
-    if "md" in places:
-        unit = unit_of_column(trace.header, places["md"], units.get("z"))
-        values["md"] *= agreed_scale(unit, request.length_unit, "m", what)
+    for key in {"md", "datum"} & set(places):  # a datum is an elevation, whatever z is
+        unit = unit_of_column(trace.header, places[key], units.get("z"))
+        values[key] *= agreed_scale(unit, request.length_unit, "m", what)
 
 
 def _sign_of_petrel(path: Path, trace: Trace, z: np.ndarray) -> str | None:
@@ -355,6 +358,11 @@ def _by_positions(
                     f"measured depth rises by {md[k + 1] - md[k]:.0f} m. Correct its place, its "
                     "measured depth or its units."
                 )
+        elif "datum" in values:
+            # straight down from the datum to the first point, and along the path from there
+            legs = np.linalg.norm(np.diff(points[at], axis=0), axis=1)
+            above = max(float(values["datum"][at[0]] - points[at[0], 2]), 0.0)
+            md = above + np.append(0.0, np.cumsum(legs))
         if not (np.ptp(points[at], axis=0) > 0.0).any():
             raise FormatError(
                 f"{path}: well {name!r} has {counted(len(at), 'point')} in one place; a path "
