@@ -27,6 +27,7 @@ from typing import Any
 
 from geosurf.cli.console import ExitCode, encodable_output, peak_megabytes, printed_warnings
 from geosurf.cli.parser import build_parser
+from geosurf.stopping import keeping
 
 __all__ = ["build_parser", "main"]
 
@@ -57,6 +58,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         options = build_parser().parse(argv)
         if argv is None and options.command not in WITH_DASK:
             skip_dask()
+        keeping(lambda: options.kept(options))
         exit_code = ExitCode(options.debug, lambda: options.kept(options))
         start = time.perf_counter()
         from geosurf.conventions.running import silence  # not for --help: it loads numpy

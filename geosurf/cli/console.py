@@ -16,32 +16,22 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from types import FrameType, TracebackType
+from types import TracebackType
 from typing import Any, TextIO
 
 from geosurf.errors import GeosurfError, GeosurfWarning, InputError
+from geosurf.stopping import STOPPED
 
 # ---- exit codes ----------------------------------------
 # Exit codes: an error or a signal ends a command with a code and at most one message.
 #
 # Errors that geosurf raises on purpose have their code: 2 input, 3 geometry, 4 a bug in geosurf.
-# SIGTERM (batch systems, `timeout`) and SIGHUP (a terminal that closes)
-# clean up as Ctrl-C does. A full disk is an input error. A closed pipe is not an error.
+# A full disk is an input error. A closed pipe is not an error. Signals: `geosurf.stopping`.
 # Everything else is a bug in geosurf.
 
 
 OUR_FAULT = 4
-STOPPED = 128  # and the number of the signal, as shells count: 130 for Ctrl-C
-_SIGNALS = ("SIGTERM", "SIGHUP")
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
-
-
-class Stopped(KeyboardInterrupt):
-    """A signal asks the process to end; it cleans up as after Ctrl-C."""
-
-    def __init__(self, number: int) -> None:
-        super().__init__(number)
-        self.number = number
 
 
 class ExitCode:
@@ -51,26 +41,9 @@ class ExitCode:
         self.code = 0
         self._debug = debug
         self._kept = kept  # says what a command that is stopped leaves
-        self._handlers: dict[int, Any] = {}
 
     def __enter__(self) -> None:
-        """Begin; a signal that is ignored, as by nohup, or handled by others stays so."""
-        # SIGHUP does not exist on Windows; a signal that the parent ignores (nohup) stays ignored
-        for number in (getattr(signal, name) for name in _SIGNALS if hasattr(signal, name)):
-            if signal.getsignal(number) is signal.SIG_DFL:
-                with suppress(ValueError):  # not in the main thread: nothing is changed
-                    self._handlers[number] = signal.signal(number, self._stop)
-
-    def _stop(self, number: int, frame: FrameType | None) -> None:
-        """Turn the first signal into an exception; a second one ends the process at once."""
-        # back to the default first: a second signal ends the process at once
-        self._forget_signals()
-        raise Stopped(number)
-
-    def _forget_signals(self) -> None:
-        for number, handler in self._handlers.items():
-            signal.signal(number, handler)
-        self._handlers.clear()
+        """Begin."""
 
     def __exit__(
         self,
@@ -79,8 +52,6 @@ class ExitCode:
         trace: TracebackType | None,
     ) -> bool:
         """Print the error on stderr; only deliberate exits pass through."""
-        self._forget_signals()
-
         # SystemExit has a code of its own
         if error is None or isinstance(error, SystemExit | GeneratorExit):
             return False
@@ -90,7 +61,7 @@ class ExitCode:
 
         # an end that the user asked for: what is left of the work
         if isinstance(error, KeyboardInterrupt):
-            self.code = STOPPED + getattr(error, "number", int(signal.SIGINT))
+            self.code = STOPPED + signal.SIGINT
             if sys.stderr is not None:
                 with suppress(OSError):  # the terminal may be closed: SIGHUP
                     print(f"geosurf: stopped. {self._kept()}".strip(), file=sys.stderr)

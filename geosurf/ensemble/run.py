@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import sys
-import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -34,6 +33,7 @@ from geosurf.scenario.keys import Scenario
 from geosurf.scenario.output_keys import EnsembleSettings
 from geosurf.scene import Scene
 from geosurf.scene.result_cache import ResultCache
+from geosurf.stopping import temporary_folder
 from geosurf.warning import warn
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -146,10 +146,7 @@ def run_ensemble(
         result = open_ensemble(store)
         _warn_of_failed(result)
         return result
-    with (
-        workers_for(plan, n, client, workers, processes) as pool,
-        tempfile.TemporaryDirectory(prefix="geosurf-ensemble-") as scratch,
-    ):
+    with workers_for(plan, n, client, workers, processes) as pool, temporary_folder() as scratch:
         # The base case also fixes the area for all realisations.
         base = plan.start()
         give_plan(plan, pool, processes)

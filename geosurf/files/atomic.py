@@ -17,6 +17,8 @@ from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
+from geosurf.stopping import undone
+
 # ---- sealed ----------------------------------------
 # Files that carry a checksum of their own name and content, and are read only if no other user
 # could have written them.
@@ -142,14 +144,15 @@ def write_beside(folder: Path, data: bytes, mode: int = 0o666) -> Path:
     part = folder / random_name()
     handle = os.open(part, _NEW, mode)
     try:
-        try:
-            # A system call may write less than it was given.
-            rest = memoryview(data)
-            while rest:
-                rest = rest[os.write(handle, rest) :]
-            os.fsync(handle)
-        finally:
-            os.close(handle)
+        with undone(lambda: remove(part)):
+            try:
+                # A system call may write less than it was given.
+                rest = memoryview(data)
+                while rest:
+                    rest = rest[os.write(handle, rest) :]
+                os.fsync(handle)
+            finally:
+                os.close(handle)
     except (OSError, KeyboardInterrupt):
         remove(part)
         raise

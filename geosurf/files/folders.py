@@ -29,6 +29,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from geosurf.files.atomic import N_RANDOM, PREFIX, random_digits, sync_folder
+from geosurf.stopping import undone
 
 # ---- locks ----------------------------------------
 # A claim on a folder or file, held by one writer at a time.
@@ -347,11 +348,12 @@ def replace_files(
     stage.rename(folder / journal)
     sync_folder(folder)
 
-    try:
-        finish(folder, names, journal)
-    except KeyboardInterrupt:
-        finish(folder, names, journal)
-        raise
+    with undone(lambda: finish(folder, names, journal)):
+        try:
+            finish(folder, names, journal)
+        except KeyboardInterrupt:
+            finish(folder, names, journal)
+            raise
 
 
 def finish(folder: Path, names: Names, journal: str) -> bool:

@@ -25,6 +25,7 @@ from geosurf.render import palette
 from geosurf.render.layers import Entry, Room
 from geosurf.render.palette import AreaStyle, LineStyle, Spot, TextStyle
 from geosurf.render.picture_style import FONT, PLAIN, PictureStyle, style_of
+from geosurf.stopping import interrupted_later
 from geosurf.warning import warn
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -421,6 +422,6 @@ def figure_bytes(figure: Figure, kind: str) -> bytes:
     metadata = {"png": {"Software": None}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
 
     # names inside an SVG file are random numbers unless they have a salt
-    with rc_context({"svg.hashsalt": "geosurf"}):
+    with rc_context({"svg.hashsalt": "geosurf"}), interrupted_later():
         figure.savefig(buffer, format=kind, dpi=DPI, facecolor="auto", metadata=metadata[kind])
     return buffer.getvalue()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -44,6 +43,7 @@ from geosurf.scenario.step_log import Progress, StepLog, pictured
 from geosurf.scenario.validate import read_scenario
 from geosurf.scene import Scene
 from geosurf.scene.result_cache import ResultCache, check_with_cache
+from geosurf.stopping import temporary_folder
 from geosurf.warning import warn
 from geosurf.write.written import commit
 
@@ -376,7 +376,7 @@ def write_report(
     certificate = check_with_cache(scene, cache)
 
     # pictures go into the page: their files are not results
-    with tempfile.TemporaryDirectory() as scratch:
+    with temporary_folder() as scratch:
         drawn = _draw(scene, choice, Path(scratch), log, asked=pictures)
         notes = model_notes(scene)
         log.begin("report")

@@ -40,6 +40,7 @@ from geosurf.read.file_info import kind_of_file
 from geosurf.scenario.keys import Scenario
 from geosurf.scenario.output_keys import FORMATS, GridInput, OutputSettings
 from geosurf.scene import Scene
+from geosurf.stopping import undone
 from geosurf.warning import collected, warn
 from geosurf.write import write
 
@@ -365,12 +366,14 @@ def new_results(out: str | os.PathLike[str]) -> Iterator[Path]:
         _claim(out, lock)
 
         # inside `out`, so that the final rename stays on one file system
-        stage = _open_stage(out)
-        try:
-            yield stage
-            _replace(out, stage)
-        finally:
-            shutil.rmtree(stage, ignore_errors=True)
+        with undone(lock.release):
+            stage = _open_stage(out)
+            with undone(lambda: shutil.rmtree(stage, ignore_errors=True)):
+                try:
+                    yield stage
+                    _replace(out, stage)
+                finally:
+                    shutil.rmtree(stage, ignore_errors=True)
     finally:
         lock.release()
 

@@ -7,7 +7,6 @@ import math
 import os
 import subprocess
 import sys
-import tempfile
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -25,6 +24,7 @@ from geosurf.kernels.meshes.mesh import join_pairs
 from geosurf.model import TetMesh, Units
 from geosurf.model.base import in_crs_of
 from geosurf.model.expected import expect, number_of
+from geosurf.stopping import temporary_folder
 from geosurf.tetrahedra.boundary import Boundary, boundary_of, with_parts
 
 REGULAR = 1.0 / (6.0 * math.sqrt(2.0))  # volume of the regular tetrahedron with edges of 1 m
@@ -679,7 +679,7 @@ def _run(boundary: Boundary, options: dict[str, Any], patience: float) -> dict[s
     """Run TetGen in a temporary folder, and return its arrays."""
     what = f"TetGen cannot fill the model of {len(boundary.faces)} faces"
     remedy = "Check the model with scene.check(), or move its surfaces slightly."
-    with tempfile.TemporaryDirectory(prefix="geosurf-tetgen-") as folder:
+    with temporary_folder() as folder:
         np.savez(
             Path(folder, "boundary.npz"),
             x=boundary.x,

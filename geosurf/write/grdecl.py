@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
 from geosurf.model.grids import AXES, CornerPointGrid
+from geosurf.stopping import temporary_folder
 from geosurf.write.written import Loss
 
 # ---- egrid ----------------------------------------
@@ -23,7 +23,7 @@ def binary_of_grid(
 ) -> tuple[bytes, list[Loss]]:
     """Return a grid as xtgeo writes it."""
     theirs = grid.to_xtgeo()
-    with tempfile.TemporaryDirectory() as folder:
+    with temporary_folder() as folder:
         path = Path(folder) / f"grid{suffix}"
         theirs.to_file(path, fformat=FORMATS[suffix])
         data = path.read_bytes()

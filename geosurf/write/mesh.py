@@ -12,7 +12,6 @@ import io
 import json
 import re
 import struct
-import tempfile
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -25,6 +24,7 @@ from geosurf.conventions.colours import RGB, fault, stratum, unit_colours
 from geosurf.conventions.packages import need
 from geosurf.errors import OutputError
 from geosurf.model import Patches, TetMesh, TriSurface, Unit, Units
+from geosurf.stopping import temporary_folder
 from geosurf.write.written import Loss, precision_lost
 
 # ---- exodus ----------------------------------------
@@ -238,7 +238,7 @@ def _encode(
     )
 
     # meshio writes files only, and prints: to a folder of its own, in silence
-    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+    with temporary_folder() as folder:
         file = Path(folder) / f"mesh{suffix}"
         try:
             with (

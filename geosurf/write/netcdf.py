@@ -7,7 +7,6 @@ The coordinate reference system is the attribute ``crs``, and for other programs
 from __future__ import annotations
 
 import json
-import tempfile
 from importlib.util import find_spec
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
@@ -18,6 +17,7 @@ from geosurf.conventions import elevation_sign, metres_per_unit
 from geosurf.conventions.crs import crs_of, epsg_of
 from geosurf.conventions.packages import need
 from geosurf.errors import DependencyError, OutputError
+from geosurf.stopping import temporary_folder
 from geosurf.write.table import TABLE_ONLY
 from geosurf.write.text_grids import refuse_odd_nodes
 from geosurf.write.vtp import AXES
@@ -133,7 +133,7 @@ def _bytes(dataset: xr.Dataset, what: str, crs: str | None = None) -> tuple[byte
     _need_h5netcdf(what)
     dataset = with_cf_words(dataset, crs)
     # h5netcdf writes to a path; the bytes then take the way of all other files.
-    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+    with temporary_folder() as folder:
         file = Path(folder) / "out.nc"
         try:
             dataset.to_netcdf(file, engine="h5netcdf")

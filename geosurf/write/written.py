@@ -25,6 +25,7 @@ from geosurf.files.folders import (
     replace_files,
     sync_tree,
 )
+from geosurf.stopping import undone
 
 # ---- files ----------------------------------------
 # Bytes to files, all or nothing.
@@ -83,7 +84,7 @@ def commit_set(
     # lock, stage and journal belong to this index: two indexes in one folder do not wait
     mine = hashlib.sha256(index.name.encode(errors="surrogateescape")).hexdigest()[:N_RANDOM]
     lock, stage = Lock(folder / f"{PREFIX}lock-{mine}"), folder / f"{PREFIX}new-{mine}"
-    with _refused(index):
+    with _refused(index), undone(lambda: _leave(lock, stage)):
         try:
             # in turn: claim, finish what a killed writer left, stage all files, then replace
             lock.take(wait=True)
@@ -96,9 +97,7 @@ def commit_set(
                 (stage / name).write_bytes(data)
             replace_files(folder, stage, _named_by(index, names), names, f"{PREFIX}commit-{mine}")
         finally:
-            if lock.taken:
-                shutil.rmtree(stage, ignore_errors=True)
-            lock.release()
+            _leave(lock, stage)
     return [folder / name for name in files]
 
 
@@ -129,7 +128,7 @@ def commit_folder(
     mine = hashlib.sha256(folder.name.encode(errors="surrogateescape")).hexdigest()[:N_RANDOM]
     lock = Lock(folder.parent / f"{PREFIX}lock-{mine}")
     stage, aside = (folder.parent.resolve() / f"{PREFIX}{word}-{mine}" for word in ("new", "old"))
-    with _refused(folder):
+    with _refused(folder), undone(lambda: _leave(lock, stage)):
         try:
             lock.take(wait=True)
             # a writer was killed between two renames: its old folder comes back first
@@ -144,10 +143,15 @@ def commit_folder(
             _swap_in(folder, stage, aside)
             sync_folder(folder.parent)
         finally:
-            if lock.taken:
-                shutil.rmtree(stage, ignore_errors=True)
-            lock.release()
+            _leave(lock, stage)
     return [folder]
+
+
+def _leave(lock: Lock, stage: Path) -> None:
+    """Remove the stage of a writer that has the lock, and give this back."""
+    if lock.taken:
+        shutil.rmtree(stage, ignore_errors=True)
+    lock.release()
 
 
 def _refuse_stranger(folder: Path, is_ours: Callable[[Path], bool]) -> None:

@@ -11,7 +11,6 @@ import shlex
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -316,26 +315,6 @@ def test_outputs_that_are_closed_or_full(folder, capfd):
 
 CORNERS = [[0, 0, 0], [9, 0, 0], [0, 9, 9], [18, 0, 0]]
 FLAT = gs.TriSurface("F2", "fault", CORNERS, [[0, 1, 2]])
-
-
-@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
-@pytest.mark.parametrize(("word", "code"), [("SIGTERM", 143), ("SIGHUP", 129), ("SIGINT", 130)])
-def test_signals_clean_up_and_have_their_exit_code(word, code):
-    cleaned, number = [], getattr(signal, word)
-    usual = signal.default_int_handler if word == "SIGINT" else signal.SIG_DFL
-    before = signal.signal(number, usual)  # shells let what runs in the background ignore SIGINT
-    ended = ExitCode(debug=False)
-    try:
-        with ended:
-            try:
-                os.kill(os.getpid(), number)
-                time.sleep(5)
-            finally:
-                cleaned.append(word)
-        assert signal.getsignal(number) is usual
-    finally:
-        signal.signal(number, before)
-    assert (ended.code, cleaned) == (code, [word])
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")

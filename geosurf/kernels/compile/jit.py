@@ -156,4 +156,12 @@ class Entry:
 
     def __call__(self, *arguments: Any) -> Any:
         # The gate is the only check: machine code behind it checks nothing.
-        return self._run(*self._gate(arguments))
+        try:
+            return self._run(*self._gate(arguments))
+        except SystemError as error:
+            cause: BaseException | None = error
+            while isinstance(cause, SystemError):
+                cause = cause.__cause__
+            if isinstance(cause, KeyboardInterrupt):  # it came inside of machine code
+                raise cause from None
+            raise
