@@ -103,10 +103,15 @@ def test_an_interrupt_inside_of_a_kernel_is_an_interrupt():
 def test_an_interrupt_of_a_library_that_draws_comes_when_it_has_ended():
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     done = []
-    try:
-        with pytest.raises(KeyboardInterrupt), interrupted_later():
+
+    def draw():
+        with interrupted_later():
             os.kill(os.getpid(), signal.SIGINT)
             done.append(True)
+
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            draw()
         assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
     finally:
         signal.signal(signal.SIGINT, before)
