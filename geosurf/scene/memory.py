@@ -25,7 +25,7 @@ from geosurf.conventions.memory import most_memory_so_far
 from geosurf.conventions.running import count_of, running
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.kernels.lattices.decimate import AT_ONCE, mix_into
-from geosurf.model import FaultSticks, Sheet, TriSurface
+from geosurf.model import FaultSticks, FluidContact, Sheet, TriSurface
 from geosurf.model.expected import flag_of
 from geosurf.model.surfaces import Sector
 from geosurf.warning import collected, issue, pass_on
@@ -102,6 +102,9 @@ def _add(digest: Any, value: Any, strangers: list[Any]) -> None:
         for key, array in sorted(value.vertex_data.items()):
             digest.update(key.encode())
             _add(digest, array, strangers)
+    elif isinstance(value, FluidContact):
+        digest.update(f"{value.zones} {value.block!r} {value.name!r}".encode())
+        _add(digest, value.at, strangers)
     elif isinstance(value, FaultSticks):
         digest.update(f"{value.crs}".encode())
         _add(digest, tuple(value.sticks), strangers)
@@ -131,6 +134,15 @@ def _add(digest: Any, value: Any, strangers: list[Any]) -> None:
         digest.update(getattr(value, "crs", "").encode())  # of a `PlainMesh`
         for part in value:
             _add(digest, part, strangers)
+    elif isinstance(value, Mapping) or hasattr(value, "iloc"):  # tables: columns by their names
+        for key in value:
+            column = getattr(value[key], "values", value[key])
+            digest.update(f"{key} ".encode())
+            if isinstance(column, np.ndarray) and not column.dtype.hasobject:
+                _add(digest, column, strangers)
+            else:
+                words = column.tolist() if hasattr(column, "tolist") else column
+                digest.update(f"{words}".encode())
     elif isinstance(value, int | float | np.number):
         digest.update(repr(value).encode())
     else:
@@ -371,6 +383,12 @@ class Memory:
         found = fingerprint(value, strangers)
         self.store.held.update((id(one), one) for one in strangers)
         return found
+
+    def mark(self, value: Any) -> str | None:
+        """Return the fingerprint of what an input holds; None if only its identity is known."""
+        strangers: list[Any] = []
+        found = fingerprint(value, strangers)
+        return None if strangers else found
 
     def get_or_compute(
         self,

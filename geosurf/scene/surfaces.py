@@ -614,7 +614,7 @@ def _mark(value: Any, memory: Memory) -> Hashable:
             return None  # whoever reads it says what is wrong
         return found.st_size, found.st_mtime_ns, found.st_ino
     fixed = isinstance(value, Sheet | TriSurface | FaultSticks | Tops | int | float | type(None))
-    return None if fixed or is_stored(value) else memory.hold(value)
+    return None if fixed or is_stored(value) else memory.mark(value)
 
 
 def as_surface(

@@ -7,6 +7,7 @@ import pickle
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import geosurf as gs
@@ -44,6 +45,63 @@ def test_scenes(again, asked, scene):
     assert other.explain() == ""
     assert told(other) == told(scene)
     assert told(other.replace(faults={"F1": None})) == told(scene.replace(faults={"F1": None}))
+
+
+class Area:
+    """A polygon as shapely has it."""
+
+    geom_type, interiors, has_z = "Polygon", (), False
+
+    def __init__(self, ring):
+        self.exterior = self
+        self.coords = ring
+        self.__geo_interface__ = {"type": "Polygon", "coordinates": [ring]}
+
+
+def inputs_of_kinds():
+    """Inputs of a graben in the forms that users have, by name."""
+    world = gs.synthetic.graben(n=9)
+    top, box = world.horizons["Top"], world.box
+    fault = gs.triangulate_fault(world.faults["F1"], name="F1")
+    table = {"well": ["A", "B"], "horizon": ["Top", "Top"], "easting": [900.0, 2000.0]}
+    table |= {"northing": [900.0, 700.0], "elevation": [-2100.0, -2200.0]}
+    flat = (top * 0.0 - 2100.0).assign_attrs(top.attrs)
+    area = [(500.0, 300.0), (3500.0, 300.0), (3500.0, 1700.0), (500.0, 1700.0)]
+    return {
+        "contact object": {"box": box, "contacts": {"OWC": gs.FluidContact(flat, "Top/Middle")}},
+        "contact": {"box": box, "contacts": {"OWC": -2100.0}},
+        "table of tops": {"box": box, "tops": pd.DataFrame(table), "tie": {"range": 2000}},
+        "mapping of tops": {"box": box, "tops": table, "tie": {"range": 1500}},
+        "polygon": {"aoi": Area(area)},
+        "list": {"aoi": area},
+        "lists of a mesh": {
+            "box": box,
+            "faults": {"F1": (fault.vertices.tolist(), fault.triangles.tolist())},
+        },
+        "pyvista": {"box": box, "faults": {"F1": fault.to_pyvista()}},
+        "compartments": {"box": box, "compartments": True},
+        "function": {"box": box, "on_start": print_nothing},
+    }
+
+
+def print_nothing(*_):
+    """Called before each step."""
+
+
+@pytest.mark.parametrize("kind", inputs_of_kinds())
+@pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
+def test_scenes_of_any_inputs_travel_with_their_results(again, kind):
+    world = gs.synthetic.graben(n=9)
+    given = inputs_of_kinds()[kind]
+    faults = given.pop("faults", world.faults)
+    scene = gs.Scene(world.horizons, faults, **given)
+    assert scene.check().ok
+    _ = scene.section([(600, 600), (2000, 900)]), scene.thickness("Top/Middle"), scene.tops
+    other = again(scene)
+    assert other.volumes.identical(scene.volumes)
+    one, two = (each.replace(tolerance=0.5) for each in (scene, other))
+    assert two.volumes.identical(one.volumes)
+    assert [str(w) for w in two.warnings] == [str(w) for w in one.warnings]
 
 
 def test_units(again):

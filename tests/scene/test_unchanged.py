@@ -8,6 +8,7 @@ import pickle
 import weakref
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import geosurf as gs
@@ -70,7 +71,7 @@ def test_a_torn_scene_travels_with_its_results(tmp_path):
         assert other.replace(contacts={"OWC": -1800.0}).check().ok
 
 
-@pytest.mark.parametrize("of", ["horizon", "arrays of a fault", "file", "area"])
+@pytest.mark.parametrize("of", ["horizon", "arrays of a fault", "file", "area", "tops"])
 def test_inputs_that_changed_after_the_first_was_read_are_refused_by_name(tmp_path, of):
     world = gs.synthetic.graben(n=9)
     top, base = (world.horizons[name].copy() for name in ("Top", "Base"))
@@ -79,7 +80,10 @@ def test_inputs_that_changed_after_the_first_was_read_are_refused_by_name(tmp_pa
     path = tmp_path / "base.nc"
     base.to_netcdf(path)
     area = np.array([[500.0, 300], [3500, 300], [3500, 1700], [500, 1700]])
-    scene = gs.Scene({"Top": top, "Base": path if of == "file" else base}, {"F1": arrays}, aoi=area)
+    table = {"well": ["A"], "horizon": ["Top"], "easting": [900.0], "northing": [900.0]}
+    tops = pd.DataFrame(table | {"elevation": [-2100.0]})
+    given = {"Top": top, "Base": path if of == "file" else base}
+    scene = gs.Scene(given, {"F1": arrays}, aoi=area, tops=tops)
     assert scene.surface("Top").n_triangle == 128
     if of == "horizon":
         base += 50.0
@@ -87,11 +91,14 @@ def test_inputs_that_changed_after_the_first_was_read_are_refused_by_name(tmp_pa
         (base + 50.0).assign_attrs(base.attrs).to_netcdf(path)
     elif of == "area":
         area += 50.0
+    elif of == "tops":
+        tops.loc[0, "well"] = "B"
     else:
         arrays[0][:, 0] += 50.0
-    words = {"horizon": "'Base'", "file": "the file .*base.nc", "area": "'aoi'"}.get(of, "'F1'")
+    words = {"horizon": "'Base'", "file": "the file .*base.nc", "area": "'aoi'", "tops": "'tops'"}
+    words = words.get(of, "'F1'")
     with pytest.raises(InputError, match=rf"{words} has changed since .* Make a new scene"):
-        scene.units  # noqa: B018
+        _ = scene.units, scene.tops
 
 
 @pytest.mark.parametrize("name", ["area", "aoi", "tops", "well tops", "horizons"])
