@@ -151,6 +151,7 @@ def _add_scenario_commands(add: Callable[..., Any]) -> None:
     run.add_argument(
         "--only",
         metavar="RESULTS",
+        action="extend",
         type=list_of(*RESULTS),
         help="write only these results, with commas between them, and certificate.txt: "
         + ", ".join(RESULTS),
@@ -187,7 +188,9 @@ def _add_render_options(render: argparse.ArgumentParser) -> None:
         help='azimuth and height of the viewer in degrees, in place of --view: "225,30"',
     )
     render.add_argument("--zoom", type=number, help="2 shows the middle twice as large")
-    render.add_argument("--only", metavar="NAMES", help="draw these surfaces, units, zones, blocks")
+    render.add_argument(
+        "--only", metavar="NAMES", action="append", help="draw these surfaces, units, zones, blocks"
+    )
     render.add_argument(
         "--colour-by", help="colours of units: unit, zone, block, contact or z (elevation)"
     )

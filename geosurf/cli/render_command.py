@@ -53,7 +53,7 @@ def _draw_view(scenario: Scenario, options: argparse.Namespace) -> Path:
         "zoom": given(options.zoom, settings.zoom),
         "title": options.title,
     }
-    only = None if options.only is None else _words_of(options.only)
+    only = None if options.only is None else _words_of(",".join(options.only))
     colours = {} if options.colour_by is None else {"colour_by": options.colour_by}
     style = _style_of(scenario, options)
 

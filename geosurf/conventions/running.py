@@ -15,6 +15,8 @@ from contextlib import contextmanager
 from importlib import import_module
 from typing import Any
 
+from geosurf.errors import InputError
+
 AFTER, EVERY = 2.0, 0.5  # s until the line appears, and between two of them
 GRACE = 0.3  # s: steps that follow each other are one piece of work
 CHOICE = "GEOSURF_PROGRESS"  # "off" in the environment silences all processes
@@ -104,7 +106,10 @@ def running(words: str) -> Iterator[None]:
     >>> with running("tear Top"):
     ...     pass
     """
-    show = None if _board.silent or os.environ.get(CHOICE, "").lower() == "off" else _sink()
+    said = os.environ.get(CHOICE, "on").strip().lower()
+    if said not in ("on", "off", ""):
+        raise InputError(f"the environment variable {CHOICE} is {said!r}; give on or off.")
+    show = None if _board.silent or said == "off" else _sink()
     if show is None:
         yield
         return
@@ -162,8 +167,6 @@ def show_progress(on: bool = True) -> None:
     >>> gs.show_progress(False)
     >>> gs.show_progress()
     """
-    from geosurf.errors import InputError
-
     if not isinstance(on, bool):
         raise InputError(f"on is {on!r}; give True or False.")
     if on == _hushed[0]:

@@ -245,8 +245,9 @@ class ReportedModel(MeasuredModel, Protocol):
     def check(self) -> Certificate:
         """Return the certificate of the model."""
 
-    def explain(self, *, seconds: bool = True) -> str:
-        """Return what ran, what came from memory, and what was skipped."""
+    @property
+    def steps(self) -> tuple[Any, ...]:
+        """What ran, what came from memory, and what was skipped."""
 
 
 def missing_members(thing: object, wanted: type) -> tuple[str, ...]:

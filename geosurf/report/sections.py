@@ -227,7 +227,16 @@ def _run_log(scene: ReportedModel) -> str:
     costs = tables.count_table(
         ("intersect", scene.curves.cost), ("rebuild", rebuilt), ("carve", carved)
     )
-    return f"{page.html_table(costs)}\n<pre>{escape(scene.explain(seconds=False))}</pre>"
+    # each step once, as it ran: how often its result was at hand depends on the free memory
+    steps = {(step.stage, step.subject): step for step in reversed(scene.steps)}
+    width = max((len(subject) for _, subject in steps), default=0)
+    log = "\n".join(
+        replace(step, outcome=step.outcome.replace("from memory", "ran")).words(
+            width, seconds=False
+        )
+        for step in reversed(steps.values())
+    )
+    return f"{page.html_table(costs)}\n<pre>{escape(log)}</pre>"
 
 
 def _wells(scene: ReportedModel) -> str:

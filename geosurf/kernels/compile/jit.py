@@ -30,7 +30,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Protocol
 
-from geosurf.errors import DependencyError
+from geosurf.errors import DependencyError, InputError
 from geosurf.kernels.compile.gate import Gate, Signature
 from geosurf.kernels.compile.sources import ROOT
 
@@ -78,6 +78,11 @@ def choose() -> Runner:
 
         return PlainRunner("NUMBA_DISABLE_JIT is set")
     reason = "GEOSURF_JIT is set"
+    if os.environ.get("GEOSURF_JIT", "").strip() not in ("", "0", "1"):
+        raise InputError(
+            f"the environment variable GEOSURF_JIT is {os.environ['GEOSURF_JIT']!r}; give 1 to "
+            "compile the kernels here, or 0."
+        )
     if not _asked("GEOSURF_JIT"):
         from geosurf.kernels.compile.frozen_runner import FrozenRunner, Library, Unfit, stamp_of
 
