@@ -15,7 +15,7 @@ from geosurf.conventions.crs import label
 from geosurf.errors import OutputError
 from geosurf.model import Curves, TriSurface, Unit
 from geosurf.write.decimals import Part, rows_text
-from geosurf.write.written import Loss
+from geosurf.write.written import Loss, name_lost
 
 NO_DATA = -99999.0
 
@@ -32,7 +32,7 @@ def tsurf(surface: TriSurface, name: str) -> tuple[bytes | bytearray, list[Loss]
     # what the format cannot hold is said, never dropped in silence
     lost = [key for key in surface.vertex_data if key not in numeric]
     words = f"Vertex data {lost} are not numeric and were left out."
-    notes = [Loss("data", words)] if lost else []
+    notes = [*([Loss("data", words)] if lost else []), *name_lost(name, gocad_name(name))]
 
     lines: list[str | bytes | bytearray] = [*_head("TSurf", name, surface.crs)]
     if numeric:
@@ -68,18 +68,21 @@ def tsurf_of_unit(unit: Unit, name: str) -> tuple[bytes | bytearray, list[Loss]]
     words = (
         "Which surface each triangle lies on is not in the file. Write all units as .ml, or .vtp."
     )
-    return _encoded(lines), [Loss("data", words)]
+    return _encoded(lines), [Loss("data", words), *name_lost(name, gocad_name(name))]
 
 
 def pline(curves: Curves, name: str | None) -> tuple[bytes | bytearray, list[Loss]]:
     """Return a PLine file: one object per pair of surfaces, one ILINE per curve."""
     lines: list[str | bytes | bytearray] = []
+    lost: list[Loss] = []
 
     # sorted, so that the bytes do not depend on the order of curves
     pairs = sorted({tuple(pair) for pair in curves.surfaces_of_curve.tolist()})
     for pair in pairs:
         title = " x ".join(curves.names[row] for row in pair)
-        lines += _head("PLine", title if name is None else f"{name} {title}", curves.crs)
+        title = title if name is None else f"{name} {title}"
+        lines += _head("PLine", title, curves.crs)
+        lost += name_lost(title, gocad_name(title))
         n_written = 0
 
         # Ids count on from curve to curve of one object.
@@ -101,7 +104,12 @@ def pline(curves: Curves, name: str | None) -> tuple[bytes | bytearray, list[Los
             "there are no curves to write, and a PLine file needs at least one. Write .vtp instead."
         )
     # The last END is added with the bytes.
-    return _encoded(lines[:-1]), []
+    return _encoded(lines[:-1]), lost
+
+
+def gocad_name(name: str) -> str:
+    """Return a name as the header of an object holds it: on one line, without braces."""
+    return " ".join(name.split()).replace("{", "(").replace("}", ")")
 
 
 def _head(kind: str, name: str, crs: str | None) -> list[str]:
@@ -109,7 +117,7 @@ def _head(kind: str, name: str, crs: str | None) -> list[str]:
     return [
         f"GOCAD {kind} 1",
         "HEADER {",
-        f"name:{' '.join(name.split()).replace('{', '(').replace('}', ')')}",
+        f"name:{gocad_name(name)}",
         "}",
         coordinate_system(crs).rstrip("\n"),
     ]

@@ -16,7 +16,7 @@ import numpy as np
 from geosurf.conventions.crs import crs_of, label
 from geosurf.errors import OutputError
 from geosurf.write.decimals import LARGEST, fixed_lines_text, lines_text, n_fixed, rows_text
-from geosurf.write.written import SMALLEST, Loss, precision_lost
+from geosurf.write.written import SMALLEST, Loss, name_lost, precision_lost
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray as xr
@@ -120,16 +120,17 @@ def zmap_of_horizon(horizon: xr.DataArray, name: str) -> tuple[bytes | bytearray
             f"horizon {name!r} has values of 1e8 or more, which the fields of ZMAP+ do not hold. "
             "Write .irapasc or .nc."
         )
+    title = " ".join(name.replace(",", " ").split()) or "horizon"
     head = (
         f"! {_one_line(name)}, written by geosurf\n{_crs_line(horizon, '!')}"
-        f"@{_one_line(name).replace(',', ' ')}, GRID, {PER_LINE}\n"
+        f"@{title}, GRID, {PER_LINE}\n"
         f"{WIDTH}, {null}, , {decimals}, 1\n"
         f"{grid.values.shape[0]}, {grid.values.shape[1]}, "
         f"{grid.west!r}, {grid.east!r}, {grid.south!r}, {grid.north!r}\n0.0, 0.0, 0.0\n@\n"
     )
     columns = grid.values[::-1].T
     text = fixed_lines_text(columns, PER_LINE, decimals, WIDTH, null.encode(), head.encode())
-    return text, not_stored(horizon, "ZMAP+", grid.moved)
+    return text, [*name_lost(name, title), *not_stored(horizon, "ZMAP+", grid.moved)]
 
 
 def cps3_of_horizon(horizon: xr.DataArray, name: str) -> tuple[bytes | bytearray, list[Loss]]:
@@ -145,7 +146,8 @@ def cps3_of_horizon(horizon: xr.DataArray, name: str) -> tuple[bytes | bytearray
         f"{grid.values.shape[1]}\nFSXINC {grid.dx!r} {grid.dy!r}\n-> {_one_line(name)}\n"
     )
     text = lines_text(grid.values[::-1].T, PER_LINE, CPS3_NULL.encode(), head.encode())
-    return text, not_stored(horizon, "CPS-3", grid.moved)
+    lost = name_lost(name, _one_line(name))
+    return text, [*lost, *not_stored(horizon, "CPS-3", grid.moved)]
 
 
 def esri_of_horizon(horizon: xr.DataArray, name: str) -> tuple[bytes | bytearray, list[Loss]]:

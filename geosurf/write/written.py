@@ -343,6 +343,18 @@ class Written(list[Path]):
         return "\n".join([*files, *(f"  {one.what}: {one.sentence}" for one in self.lost)])
 
 
+def name_lost(name: str, written: str) -> list[Loss]:
+    """Return a loss for a name that a format writes in another way, or nothing.
+
+    Examples
+    --------
+    >>> name_lost("a{1}", "a(1)"), name_lost("F1", "F1")
+    ([Loss(what='name', sentence="The name 'a{1}' is written as 'a(1)'.", metres=None)], [])
+    """
+    words = f"The name {name!r} is written as {written!r}."
+    return [] if name == written else [Loss("name", words)]
+
+
 def precision_lost(metres: float, what: str) -> list[Loss]:
     """Return a loss for a rounding, or nothing for one that nobody can measure.
 

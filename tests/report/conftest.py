@@ -36,7 +36,7 @@ NOTHING_ELSE = {
     ),
     "sheets": {},
     "volume_error_bound": 0.0,
-    "explain": lambda **_: "",
+    "steps": (),
     "render_pictures": lambda *_, **__: {},
     "input_files": {},
     "view_3d": lambda *_: None,

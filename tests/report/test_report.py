@@ -10,6 +10,7 @@ from geosurf.report import report_scene, tables
 from geosurf.report.page import PAPER, Table, groups_of_columns, html_table
 from geosurf.scene import Scene
 from geosurf.scene import scene as room
+from geosurf.scene.memory import Step
 from geosurf.synthetic import tilted_planes
 
 PNG = b"\x89PNG\r\n\x1a\n" + b"not much of a picture"
@@ -96,10 +97,18 @@ def test_a_scene_that_draws_and_explains_is_asked_to(scene, tmp_path):
         return {"From the south": folder / "a.png"}
 
     scene.render_pictures = draw
-    scene.explain = lambda seconds: "Top x F1 <computed>"
+    scene.steps = (
+        Step("curves", "F1", "ran", "1 <pair>"),
+        Step("curves", "F1", "from memory", "1 <pair>"),
+        Step("measure", "Top", "from memory", "2 rows"),
+    )
     html = report_scene(scene, tmp_path / "r").read_text(encoding="utf-8")
     assert "From the south" in html
-    assert "Top x F1 &lt;computed&gt;" in html
+    # each step once, however often its result was at hand
+    log = html.split("<pre>")[1].split("</pre>")[0].splitlines()
+    assert [" ".join(line.split()) for line in log] == [
+        "curves F1 ran 1 &lt;pair&gt;", "measure Top ran 2 rows"
+    ]  # fmt: skip
 
 
 def test_volumes_add_up_in_both_directions(scene):

@@ -330,6 +330,21 @@ def test_a_grid_that_is_nearly_square_is_written_with_the_loss(tmp_path, turn, o
     assert (moved > 0.6 * stated[0]) if stated else turn % 90 == off == 0
 
 
+@pytest.mark.parametrize("name", ["F1", "F 1", "a{b}", " lead", "two\nlines", "a,b", "tab\tx"])
+def test_a_name_that_is_changed_is_among_the_losses(tmp_path, name):
+    fault = surface().renamed(name)
+    written = gs.write(fault, tmp_path / "a.ts")
+    back = gs.read_fault(written[0])
+    told = [loss.sentence for loss in written.lost if loss.what == "name"]
+    assert told == (
+        [] if back.name == name else [f"The name {name!r} is written as {back.name!r}."]
+    )
+    for suffix, changed in ((".zmap", name.replace(",", " ")), (".cps3", name)):
+        written = gs.write(horizon(), tmp_path / f"a{suffix}", name=name)
+        told = [loss.what for loss in written.lost].count("name")
+        assert told == (" ".join(changed.split()) != name)
+
+
 def test_a_thickness_is_not_called_elevation(tmp_path):
     top = horizon()
     del top.attrs["positive"], top.attrs["long_name"]
