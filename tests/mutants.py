@@ -95,7 +95,7 @@ MUTANTS = (
     Mutant("read", 'others["md"] = ("point", abs(scale) * depths', 'others["md"] = ("point", depths', "tests/read"),
     Mutant("read", "scale * _finite_or_nan(path, data)", "np.sign(scale) * _finite_or_nan(path, data)", "tests/read"),
     Mutant("read", 'half_x = 0.5 * dx if "xllcorner" in found else 0.0', "half_x = 0.0", "tests/read"),
-    Mutant("read", 'values["md"] *= agreed_scale(unit, request.length_unit, "m", what)', "pass", "tests/read/test_lengths.py"),
+    Mutant("read", 'values[key] *= agreed_scale(unit, request.length_unit, "m", what)', "pass", "tests/read/test_lengths.py"),
     Mutant("read", "depths = md[piece] + share * length[piece]", "depths = md[piece] + share", "tests/read"),
     Mutant("write", "columns = grid.values[::-1].T", "columns = grid.values.T", "tests/write"),
     Mutant("write", "first=n_written + 1)", "first=1)", "tests/write tests/read/test_gocad_lines.py"),

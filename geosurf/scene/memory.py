@@ -134,7 +134,7 @@ def _add(digest: Any, value: Any, strangers: list[Any]) -> None:
         digest.update(getattr(value, "crs", "").encode())  # of a `PlainMesh`
         for part in value:
             _add(digest, part, strangers)
-    elif isinstance(value, Mapping) or hasattr(value, "iloc"):  # tables: columns by their names
+    elif isinstance(value, Mapping) or hasattr(value, "columns"):  # tables: columns by name
         for key in value:
             column = getattr(value[key], "values", value[key])
             digest.update(f"{key} ".encode())

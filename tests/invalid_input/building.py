@@ -50,7 +50,7 @@ BUILDING = {
     "build_contacts": (
         lambda g, v: gs.build_contacts(v, g.box),
         lambda g: [*wrong.MAPPINGS[:4], None, *({"OWC": v} for v in wrong.NUMBERS),
-                   {"OWC": {"F1+": None}}, {"OWC": g.top.T}, {"OWC": [-2100.0, -2100.0]}],
+                   {"OWC": {"F1+": None}}, {"OWC": g.top[0]}, {"OWC": [-2100.0, -2100.0]}],
     ),
     "build_contacts.box": (lambda g, v: gs.build_contacts({"OWC": -2100.0}, v),
                            [*wrong.BOXES, None]),
@@ -171,7 +171,7 @@ BUILDING = {
                      [5, "abc", {"Top": "x"}, {"Top": None}, {5: "erosional"}]),
     "Scene.contacts": (
         lambda g, v: model(g, contacts=v),
-        lambda g: [*wrong.MAPPINGS[:6], {"Top": -2100.0}, {"OWC": "no.nc"}, {"OWC": g.top.T},
+        lambda g: [*wrong.MAPPINGS[:6], {"Top": -2100.0}, {"OWC": "no.nc"}, {"OWC": g.top[0]},
                    {"OWC": {"F9+": -2100.0}}, {"OWC": gs.FluidContact(None)}, {"OWC": g.scene}],
     ),
     "Scene.aoi": (lambda g, v: model(g, aoi=v), [v for v in wrong.ARRAYS if v is not None]),

@@ -72,10 +72,10 @@ def horizons(top):
     dates = np.arange(top.easting.size).astype("datetime64[D]")
     return [
         "abc", "no.nc", None, 5, {}, [], object(), np.zeros((3, 3)), xr.DataArray(5.0),
-        xr.DataArray(np.zeros((3, 3))), top.to_dataset(name="z"), {"Top": top}, top.T, top[0],
+        xr.DataArray(np.zeros((3, 3))), top.to_dataset(name="z"), {"Top": top}, top[0],
         top[:1], top[:0], top * NAN, top * INF, top > 0, top.expand_dims("time"),
         top.astype(str), top.astype(object), top.astype(complex), top.astype("datetime64[ns]"),
-        top.rename(northing="y", easting="x"), top.drop_vars("northing"),
+        top.rename(northing="q").drop_vars("q"), top.drop_vars("northing"),
         top.assign_attrs(units="furlong"), top.assign_attrs(units=5), top.assign_attrs(units=None),
         top.assign_attrs(positive="sideways"), top.assign_coords(easting=top.easting.values * NAN),
         top.assign_coords(easting=np.zeros(top.easting.size)), top.assign_coords(easting=dates),
@@ -89,7 +89,7 @@ def faults(ds):
         "abc", "no.vtp", None, 5, {}, [], object(), np.zeros((3, 3)), xr.Dataset(),
         {"F1": ds}, ds.elevation, ds.drop_vars("elevation"), ds.rename(down_dip="y"),
         ds.isel(down_dip=0), ds.isel(down_dip=slice(0, 1)), ds * NAN, ds.astype(str),
-        ds.astype(complex), ds.astype("datetime64[ns]"), [[1, 2, 3]], [stick], [stick, stick],
+        ds.astype(complex), ds.astype("datetime64[ns]"), [[1, 2, 3]], [stick], [stick, 5],
         [stick, None], [stick[:, :2], stick[:, :2]],
     ]  # fmt: skip
 

@@ -242,7 +242,7 @@ def test_thickness_is_that_of_the_oracle(plain):
 def test_wells_pass_the_zones_of_the_oracle(plain):
     for x, y in ((1777.0, 2999.0), (3210.0, 4321.0), (2190.5, 5555.5)):
         path = np.array([(x, y, -1650.0), (x, y, -2450.0)])
-        found = plain.well_intervals(path)
+        found = plain.well_intervals(path, md=[0.0, 800.0])
         top, middle, base = (one[0] for one in column_at(np.array([x]), np.array([y])))
         wanted = {"above Top": -1650.0 - top, "Top/Middle": top - middle,
                   "Middle/Base": middle - base, "below Base": base + 2450.0}  # fmt: skip
@@ -316,6 +316,7 @@ def test_a_well_with_a_repeated_station_is_followed_to_its_end(plain):
     once = np.array([(1777, 2999, -1650.0), (1900, 3100, -1900.0), (2900, 3700, -2450.0)])
     path = once[[0, 1, 1, 2]]
     length = np.linalg.norm(np.diff(once, axis=0), axis=1).sum()
-    found = plain.well_intervals(path)
-    assert np.ptp(found.md.values, axis=1).sum() == pytest.approx(length, rel=1e-12)
-    assert worlds.plain(found) == worlds.plain(plain.well_intervals(once))
+    rig = (1777.0, 2999.0, 20.0)
+    found = plain.well_intervals([rig, *path])
+    assert np.ptp(found.md.values, axis=1).sum() == pytest.approx(1670.0 + length, rel=1e-12)
+    assert worlds.plain(found) == worlds.plain(plain.well_intervals([rig, *once]))
