@@ -330,8 +330,8 @@ def _refuse_cut_short(path: Path, data: bytes) -> None:
     if b"\0" in data or start.startswith(b"<"):
         return  # binary and XML notice by themselves
     if not data[-1:].isspace():
-        last = data[data.rfind(b"\n") + 1 :].decode("latin-1")
-        warn_of_end(path, data.count(b"\n") + 1, last)
+        text = data[data.rfind(b"\n") + 1 :].decode("latin-1")
+        warn_of_end(path, data.count(b"\n") + 1, text)
     if path.suffix.lower() == ".stl":
         last = data.rstrip().splitlines()[-1:] or [b""]
         if not last[0].strip().lower().startswith(b"endsolid"):

@@ -433,8 +433,8 @@ def null_for(values: np.ndarray, candidates: tuple[str, ...]) -> str:
 def not_stored(horizon: xr.DataArray, title: str, moved: float = 0.0) -> list[Loss]:
     """State what a format cannot: direction and unit of its values, and how far nodes moved."""
     positive = horizon.attrs.get("positive", "up")
-    word = {"down": "depth", "up": "elevation"}.get(horizon.attrs.get("positive", ""))
-    word = word or horizon.attrs.get("long_name") or horizon.name or "elevation"
+    given = {"down": "depth", "up": "elevation"}.get(horizon.attrs.get("positive", ""))
+    word = str(given or horizon.attrs.get("long_name") or horizon.name or "elevation")
     unit = horizon.attrs.get("units", "m")
     found = [
         *precision_lost(moved, "Nodes are off a regular grid, and were moved"),
