@@ -82,11 +82,12 @@ def temporary_folder() -> Iterator[str]:
     """Yield the path of a folder that goes with the ``with`` block, and with the process."""
     import tempfile
 
-    with (
-        tempfile.TemporaryDirectory(prefix="geosurf-", ignore_cleanup_errors=True) as folder,
-        undone(lambda: _remove(folder)),
-    ):
-        yield folder
+    folder = tempfile.mkdtemp(prefix="geosurf-")
+    with undone(lambda: _remove(folder)):
+        try:
+            yield folder
+        finally:
+            _remove(folder)
 
 
 def _remove(folder: str) -> None:
