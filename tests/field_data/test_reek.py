@@ -96,3 +96,20 @@ def test_lower_grid_as_base_takes_from_the_upper_one(reek_horizons, columns):
     assert clip.thickness == pytest.approx(3.5279541015625, abs=1e-9)  # at a node of both
     _, lowest = columns([low, base], CROSSING)
     assert clip.volume == pytest.approx(base_alone - lowest, rel=1e-9)
+
+
+@pytest.mark.slow
+def test_six_faults_close_each_at_its_own_place(data):
+    """A hole at one fault must not hide a leak at another: both are places that remedies know."""
+    base = gs.read_horizon(data / "reek" / "horizons_gri" / "04_basereek_rota.gri", positive="down")
+    lines = gs.read_polygons(
+        data / "reek" / "fault_polygons" / "top_upper_reek_faultpoly.csv", positive="down"
+    )
+    faults = {
+        f"P{k}": gs.fault_from_polygons({"Top": line}, name=f"P{k}")
+        for k, line in enumerate(lines, 1)
+        if k != 4
+    }
+    sheet = gs.tear_horizon(base, faults, name="Base")
+    assert set(sheet.cuts) == set(faults)
+    assert len(sheet.report.remedies) <= 6

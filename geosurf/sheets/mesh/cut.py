@@ -243,14 +243,11 @@ def _hole(
 
 
 def holes_at(
-    pairs: Sequence[tuple[int, int]],
-    places: Callable[[np.ndarray], np.ndarray],
-    n_node: int,
-    cell: float,
+    pairs: np.ndarray, places: Callable[[np.ndarray], np.ndarray], n_node: int, cell: float
 ) -> list[Hole]:
-    """Holes at edges between vertices of `Torn`, whose `places` (n, 3) [m] are looked up."""
+    """Holes at edges (n, 2) between vertices of `Torn`, whose `places` (n, 3) [m] are looked up."""
     # Each pair is an edge of its own.
-    ends = np.array(pairs)
+    ends = pairs
     at = places(ends.ravel()).reshape(-1, 2, 3)
     middle, length = at.mean(axis=1), np.linalg.norm(at[:, 1] - at[:, 0], axis=1)
     return [
@@ -422,11 +419,26 @@ def cut_band(
         edges = distinct(*(keys for keys, _ in sides[1:]))
         is_source = _clear_triangles(band, is_own)
         holes = holes_of(patches, edges, corner, is_source, band.outer, frame.cell)
-        if not holes:  # an outer edge comes back through the fault between its ends
-            pairs = [*(leak[:2] for leak in leaks), *dead_ends]
-            holes = holes_at(pairs, _places(band), torn.n_node, frame.cell)
+        # an outer edge comes back through the fault between its ends, where no hole is found
+        pairs = np.array([*(leak[:2] for leak in leaks), *dead_ends])
+        pairs = pairs[~_near_holes(band, pairs[:, 0], holes)]
+        if len(pairs):
+            holes += holes_at(pairs, _places(band), torn.n_node, frame.cell)
     leaks.sort(key=lambda leak: leak[:2])
     return Cut(patches, corners, keep, sides, leaks, dead_ends, holes)
+
+
+def _near_holes(band: Band, vertices: np.ndarray, holes: Sequence[Hole]) -> np.ndarray:
+    """Which vertices, numbers of `Torn`, are on an island of the band that has a hole."""
+    n, faces = len(band.vertex), band.surface.triangles
+    one, two = faces[:, [0, 1]].T.ravel(), faces[:, [1, 2]].T.ravel()
+    links = coo_array((np.ones(len(one), dtype=bool), (one, two)), shape=(n, n))
+    _, island = connected_components(links, directed=False)
+    ghosts = np.concatenate([np.empty(0, dtype=np.int64), *(hole.ghosts for hole in holes)])
+    return is_among(
+        island[np.searchsorted(band.vertex, vertices)],
+        distinct(island[np.searchsorted(band.vertex, ghosts)]),
+    )
 
 
 def _places(band: Band) -> Callable[[np.ndarray], np.ndarray]:
