@@ -28,6 +28,13 @@ __all__ = [
 ]
 
 
+def _printable(word: object) -> object:
+    """A text with escapes in place of control characters; anything else as it is."""
+    if not isinstance(word, str) or word.replace("\n", "").replace("\t", "").isprintable():
+        return word
+    return "".join(c if c.isprintable() or c in "\n\t" else repr(c)[1:-1] for c in word)
+
+
 class GeosurfError(Exception):
     """Base class of all errors that geosurf raises on purpose.
 
@@ -44,7 +51,8 @@ class GeosurfError(Exception):
     def __init__(
         self, *words: object, place: Iterable[float] | None = None, surfaces: Iterable[str] = ()
     ) -> None:
-        super().__init__(*words)
+        # control characters of a file would drive the terminal
+        super().__init__(*(_printable(word) for word in words))
         self.place = None if place is None else tuple(float(value) for value in place)
         self.surfaces = tuple(surfaces)
 

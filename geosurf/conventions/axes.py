@@ -28,6 +28,8 @@ METRES_PER_UNIT = {
     # By its definition of 1893: 1200/3937 m, longer than a foot by two parts in a million.
     "us_survey_foot": 1200.0 / 3937.0,
     "ftus": 1200.0 / 3937.0,
+    "u.s. ft": 1200.0 / 3937.0,
+    "us ft": 1200.0 / 3937.0,
 }
 
 

@@ -295,6 +295,8 @@ def fill(draft: Draft, body: Iterator[Line]) -> None:
             _triangle_line(draft, i, words)
         elif key in ALIAS_WORDS:
             _alias_line(draft, i, words)
+        elif "VRTX" in key or "TRGL" in key:
+            raise damaged(f"{draft.path}, line {i}: found {words[0]!r}, expected VRTX or TRGL")
         # A block opens on this line and may close on it, too.
         elif "{" in " ".join(words):
             opened, _, rest = " ".join(words).partition("{")

@@ -57,6 +57,12 @@ def damaged(words: str) -> FormatError:
     return FormatError(f"{words}. The file is damaged or incomplete; export it again.")
 
 
+def unreadable(words: str) -> FormatError:
+    """Return the error of a file that a library does not read: it need not be damaged."""
+    how = "The file is damaged, or has parts that are not read; export it in another format."
+    return FormatError(f"{words}. {how}")
+
+
 @contextlib.contextmanager
 def reading_with(
     path: Path, library: str, opened_as: str = "", printed: io.StringIO | None = None
@@ -74,7 +80,7 @@ def reading_with(
         reason = " ".join((printed.getvalue() if printed else "").split())
         reason = reason or f"{type(error).__name__}: {error}"
         reason = reason.replace(opened_as or str(path), path.name)
-        raise damaged(f"{path}: {library} cannot read it ({reason[:300]})") from error
+        raise unreadable(f"{path}: {library} cannot read it ({reason[:300]})") from error
 
 
 def is_zarr(path: str | Path) -> bool:

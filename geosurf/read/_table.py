@@ -71,6 +71,7 @@ class Draft:
     more: list[int | None] = field(default_factory=list)  # their places
     words: list[list[str]] = field(default_factory=list)  # their words, one list for each column
     titles: tuple[str, ...] = OF_LINES  # what they mean
+    titled: bool = False  # lines with @ were there: a title may follow them, as of OpenWorks
 
     def take_more(self, row: list[str], line: int) -> None:
         """Add the words of the further columns of one row."""
@@ -260,15 +261,13 @@ def _only_numbers(draft: Draft, words: list[str], i: int) -> list[int]:
 
 def _of_line(draft: Draft, words: list[str]) -> str:
     """For lines: which further columns a caller can give, and the words of this one."""
+    more = ""
     if draft.titles is not OF_LINES:
-        return " Fault sticks: read_fault, with columns=(x, y, z, stick, fault)."
-    if not draft.spellings:
-        return ""
+        more = " Fault sticks: read_fault, with columns=(x, y, z, stick, fault)."
+    elif draft.spellings:
+        more = " The number of the stick and the name of the fault may follow: (3, 4, 5, 7, 6)."
     shown = ", ".join(f"{k + 1} {word!r}" for k, word in enumerate(words[:12]))
-    return (
-        " The number of the stick and the name of the fault may follow, as in columns=(3, 4, 5, "
-        f"7, 6). This line is: {shown}."
-    )
+    return f"{more} This line is: {shown}."
 
 
 def _are_end_mark(words: list[str]) -> bool:
@@ -384,7 +383,7 @@ def read_table(
 def _take_piece(draft: Draft, first: int, piece: str) -> None:
     """Take whole lines of a text: the fast way if each has three values, else row by row."""
     # The fast way: three bare numbers on each line that is not empty.
-    bare = not any(sign in piece for sign in ",;#!") and draft.columns is None
+    bare = not any(sign in piece for sign in ",;#!@") and draft.columns is None
     if bare and draft.width in (None, 3) and draft.places in (None, [0, 1, 2]):
         # three words on each line that is not empty, counted over the bytes of the whole piece
         count = words_per_line(piece)
@@ -399,7 +398,11 @@ def _take_piece(draft: Draft, first: int, piece: str) -> None:
     lines: list[int] = []
     for i, line in enumerate(piece.split("\n"), start=first):
         words = _words(draft, line, i)
-        if not words or words[0].startswith(("#", "!")):
+        draft.titled |= bool(words) and words[0].startswith("@")
+        if not words or words[0].startswith(("#", "!", "@")) or words == ["EOD"]:
+            continue
+        begun = draft.points or lines
+        if draft.titled and not begun and sum(is_value(draft, word) for word in words) < 3:
             continue
         # The first line without any number is the header.
         if not draft.header and not draft.points and not lines and _is_header(draft, [words]):

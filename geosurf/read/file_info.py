@@ -30,6 +30,7 @@ from geosurf.read.registry import (
     has_numbers,
     head_of,
 )
+from geosurf.read.tops import from_header, holds_picks
 from geosurf.read.wells import heads_of, holds_heads, holds_wells
 
 WELL = re.compile(rb"\b(?:well|wellname|uwi|wellbore|borehole)\b", re.I)
@@ -192,11 +193,13 @@ def kind_of_file(path: Path) -> tuple[str, str]:
     foreign = detect_foreign(path)
     if foreign is not None or not has_numbers(head):
         return foreign or "unknown", ""
+    head = from_header(head)
+    first = head.lstrip().split(b"\n", 1)[0]
     if holds_heads(head):
         return "well_heads", ""
     if holds_wells(head):
         return "wells", "read_wells"
-    if WELL.search(first):
+    if WELL.search(first) and not holds_picks(first):
         return "tops", "read_tops"
     if suffix == ".pol" or (has_lines(head) and suffix != ".poi"):
         return "polygons", "read_polygons or read_fault"

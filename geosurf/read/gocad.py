@@ -521,7 +521,8 @@ def read_gocad(path: Path, request: Request) -> TriSurface:
         )
         raise InputError(
             f"{path}: the file has {len(surfaces)} surfaces, {names}, but {asked}.{guess} "
-            "Select one with name=, or read all with geosurf.read.read_tsurf."
+            f"{'' if len(found) > 1 else 'Select one with name=, or '}"
+            "Read all with geosurf.read.read_tsurf."
         )
     return found[0]
 

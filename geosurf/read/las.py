@@ -264,8 +264,9 @@ def _curves(path: Path, names: list[str], columns: Any) -> dict[str, int]:
     if missing:
         raise FormatError(
             f"{path}: no curve of the LAS file is {' or '.join(missing)}; curves are "
-            f"{', '.join(names) or 'absent'}. geosurf takes the path of a well only: easting, "
-            "northing, and depth below sea level. Name them, as in columns=('X', 'Y', 'TVDSS')."
+            f"{', '.join(names[:12]) or 'absent'}{' ...' * (len(names) > 12)}. geosurf takes the "
+            "path of a well only: easting, northing, and depth below sea level. Name them, as in "
+            "columns=('X', 'Y', 'TVDSS')."
         )
     return {key: int(place) for key, place in at.items() if place is not None}
 

@@ -237,7 +237,8 @@ def read_mesh(path: Path, request: Request) -> TriSurface:
     name = request.named(path)
 
     # Cheap checks first: meshio waits for ever or exhausts memory on some damaged files.
-    _refuse_cut_short(path, read_bytes(path))
+    data = read_bytes(path)
+    _refuse_cut_short(path, data)
     need(f"{path}: this format needs", "meshio")
     import meshio
 
@@ -257,7 +258,9 @@ def read_mesh(path: Path, request: Request) -> TriSurface:
         warnings.simplefilter("ignore")
         opened_as = same_file(path, file)
         with reading_with(path, "meshio", opened_as, printed):
-            mesh = meshio.read(opened_as, file_format=kind)
+            obj = kind == "obj"
+            source = io.StringIO(_plain_obj(data.decode("latin-1"))) if obj else opened_as
+            mesh = meshio.read(source, file_format=kind)
             points = np.asarray(mesh.points, dtype=np.float64)
             triangles = _triangles(path, mesh.cells)
 
@@ -268,6 +271,23 @@ def read_mesh(path: Path, request: Request) -> TriSurface:
         if np.asarray(value).dtype.kind in "biuf"
     }
     return surface_from_mesh(path, name, points, triangles, numeric, request)
+
+
+def _plain_obj(text: str) -> str:
+    """Vertices and corners of an OBJ file alone: meshio knows no colours, nor textures apart."""
+    lines, n = [], 0
+    for line in text.replace("\r", "").replace("\\\n", " ").split("\n"):
+        words = line.split()
+        if words[:1] == ["v"]:
+            n, words = n + 1, words[:4]
+        elif words[:1] == ["f"]:
+            corners = [word.split("/")[0] for word in words[1:]]
+            # -1 is the last vertex above the line
+            words[1:] = [f"{n + 1 + int(w)}" if w[:1] == "-" else w for w in corners]
+        else:
+            continue
+        lines.append(" ".join(words))
+    return "\n".join([*lines, ""])
 
 
 def _refuse_counts(path: Path, data: bytes) -> None:

@@ -155,7 +155,7 @@ def reader_of(
     # what has no known suffix and is not there gets the list of suffixes as an answer
     key = format or (_by_content(path, formats, caller) if by_suffix or is_there else None)
     key = key or by_suffix
-    if format is None and is_there and (key is None or key in TABLES):
+    if format is None and is_there and key in (None, "zmap", *TABLES):
         refuse_foreign(path)
         if key is None:
             head = head_of(path)
@@ -197,7 +197,7 @@ def _by_content(path: Path, formats: Formats, caller: str) -> str | None:
     return None
 
 
-HEAD = 8192  # bytes that decide
+HEAD = 1 << 15  # bytes that decide
 
 
 def _text(pattern: str) -> Callable[[bytes], bool]:
@@ -245,7 +245,7 @@ def _is_resqml(head: bytes) -> bool:
     """A zip file whose first files are those of a package of Energistics."""
     words = (b"obj_", b"EpcExternalPartReference", b"resqml")
     opc = b"[Content_Types].xml" in head or b"_rels/" in head or b"docProps/" in head
-    office = any(word in head for word in (b"xl/", b"word/", b"ppt/", b"officedocument"))
+    office = any(word in head for word in (b"xl/", b"word/", b"ppt/", b"officedocument", b"3D/"))
     known = any(word in head for word in words) or (opc and not office)
     return head.startswith(b"PK\x03\x04") and known
 
@@ -266,9 +266,11 @@ RMS_WELL = (
     r"\d+\.\d+[ \t]*\r?\n[^\n]*\n[ \t]*\S[^\n]*?(?:[ \t]+[-+]?\d[\d.eE+-]*){2,3}[ \t]*\r?\n"
     r"[ \t]*\d+[ \t]*\r?\n[ \t]*(?:[A-Za-z]|[-+]?\d\S*[ \t]+[-+]?\d\S*[ \t]+[-+]?\d)"
 )
+CELLS = re.compile(rb"^(?:SPECGRID|COORD|ZCORN|MAPAXES)\b", re.M)  # keywords of Eclipse
 DXF = re.compile(rb"\A\s*(?:999[ \t]*\r?\n[^\n]*\n\s*)*0[ \t]*\r?\n\s*SECTION\b")
 # the header of a horizon, or of fault segments
 IESX = re.compile(rb"\A\s*PROFILE\b[^\n]*\bTYPE[ \t]+\d|^[ \t]*SNAPPING PARAMETERS\b", re.M)
+GOCAD = r"(?:#[^\n]*\n\s*)*GOCAD[ \t]+"
 SGRID = _text(r"(?:#[^\n]*\n\s*)*GOCAD[ \t]+SGrid\b")
 # name of the format -> test of the first bytes; names of formats as in `geosurf.read`
 SIGNATURES: dict[str, Callable[[bytes], bool]] = {
@@ -279,8 +281,11 @@ SIGNATURES: dict[str, Callable[[bytes], bool]] = {
     "surfer": lambda head: head[:4] in (b"DSAA", b"DSBB", b"DSRB"),
     "storm": _text(r"STORMGRID_(?:BINARY|ASCII)\b"),
     "esri": _text(r"(?:ncols|nrows)[ \t]+\d+[ \t]*\r?\n\s*(?:ncols|nrows|[xy]ll)"),
-    "gxf": _comments(rb"POINTS\b", rb"ROWS\b"),
-    "earthvision": _comments(rb"Grid_size:", rb"Grid_space:"),
+    # long comments may come before its keys
+    "gxf": lambda head: all(
+        re.search(rb"^#" + key, head, re.M) for key in (rb"POINTS\s", rb"ROWS\s")
+    ),
+    "earthvision": _comments(rb"Grid_size:\s*\d", rb"Grid_space:"),
     "netcdf": lambda head: head.startswith((b"CDF\x01", b"CDF\x02", b"CDF\x05", b"\x89HDF\r\n")),
     "tsurf": _text(r"(?:#[^\n]*\n\s*)*GOCAD[ \t]+TSurf\b"),
     "model3d": _text(r"(?:#[^\n]*\n\s*)*GOCAD[ \t]+Model3d\b"),
@@ -331,8 +336,28 @@ TABLES: dict[str, Callable[[bytes], bool]] = {
 # what else is recognised, to name it in errors: geosurf does not read these
 FOREIGN: dict[str, tuple[Callable[[bytes], bool], str]] = {
     "GOCAD Well": (
-        _text(r"(?:#[^\n]*\n\s*)*GOCAD[ \t]+Well\b"),
+        _text(GOCAD + r"Well\b"),
         "Export the path as a table with Well, MD, X, Y and Z, and read that with read_wells.",
+    ),
+    "GOCAD object other than TSurf, Model3d, PLine, VSet and SGrid": (
+        _text(GOCAD + r"(?!(?:TSurf|Model3d|PLine|VSet|SGrid)\b)\w"),
+        "Export surfaces as TSurf, lines as PLine, points as VSet.",
+    ),
+    "ZMAP+ points or lines": (
+        _text(r"(?:![^\n]*\n\s*)*@[^\n]*,[ \t]*DATA\b"),
+        "Export lines as .pol, points as x y z.",
+    ),
+    "OpendTect": (
+        lambda head: head.startswith(b"dTect V"),
+        "Export horizons as IJXYZ, points and fault sticks as x y z, in metres.",
+    ),
+    "grid of cells": (
+        lambda head: CELLS.search(head) is not None or head.startswith(b"roff-"),
+        "Export its horizons as grids, its faults as surfaces or sticks.",
+    ),
+    "XML": (
+        lambda head: head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith((b"<?xml", b"<kml")),
+        "Export it in a format of docs/formats.md: KML as GeoJSON.",
     ),
     "DXF": (
         lambda head: head.startswith(b"AutoCAD Binary DXF") or DXF.match(head) is not None,

@@ -117,6 +117,10 @@ OF_PATHS = {
     "md": ("md", "mdrkb", "measureddepth"),
     "horizon": USUAL["horizon"],
 }
+# those of well paths, too: three of them on a line are a header
+ANY_NAME = {name for names in (*USUAL.values(), *OF_PATHS.values()) for name in names} | {
+    "inc", "incl", "inclination", "azi", "azim", "azimuth",
+}  # fmt: skip
 PLACES = ("x", "y", "z")
 MEASURED = ("md", "mdrkb", "measureddepth", "tvd", "tvdrkb")  # depths along or below the rig
 # what programs write for an undefined value
@@ -518,6 +522,12 @@ def _last_comment(lines: list[str]) -> list[str]:
 
 def _table(path: Path, numbered: list[tuple[int, str]], decimal: str, comment: list[str]) -> Layout:
     """A table with one header line, or none; or the names of columns in a comment above it."""
+    # titles may stand above the names of columns
+    names = next((k for k, (_, line) in enumerate(numbered[:50]) if _n_usual(line) >= 3), 0)
+    if all(sum(map(is_number, _words(line))) < 3 for _, line in numbered[:names]):
+        numbered = numbered[names:]
+        noted("titles", f"{names} lines above the names of columns are not read" * (names > 0))
+
     # the first line, and the first below it, each by its own separator; a decimal comma is none
     rows: list[tuple[int, list[str]]] = []
     sign = None
@@ -532,14 +542,35 @@ def _table(path: Path, numbered: list[tuple[int, str]], decimal: str, comment: l
 
     # a header has no number in any column, or names of columns that are usual
     words = rows[0][1]
-    usual = sum(
-        plain_name(word) in {name for names in USUAL.values() for name in names} for word in words
-    )
-    is_header = usual >= 3 or not any(is_number(word.replace(",", ".", 1)) for word in words)
-    if is_header:
+    numbers = any(is_number(word.replace(",", ".", 1)) for word in words)
+    if not numbers or _n_usual(numbered[0][1]) >= 3:
         return Layout(words, rows[1:])
     named = len(comment) == len(words) and not any(map(is_number, comment))
     return Layout(comment if named else None, rows)
+
+
+def from_header(head: bytes) -> bytes:
+    """Return the beginning of a table from its names of columns on, if these are usual ones."""
+    lines = head.decode("utf-8", "replace").split("\n")
+    names = next((k for k, line in enumerate(lines[:50]) if _n_usual(line) >= 3), 0)
+    return "\n".join(lines[names:]).encode()
+
+
+def holds_picks(first: bytes) -> bool:
+    """Return whether names of columns are those of points with the name of a well, not of tops."""
+    words = {plain_name(word) for word in _words(first.decode("utf-8", "replace"))}
+    places = all(words & {*USUAL[key]} for key in PLACES)
+    return places and not words & {*USUAL["horizon"]}
+
+
+def _n_usual(line: str) -> int:
+    """How many usual names of columns a line has."""
+    return sum(plain_name(word) in ANY_NAME for word in _words(line))
+
+
+def _words(line: str) -> list[str]:
+    """Words of a line by its separators, or else by blanks."""
+    return re.split(r"[,;\t]" if re.search(r"[,;\t]", line) else r"\s+", line)
 
 
 def _separated(

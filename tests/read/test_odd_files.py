@@ -62,6 +62,7 @@ TWO = "Well,X,Y,Z,MD\n" + "".join(
     f"W-{k},461000,5931000,-25,0\nW-{k},461150,5931060,850,900\n" for k in (1, 2)
 )
 LOGS = "2\nPHI UNK lin\nMD UNK lin\n461000 5931000 -25 0.3 0\n461150 5931060 850 0.2 900\n"
+INSIGHT = "name Well Path A\n373.27\t463.61\t413.5\t0\n389.64\t465.71\t414.22\t162.7\n"
 END = "no line end follows"
 PETREL = (
     "# Petrel well tops\nVERSION 2\nBEGIN HEADER\nFLOAT,X\nFLOAT,Y\nZ\nSTRING,Surface\nWell\n"
@@ -97,6 +98,13 @@ CASES = {
     "tops year": (gs.read_tops, "a.csv", TOPS, "a.csv",
                   TOPS.replace("Z\n", "Z,2019\n").replace("275\n", "275,1\n"), None),
     "tops comment": (gs.read_tops, "a.csv", TOPS, "a.txt", "# " + TOPS.replace(",", " "), None),
+    "tops titles": (gs.read_tops, "a.csv", TOPS, "a.csv",
+                    "Tops of 3 wells;;;\nUnits : m;;\n" + TOPS.replace(",", ";"), None),
+    "wells titles": (gs.read_wells, "a.csv", TWO, "a.csv", "An Oil & Gas,,,,\n,,,,\n" + TWO, None),
+    "wells tabs": (gs.read_wells, "a.dev", INSIGHT, "a.dev",
+                   INSIGHT.replace("A\n", "A\t\t\n"), None),
+    "openworks": (gs.read_points, "a.xyz", POINTS, "a.dat",
+                  f"@File_Version: 4\n#Type --> X\nA grid of 13:42:10\n{POINTS}EOD\n", None),
     "tops typed": (gs.read_tops, "a.csv", TOPS, "a.txt", PETREL, None),
 }  # fmt: skip
 
@@ -129,11 +137,18 @@ def test_an_odd_file_is_its_regular_twin(tmp_path, recwarn, case):
 
 
 DXF = "0\nSECTION\n2\nENTITIES\n0\nPOLYLINE\n8\nF1\n0\nENDSEC\n0\nEOF\n"
+OTHERS = {
+    "GOCAD object other than TSurf, Model3d, PLine, VSet and SGrid": "GOCAD Voxet 1\nHEADER {\n",
+    "ZMAP+ points or lines": "! RMS\n@FREE POINT , DATA, 80, 1\n X , 1, 1, 1\n@\n 1 2 3 0\n",
+    "OpendTect": "dTect V6.4\nPickSet Group\n616522.7 6081982.0 1.78\n",
+    "grid of cells": "-- a comment\nSPECGRID\n2 3 4 1 F /\n",
+    "XML": '<?xml version="1.0"?>\n<kml>1 2 3\n</kml>\n',
+}
 IESX = "PROFILE TopA      TYPE 1  4 m ms\n  3 461000.0 5931000.0 1 2 1700.5\nEOD\n"
 
 
 @pytest.mark.parametrize("suffix", [".dxf", "", ".dat", ".txt"])
-@pytest.mark.parametrize(("kind", "text"), [("DXF", DXF), ("IESX", IESX)])
+@pytest.mark.parametrize(("kind", "text"), [("DXF", DXF), ("IESX", IESX), *OTHERS.items()])
 def test_files_of_other_programs_are_named(tmp_path, kind, text, suffix):
     path = tmp_path / f"a{suffix}"
     path.write_text(text)
@@ -141,7 +156,8 @@ def test_files_of_other_programs_are_named(tmp_path, kind, text, suffix):
     assert (said.format, "Export" in said.doubts[0]) == (kind, True)
     readers = (gs.read_horizon, gs.read_fault, gs.read_points, gs.read_polygons, gs.read_wells)
     for read in (*readers, gs.read_tops):
-        with pytest.raises(FormatError, match=f"the kind {kind}, which geosurf does not read. Exp"):
+        sentence = f"of the kind {kind}, which geosurf does not read. Export"
+        with pytest.raises(FormatError, match=re.escape(sentence)):
             read(path, positive="down")
 
 
@@ -175,3 +191,40 @@ def test_measured_depth_counts_from_a_datum_that_is_stated(tmp_path, name, text,
     assert ("md" in wells) == (md is not None)
     if md is not None:
         assert wells.md.values.tolist() == pytest.approx(md)
+
+
+TETRA = [[0, 0, 0], [9, 0, 0], [0, 9, 0], [0, 0, 9]]
+
+
+def test_an_obj_file_may_have_colours_textures_and_numbers_from_the_end(tmp_path):
+    points = "".join(f"v {x} {y} {z} 0.5 0.25 1\n" for x, y, z in TETRA)
+    path = tmp_path / "a.obj"
+    path.write_text(
+        f"# by hand\no F1\n{points}vt 0 0\nvn 0 0 1\nf 1/1/1 2/1 \\\n3//1\nf -1 -2 -3\n"
+    )
+    fault = gs.read_fault(path)
+    assert fault.vertices.tolist() == TETRA
+    assert fault.triangles.tolist() == [[0, 1, 2], [3, 2, 1]]
+
+
+def test_control_characters_of_a_file_do_not_reach_the_terminal(tmp_path):
+    path = tmp_path / "a.xyz"
+    path.write_text("\x1b]633;E;source\x07 Y Z\n1 2 3\n")
+    with pytest.raises(FormatError) as told:
+        gs.read_points(path, positive="up")
+    assert str(told.value).isprintable()
+
+
+def test_an_unknown_word_of_vertices_is_named(tmp_path):
+    path = tmp_path / "a.ts"
+    path.write_text("GOCAD TSurf 1\nTFACEVRTX 1 0 0 0\nVRTX 2 9 0 0\nEND\n")
+    with pytest.raises(FormatError, match="line 2: found 'TFACEVRTX', expected VRTX or TRGL"):
+        gs.read_fault(path)
+
+
+def test_picks_with_the_name_of_a_well_are_points(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text(",X,Y,Z,Well\n0,1,2,3,A\n1,4,5,6,B\n")
+    assert gs.info(path).read_with == "read_points"
+    path.write_text("X,Y,Z,Well\n1,2,3,A\n4,5,6,A\n")
+    assert gs.info(path).read_with == "read_wells"

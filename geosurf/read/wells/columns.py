@@ -234,8 +234,8 @@ def begins_with_name(lines: list[str]) -> bool:
 
 def _section(line: str) -> str | None:
     """The name in a line that begins a well, or None."""
-    match = SECTION.fullmatch(line)
-    if match is None or any(sign in line for sign in ",;\t"):
+    match = SECTION.fullmatch(line.rstrip())
+    if match is None or any(sign in match[1] for sign in ",;\t"):
         return None
     quoted = QUOTED.search(match[1])
     name = quoted[1] if quoted else match[1]
@@ -390,10 +390,19 @@ def holds_wells(head: bytes) -> bool:
         if "md" in has and {"inclination", "azimuth"} <= has:
             return True
         if {*PLACES} <= has:
-            return "well" in has or "md" in has
+            return "md" in has or ("well" in has and _names_repeat(line, lines))
         if line.strip() and not line.lstrip().startswith(("#", "!", "--")):
             return False
     return False
+
+
+def _names_repeat(header: str, lines: list[str]) -> bool:
+    """Whether a well has several rows, as a path has; each of some picks may be in another one."""
+    sign = next((sign for sign in ",;\t" if sign in header), None)
+    at = [plain_name(word) in USUAL["well"] for word in header.split(sign)].index(True)
+    rows = [line.split(sign) for line in lines[lines.index(header) + 1 :]]
+    names = [row[at].strip() for row in rows if len(row) > at]
+    return len(set(names)) < len(names) or len(names) < 2
 
 
 def checked_columns(columns: Any) -> dict[str, str | int]:
