@@ -104,15 +104,17 @@ def map_coordinates(data: Any) -> dict[str, list[Any]]:
     """Return the coordinates of a grid of xarray that are easting and northing, by what they state.
 
     By their name, ``standard_name``, ``long_name`` or ``axis``, the first of these that any has.
+    Of ``easting`` and ``x`` it is ``easting``: the other one may count rows.
     """
     found: dict[str, list[Any]] = {}
+    said = [(str(name).lower(), one.attrs, one) for name, one in data.coords.items()]
     for key, names in MAP_NAMES.items():
-        words = [{"name": str(word).lower()} | one.attrs for word, one in data.coords.items()]
-        for what in ("name", "standard_name", "long_name", "axis"):
-            fits = [str(of.get(what, "")).lower() in names for of in words]
-            found[key] = [one for one, fit in zip(data.coords.values(), fits, strict=True) if fit]
-            if found[key]:
-                break
+        named = [[one for word, _, one in said if word == name] for name in names]
+        stated = [
+            [one for _, attrs, one in said if str(attrs.get(what, "")).lower() in names]
+            for what in ("standard_name", "long_name", "axis")
+        ]
+        found[key] = next(filter(None, [*named, *stated]), [])
     return found
 
 

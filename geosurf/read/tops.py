@@ -528,17 +528,14 @@ def _table(path: Path, numbered: list[tuple[int, str]], decimal: str, comment: l
         numbered = numbered[names:]
         noted("titles", f"{names} lines above the names of columns are not read" * (names > 0))
 
-    # the first line, and the first below it, each by its own separator; a decimal comma is none
-    rows: list[tuple[int, list[str]]] = []
-    sign = None
-    for part in (numbered[:1], numbered[1:]):
-        first = part[0][1] if part else ""
-        signs = (sign, *SEPARATORS) if sign else SEPARATORS
-        sign = next((one for one in signs if one in first and one != decimal), None)
-        if sign is None:
-            rows += [(number, _blank_words(line)) for number, line in part]
-        else:
-            rows += _separated(path, part, sign)
+    # the first line by its separator; those below by the same, or by the one that fits them
+    first = next((one for one in SEPARATORS if one in numbered[0][1] and one != decimal), None)
+    rows = list(_split(path, numbered[:1], first))
+    width, signs = len(rows[0][1]), (first, *SEPARATORS, None)
+    fits = (
+        one for one in signs if all(len(w) == width for _, w in _split(path, numbered[1:2], one))
+    )
+    rows += _split(path, numbered[1:], next(fits, first))
 
     # a header has no number in any column, or names of columns that are usual
     words = rows[0][1]
@@ -573,11 +570,14 @@ def _words(line: str) -> list[str]:
     return re.split(r"[,;\t]" if re.search(r"[,;\t]", line) else r"\s+", line)
 
 
-def _separated(
-    path: Path, numbered: list[tuple[int, str]], sign: str
+def _split(
+    path: Path, numbered: list[tuple[int, str]], sign: str | None
 ) -> Iterator[tuple[int, list[str]]]:
-    """Words of each line, separated by a sign and perhaps in quotes."""
+    """Words of each line, separated by a sign or by blanks, and perhaps in quotes."""
     for k, line in numbered:
+        if sign is None:
+            yield k, _blank_words(line)
+            continue
         try:
             words = next(csv.reader([line], delimiter=sign, skipinitialspace=True))
         except (csv.Error, StopIteration) as error:

@@ -95,6 +95,8 @@ CASES = {
     "tops mixed": (gs.read_tops, "a.csv", TOPS, "a.txt", TOPS.replace(",", " ", 4), None),
     "tops other mix": (gs.read_tops, "a.csv", TOPS, "a.txt",
                        TOPS[:19] + TOPS[19:].replace(",", " "), None),
+    "tops quoted": (gs.read_tops, "a.csv", TOPS.replace("Top", '"Top, A"'), "a.txt",
+                    TOPS.replace(",", " ").replace("Top", '"Top, A"'), None),
     "tops year": (gs.read_tops, "a.csv", TOPS, "a.csv",
                   TOPS.replace("Z\n", "Z,2019\n").replace("275\n", "275,1\n"), None),
     "tops comment": (gs.read_tops, "a.csv", TOPS, "a.txt", "# " + TOPS.replace(",", " "), None),

@@ -61,6 +61,7 @@ GRIDS = {
     "axis": lambda: axes("a", "b", axis="YX").transpose(),
     "name goes first": lambda: axes("y", "x", long_name=("Easting", "Northing")),
     "beside": lambda: beside(axes("y", "x")),
+    "beside counts": lambda: beside(axes("y", "x")).assign_coords(y=range(9), x=range(9)),
 }
 
 
