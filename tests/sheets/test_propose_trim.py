@@ -20,6 +20,20 @@ def test_the_smear_of_a_grid_is_found(kind, smear, trim):
     assert f"proposed trim: {trim:g} cells (data are smeared over {smear} cells)" in str(proposal)
 
 
+@pytest.mark.parametrize("kind", ["normal", "reverse", "ellipse"])
+@pytest.mark.parametrize("smear", [2, 3, 4])
+def test_law_a_wide_smear_takes_no_throw_away(kind, smear):
+    """With one fault, too: a trim that is too small lets the throw fade without a word."""
+    if (kind, smear) == ("reverse", 4):
+        return  # walls overlap by more than a grid with one value for each node can show
+    worlds = [gs.synthetic.torn(kind, 61, smear=k) for k in (smear, 0)]
+    points = worlds[1].truth["scattered"](30_000, 0.0, 1)
+    one = gs.tear_horizon(worlds[0].horizons["Top"], worlds[0].faults, name="Top")
+    two = gs.tear_horizon(points, worlds[1].faults, name="Top", positive="up")
+    throws = [np.nanmedian(sheet.cuts["F1"].throw) for sheet in (one, two)]
+    assert throws[0] == pytest.approx(throws[1], rel=0.07)
+
+
 @pytest.mark.parametrize(("smear", "trims"), [(1, None), (2, (3.5, 3.5))])
 def test_all_faults_get_the_trim_of_those_that_show_smear(smear, trims):
     """A sheet that stays open is tried with it: data at a small throw do not show their smear."""

@@ -31,7 +31,7 @@ SHARE = 1.5  # cells of trim for each cell of smear
 SPARE = 0.5  # cells more than that
 LEAST, WIDEST = 1.5, 4.0  # cells: trims of one fault that are chosen without being asked for
 USUAL = 2.0  # cells of trim where smear cannot be determined
-SEVERAL = 3  # faults that may show together that trims have to be wider
+SEVERAL = 3  # faults that show together how wide trims have to be
 FEWEST = 20  # data that a bin has to have
 
 
@@ -69,7 +69,8 @@ def propose_trim(
     -----
     Sheets are rebuilt without the data closer to a fault than six cells. The smear
     ends with the last cell whose misfit (90th percentile) is twice that of the next one, a
-    twentieth of the largest throw, and a fifth of the largest misfit.
+    twentieth of the largest throw, and a fifth of the largest misfit. A fault that shows no such
+    cell has the trim of all faults together.
 
     Examples
     --------
@@ -87,7 +88,7 @@ def propose_trim(
             "its faults that can be predicted from the others, too few to measure the smear. Set "
             "trim to one and a half times the half width of the gridding's smear."
         )
-    trim, smear = _trim_of(seen.tenths(), seen.least)
+    trim, smear = seen.trim()
     return TrimProposal(trim, smear, tuple(seen.tenths()), _by_fault(seen, surfaces, trim))
 
 
@@ -113,11 +114,11 @@ def trims_of(
         seen = _seen(picks, faults)
         usual = USUAL
         if (seen.counts >= FEWEST).all():
-            usual, _ = _trim_of(seen.tenths(), seen.least)
+            usual, _ = seen.trim()
         proposed = _by_fault(seen, faults, usual)
-        # one gridder smears all faults alike: half of several show more than one alone can
-        if len(faults) >= SEVERAL:
-            widest = max(WIDEST, float(np.median(list(proposed.values()))))
+        # one gridder smears all faults alike: what one alone shows may be another one beside it
+        several = len(faults) >= SEVERAL
+        widest = max(WIDEST, float(np.median(list(proposed.values()))) if several else usual)
     return Trims(
         tuple(
             float(known.get(name, min(max(value, LEAST), widest)))
@@ -156,14 +157,14 @@ class Seen:
         Distance from it [cells].
     misfit : ndarray (n,)
         From a sheet without them [m].
-    least : float
-        Misfits up to this are not counted as smear [m].
+    least : ndarray (n_fault,)
+        Misfits up to this are not counted as smear, next to each fault [m].
     """
 
     fault: np.ndarray
     far: np.ndarray
     misfit: np.ndarray
-    least: float
+    least: np.ndarray
 
     @property
     def counts(self) -> np.ndarray:
@@ -178,7 +179,23 @@ class Seen:
     def of(self, fault: int) -> Seen:
         """Those next to one fault."""
         mine = self.fault == fault
-        return Seen(self.fault[mine], self.far[mine], self.misfit[mine], self.least)
+        return Seen(self.fault[mine], self.far[mine], self.misfit[mine], self.least[[fault]])
+
+    def trim(self) -> tuple[float, float | None]:
+        """Trim and smear [cells] from the misfit in each cell of distance."""
+        tenth, least = self.tenths(), float(self.least.max())
+        most = max(tenth)
+        # smear ends where the misfit drops by DROP to the next cell; the farthest such drop counts
+        smeared = [
+            k + 1
+            for k in range(HIDDEN - 1)
+            if tenth[k] > max(DROP * tenth[k + 1], least, OF_MOST * most)
+        ]
+        if smeared:
+            return SHARE * smeared[-1] + SPARE, float(smeared[-1])
+        if tenth[0] > least:  # missed at all distances: by the error of the sheets, or by noise
+            return USUAL, None
+        return 1.0, 0.0
 
 
 def _seen(picks: Picks, faults: Sequence[TriSurface]) -> Seen:
@@ -198,30 +215,17 @@ def _seen(picks: Picks, faults: Sequence[TriSurface]) -> Seen:
         nearest[near.rows[closer]] = near.far[closer]
         of[near.rows[closer]] = number
     close = far < HIDDEN
-    throws = np.abs(np.concatenate([np.zeros(1), *(walls.throw for walls in state.walls)]))
-    return Seen(of[rows[close]], far[close], misfit[close], OF_THROW * float(throws.max()))
-
-
-def _trim_of(tenth: Sequence[float], least: float) -> tuple[float, float | None]:
-    """Trim and smear [cells] from the misfit of held-out data in each cell of distance."""
-    # smear ends where the misfit drops by DROP to the next cell; the farthest such drop counts
-    least_of_all = max(least, OF_MOST * max(tenth))
-    smeared = [
-        k + 1 for k in range(HIDDEN - 1) if tenth[k] > max(DROP * tenth[k + 1], least_of_all)
-    ]
-    if smeared:
-        smear = float(max(smeared))
-        return SHARE * smear + SPARE, smear
-    if tenth[0] > least:  # missed at all distances: by the error of the sheets, or by noise
-        return USUAL, None
-    return 1.0, 0.0
+    throws = np.zeros(len(faults))
+    for trace, walls in zip(state.network.traces, state.walls, strict=True):
+        throws[trace.fault] = np.abs(walls.throw).max(initial=throws[trace.fault])
+    return Seen(of[rows[close]], far[close], misfit[close], OF_THROW * throws)
 
 
 def _by_fault(seen: Seen, faults: Sequence[TriSurface], usual: float) -> dict[str, float]:
-    """The trim of each fault; `usual` where too few data are near it."""
+    """The trim of each fault; `usual` where too few data are near it, or do not show it."""
     found = {}
     for number, fault in enumerate(faults):
         own = seen.of(number)
-        enough = (own.counts >= FEWEST).all()
-        found[fault.name] = _trim_of(own.tenths(), own.least)[0] if enough else usual
+        trim, smear = own.trim() if (own.counts >= FEWEST).all() else (usual, None)
+        found[fault.name] = usual if smear is None else trim
     return found
