@@ -97,6 +97,13 @@ MUTANTS = (
     Mutant("read", 'half_x = 0.5 * dx if "xllcorner" in found else 0.0', "half_x = 0.0", "tests/read"),
     Mutant("read", 'values[key] *= agreed_scale(unit, request.length_unit, "m", what)', "pass", "tests/read/test_lengths.py"),
     Mutant("read", "depths = md[piece] + share * length[piece]", "depths = md[piece] + share", "tests/read"),
+    Mutant("read", 'warn_of_end(self.path, n_line + waiting.count("\\n"), last)', "pass", "tests/read/test_odd_files.py"),
+    Mutant("read", 'above = max(float(values["datum"][at[0]] - points[at[0], 2]), 0.0)', "above = 0.0", "tests/read/test_odd_files.py"),
+    Mutant("measure", "(np.nan if len(points) and points[0, 2] < 0.0 else 0.0)", "0.0", "tests/measure/test_sample.py"),
+    Mutant("measure", "return int(off.argmax())", "return len(points) // 2 if len(points) < 4 else 0", "tests/measure/test_section.py"),
+    Mutant("scene", "return None if strangers else found", "return found", "tests/model/test_copies.py"),
+    Mutant("sheets", "np.median(list(proposed.values()))) if several else usual)", "np.median(list(proposed.values()))) if several else 0.0)", "tests/sheets/test_propose_trim.py"),
+    Mutant("sheets", "pairs = pairs[~_near_holes(band, pairs[:, 0], holes)]", "pairs = pairs[: 0 if holes else None]", "tests/field_data/test_reek.py"),
     Mutant("write", "columns = grid.values[::-1].T", "columns = grid.values.T", "tests/write"),
     Mutant("write", "first=n_written + 1)", "first=1)", "tests/write tests/read/test_gocad_lines.py"),
     # ---- grids for simulators, tetrahedra
@@ -159,7 +166,7 @@ def killers(mutants: list[Mutant], whole: bool) -> Iterator[tuple[Mutant, str]]:
                 [*words, *(f"--deselect={one}" for one in apart), *tests],
                 cwd=folder, env=environment, capture_output=True, text=True, check=False,
             )  # fmt: skip
-            failed = re.search(r"^(?:FAILED|ERROR) (\S+)", run.stdout, re.MULTILINE)
+            failed = re.search(r"^(?:FAILED|ERROR) (.+?)(?: - |$)", run.stdout, re.MULTILINE)
             return failed[1] if failed else "" if run.returncode == 0 else "no test ran"
 
         broken: list[str] = []  # tests that fail without any mistake kill nothing

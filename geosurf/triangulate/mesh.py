@@ -219,14 +219,11 @@ def labels_of(da: Any, what: str) -> tuple[Any, Any]:
     missing = [key for key in ("easting", "northing") if key not in coords]
     flat = not missing and coords["easting"].ndim == coords["northing"].ndim == 2
     if not flat and tuple(da.dims) != HORIZON_DIMS:
-        if set(da.dims) == set(HORIZON_DIMS):
-            remedy = "Only the order differs: da.transpose('northing', 'easting')."
-        else:
-            remedy = (
-                "Rename them with da.rename(...), add coordinates called x and y or with a CF "
-                "standard_name, or 2-D coordinates easting and northing if the grid is rotated."
-            )
-        raise HorizonError(f"{what}: dims are {tuple(da.dims)}, expected {HORIZON_DIMS}. {remedy}")
+        raise HorizonError(
+            f"{what}: dims are {tuple(da.dims)}, expected {HORIZON_DIMS}. Rename them with "
+            "da.rename(...), add coordinates called x and y or with a CF standard_name, or 2-D "
+            "coordinates easting and northing if the grid is rotated."
+        )
     if missing:
         raise HorizonError(
             f"{what}: coordinates {missing} are missing; the array has {list(da.coords)}. Add "
