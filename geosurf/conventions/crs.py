@@ -9,12 +9,13 @@ a name mean the same system; it warns.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
 
-from geosurf.conventions.packages import install_line, is_installed
+from geosurf.conventions.packages import install_line
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.warning import warn
 
@@ -32,7 +33,11 @@ LENGTH = re.compile(r'UNIT\s*\[\s*"[^"]*"\s*,\s*((?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+
 # names of EPSG such as "NAD83 / Texas North Central (ftUS)", and texts of PROJ
 FEET = re.compile(r"\(ft\w*\)|\+units=(?:us-)?ft\b|\+to_meter=0?\.304", re.IGNORECASE)
 # projected systems in metres whose codes follow a rule: UTM on WGS 84, WGS 72, ETRS89, ED50, NAD83
-METRIC = re.compile(r"32[2-7]\d\d|258\d\d|230[2-3]\d|269\d\d")
+# codes in metres: UTM, and large national grids; pyproj knows all others
+METRIC = re.compile(
+    r"32[2-7](?:[0-5]\d|6[01])|258\d\d|230[2-3]\d|269\d\d|283[4-5]\d|784[6-9]|785\d|2056|2154|2180|"
+    r"2193|27700|28992|3006|3035|3067|31370|3146[6-9]|3857"
+)
 GEOGRAPHIC = re.compile(
     r"(?:GEOG(?:CS|CRS)|GEODCRS)\s*\[|.*\+proj=(?:longlat|latlong)\b"
     r"|.*(?:OGC|CRS)[:\w.]*:?CRS(?:84|83|27)\Z",
@@ -131,8 +136,13 @@ def label(crs: str) -> str:
 
 
 def refuse_other_units(crs: str | None, where: str) -> None:
-    """Refuse a system in feet or degrees; most codes need pyproj to tell, without it: no check."""
+    """Refuse a system in feet or degrees, and one whose unit cannot be told without pyproj."""
     metres = _metres(crs) if crs else 1.0
+    if math.isnan(metres):
+        raise InputError(
+            f"{where}: the unit of {label(str(crs))} is not known without pyproj: coordinates may "
+            f"be in feet. Install it: {install_line('pyproj')}."
+        )
     if abs(metres - 1.0) > 1e-9:
         unit = "degrees" if metres < 0.1 else "feet" if 0.3 < metres < 0.31 else f"{metres:g} m"
         raise InputError(
@@ -144,7 +154,10 @@ def refuse_other_units(crs: str | None, where: str) -> None:
 
 @lru_cache(maxsize=256)
 def _metres(crs: str) -> float:
-    """Metres of one unit of easting; 1 where neither the text nor pyproj states a unit."""
+    """Metres of one unit of easting; 1 where neither the text nor pyproj states a unit.
+
+    NaN where pyproj would have to be asked and is not installed.
+    """
     start = PROJECTED.search(crs)
     if start:
         factors = LENGTH.findall(_bracketed(crs[start.start() :]))
@@ -160,7 +173,7 @@ def _metres(crs: str) -> float:
         from pyproj import CRS
         from pyproj.exceptions import CRSError
     except ImportError:
-        return 1.0
+        return math.nan
     try:
         system = CRS.from_epsg(code)
     except CRSError:
@@ -193,15 +206,8 @@ def refuse_other_crs(name: str, crs: str | None, others: Mapping[str, str]) -> N
 
 
 def warn_of_unclear_crs(known: Mapping[str, str]) -> None:
-    """Warn of the first system of unknown unit, or that cannot be compared with another."""
+    """Warn of the first system that cannot be compared with another."""
     names = list(known)
-    for name in names:
-        code = epsg_of(known[name])
-        if code and not METRIC.fullmatch(str(code)) and not is_installed("pyproj"):
-            effect = f"geosurf takes {label(known[name])} of {name!r} to be in metres, unchecked."
-            remedy = f"To check it: {install_line('pyproj')}. Systems in feet have to be converted."
-            warn(GeosurfWarning("crs", name, effect, remedy))
-            break
     for name in names[1:]:
         if are_same(known[names[0]], known[name]) is None:
             warn(
