@@ -30,6 +30,7 @@ from geosurf.warning import warn
 
 BLOCK = 1 << 18  # bytes at a time: they and their numbers stay in the cache
 WIDE_MARKS = (b"\xff\xfe", b"\xfe\xff", b"\x00\x00\xfe\xff")  # UTF-16 and UTF-32
+WIDE = "the text is in UTF-16 or UTF-32. Save the file as UTF-8."
 BYTE_ORDER = b"\xef\xbb\xbf"
 
 
@@ -136,9 +137,7 @@ class TextBlocks:
     def _refuse_no_text(self, data: bytes, before: int) -> None:
         """Refuse zero bytes; wide texts have them between letters, and get their own sentence."""
         if before == 0 and data.startswith(WIDE_MARKS):
-            raise FormatError(
-                f"{self.path}: the text is in UTF-16 or UTF-32. Save the file as UTF-8."
-            )
+            raise FormatError(f"{self.path}: {WIDE}")
         if b"\0" in data:
             raise FormatError(
                 f"{self.path}: byte {before + data.index(0)} is zero, so this is not a text file. "

@@ -13,7 +13,7 @@ import numpy as np
 
 from geosurf.errors import GeosurfError
 from geosurf.model.expected import path_of
-from geosurf.read._common import collected, noted, otherwise
+from geosurf.read._common import WIDE, WIDE_MARKS, collected, noted, otherwise
 from geosurf.read._guard import is_zarr, opened, size_of_store
 from geosurf.read.grids.node_lists import looks_like_ijxyz
 from geosurf.read.las import holds_tops
@@ -152,6 +152,10 @@ def _strange(path: str | PathLike[str]) -> str:
     """What to do with a file that no reader takes."""
     if not Path(path).stat().st_size:
         return "The file is empty (0 bytes)."
+    if Path(path).is_file():
+        with Path(path).open("rb") as file:
+            if file.read(4).startswith(WIDE_MARKS):
+                return WIDE[0].upper() + WIDE[1:]
     return SCENARIO if str(path).lower().endswith(".toml") else STRANGE
 
 

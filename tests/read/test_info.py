@@ -84,6 +84,8 @@ def test_only_files_are_looked_at(tmp_path):
 def test_an_empty_file_and_a_workbook_are_named(tmp_path):
     (tmp_path / "empty.csv").write_text("")
     assert "The file is empty" in str(gs.info(tmp_path / "empty.csv"))
+    (tmp_path / "wide.xyz").write_text("1 2 3\n", encoding="utf-16")
+    assert "Save the file as UTF-8" in str(gs.info(tmp_path / "wide.xyz"))
     with zipfile.ZipFile(tmp_path / "tops.xlsx", "w") as book:
         book.writestr("[Content_Types].xml", "<Types/>")
         book.writestr("xl/workbook.xml", "<workbook/>")

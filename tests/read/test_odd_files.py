@@ -42,6 +42,15 @@ GXF = """#POINTS
 2100.5 2101.5 2102.5
 2103.5 9999999.0 2105.5
 """
+ESRI = """ncols 2
+nrows 2
+xllcorner 0
+yllcorner 0
+cellsize 10
+NODATA_value {0}
+1.5 {0}
+3.5 4.5
+"""
 QUOTED = "".join(
     f'"{line}"\n' if line[:1].isdigit() and " " not in line else f"{line}\n"
     for line in GXF.splitlines()
@@ -79,6 +88,7 @@ CASES = {
     "ijxyz head": (gs.read_horizon, "a.ijxyz", NODES, "a.ijxyz",
                    "@File_Version: 4\n@Attributes: I J X Y Z\n" + NODES[:-1], END),
     "ijxyz dat": (gs.read_horizon, "a.ijxyz", NODES, "a.dat", "@ 3 words\n" + NODES, None),
+    "esri nan": (gs.read_horizon, "a.asc", ESRI.format(-9999), "a.asc", ESRI.format("nan"), None),
     "points 999": (gs.read_points, "a.poi", POINTS, "a.poi", POINTS + "999 999 999\n", None),
     "points end": (gs.read_points, "a.poi", POINTS, "a.poi", POINTS[:-1], END),
     "points bare": (gs.read_points, "a.poi", POINTS, "a", POINTS, None),

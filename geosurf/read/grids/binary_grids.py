@@ -8,7 +8,7 @@ import re
 import struct
 import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -27,10 +27,6 @@ from geosurf.read.grids.nodes import (
     grid_reader,
     text_values,
 )
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    pass
-    pass
 
 # ---- irap ----------------------------------------
 # IRAP grids, classic (text) and binary: the map formats of RMS.

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import itertools
 import re
+import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,9 +23,6 @@ from geosurf.read.grids.nodes import (
     text_values,
 )
 
-if TYPE_CHECKING:  # pragma: no cover - types only
-    pass
-
 # ---- esri ----------------------------------------
 # ESRI grids in text: rows of a map from north to south, each from west to east.
 #
@@ -35,6 +32,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 
 
 LINE = re.compile(r"[ \t]*([A-Za-z_]+)[ \t]+(\S+)[ \t]*\n")
+NAN = re.compile(r"\bnan\b", re.IGNORECASE)
 ESRI_NULL = "-9999"  # where the header states none
 
 
@@ -91,7 +89,11 @@ def read_esri(path: Path) -> Decoded:
     noted("null", null)
     noted("kind", "nodes are the centres of cells")
     blocks.skip(start)
-    values = text_values(blocks, header)
+    if null.lower() == "nan":  # as GDAL writes it; elsewhere the word is an error
+        null = repr(sys.float_info.max)
+        values = text_values(blocks, header, lambda piece: NAN.sub(null, piece))
+    else:
+        values = text_values(blocks, header)
     values[values == number(null, path, i, "NODATA_value")] = np.nan
     grid = values.reshape(nrow, ncol)[::-1]
     order = "rows from the north, each from the west"
