@@ -56,7 +56,7 @@ def _draw(scene: Scene, folder: Path, names: Sequence[str] | None, error: Geomet
     # without a driver or pyvista nothing can be drawn
     if views_obstacle():
         return
-    about = " and ".join(error.surfaces) or "the walls"
+    about = ", ".join(error.surfaces) or "the walls"
     path, title = folder / FILE, f"What failed: {about}"
 
     # a picture that fails must not hide the error that it was to explain
