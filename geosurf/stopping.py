@@ -97,7 +97,7 @@ def _remove(folder: str) -> None:
 
 
 def _end(number: int, frame: Any) -> None:
-    """Undo what is half-done, say so, and end."""
+    """Undo what is half-done, print one line, and end."""
     for name in _SIGNALS:  # a second signal ends the process at once
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.SIG_DFL)

@@ -32,8 +32,7 @@ CODE = re.compile(r'\[\s*"EPSG"\s*,\s*"?(\d+)"?', re.IGNORECASE)
 LENGTH = re.compile(r'UNIT\s*\[\s*"[^"]*"\s*,\s*((?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)', re.IGNORECASE)
 # names of EPSG such as "NAD83 / Texas North Central (ftUS)", and texts of PROJ
 FEET = re.compile(r"\(ft\w*\)|\+units=(?:us-)?ft\b|\+to_meter=0?\.304", re.IGNORECASE)
-# projected systems in metres whose codes follow a rule: UTM on WGS 84, WGS 72, ETRS89, ED50, NAD83
-# codes in metres: UTM, and large national grids; pyproj knows all others
+# codes of systems in metres: UTM, and large national grids; pyproj knows all others
 METRIC = re.compile(
     r"32[2-7](?:[0-5]\d|6[01])|258\d\d|230[2-3]\d|269\d\d|283[4-5]\d|784[6-9]|785\d|2056|2154|2180|"
     r"2193|27700|28992|3006|3035|3067|31370|3146[6-9]|3857"

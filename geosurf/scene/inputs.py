@@ -443,7 +443,7 @@ def exchanged(what: str, inputs: Mapping[str, Any], changes: Any) -> dict[str, A
 
 
 def changing(inputs: SceneInputs) -> dict[Any, Any]:
-    """Return all inputs that are read, by name; tops and area by tuples, which no name equals."""
+    """Return all inputs that are read, by name; tops and area by tuples: names are words."""
     named = {**inputs.contacts, **inputs.faults, **inputs.horizons}
     return {**named, ("tops",): inputs.tops, ("aoi",): inputs.aoi}
 

@@ -59,6 +59,8 @@ def fingerprint(value: Any, strangers: list[Any] | None = None) -> str:
     >>> one, two = (TriSurface("F1", "fault", np.eye(3), [[0, 1, 2]]) for _ in range(2))
     >>> fingerprint(one) == fingerprint(two) != fingerprint(one.renamed("F2"))
     True
+    >>> fingerprint({"W-1": {"z": [1.0, "a"]}}) == fingerprint({"W-1": {"z": [2.0, "a"]}})
+    False
     """
     digest = hashlib.sha256()
     _add(digest, value, [] if strangers is None else strangers)
@@ -134,21 +136,31 @@ def _add(digest: Any, value: Any, strangers: list[Any]) -> None:
         digest.update(getattr(value, "crs", "").encode())  # of a `PlainMesh`
         for part in value:
             _add(digest, part, strangers)
-    elif isinstance(value, Mapping) or hasattr(value, "columns"):  # tables: columns by name
-        for key in value:
-            column = getattr(value[key], "values", value[key])
-            digest.update(f"{key} ".encode())
-            if isinstance(column, np.ndarray) and not column.dtype.hasobject:
-                _add(digest, column, strangers)
-            else:
-                words = column.tolist() if hasattr(column, "tolist") else column
-                digest.update(f"{words}".encode())
+    elif isinstance(value, Mapping):
+        _add_words(digest, list(value.items()), strangers)
+    elif hasattr(value, "columns") and hasattr(value, "index"):  # a table of pandas
+        for part in (value.columns, value.index, value):
+            _add_words(digest, part.to_numpy(), strangers)
     elif isinstance(value, int | float | np.number):
         digest.update(repr(value).encode())
     else:
         # nothing is known of it: it stands for itself as long as it is held
         strangers.append(value)
         digest.update(f"{id(value)}".encode())
+
+
+def _add_words(digest: Any, value: Any, strangers: list[Any]) -> None:
+    """Add a part of a table: words and numbers by what they are, here no words are paths."""
+    if isinstance(value, np.ndarray) and value.dtype.hasobject:
+        value = value.tolist()
+    if isinstance(value, list | tuple):
+        digest.update(f"{len(value)} ".encode())
+        for part in value:
+            _add_words(digest, part, strangers)
+    elif value is None or isinstance(value, str):
+        digest.update(f"{value!r} ".encode())
+    else:
+        _add(digest, value, strangers)
 
 
 def _shortened(array: np.ndarray) -> bytes:

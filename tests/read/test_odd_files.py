@@ -88,6 +88,8 @@ CASES = {
     "ijxyz head": (gs.read_horizon, "a.ijxyz", NODES, "a.ijxyz",
                    "@File_Version: 4\n@Attributes: I J X Y Z\n" + NODES[:-1], END),
     "ijxyz dat": (gs.read_horizon, "a.ijxyz", NODES, "a.dat", "@ 3 words\n" + NODES, None),
+    "esri -nan": (gs.read_horizon, "a.asc", ESRI.format(-9999), "a.asc",
+                  ESRI.format("-nan").replace("-nan", "nan", 1), None),
     "esri nan": (gs.read_horizon, "a.asc", ESRI.format(-9999), "a.asc", ESRI.format("nan"), None),
     "points 999": (gs.read_points, "a.poi", POINTS, "a.poi", POINTS + "999 999 999\n", None),
     "points end": (gs.read_points, "a.poi", POINTS, "a.poi", POINTS[:-1], END),

@@ -32,7 +32,7 @@ from geosurf.read.grids.nodes import (
 
 
 LINE = re.compile(r"[ \t]*([A-Za-z_]+)[ \t]+(\S+)[ \t]*\n")
-NAN = re.compile(r"\bnan\b", re.IGNORECASE)
+NAN = re.compile(r"[+-]?\bnan\b", re.IGNORECASE)
 ESRI_NULL = "-9999"  # where the header states none
 
 
@@ -89,7 +89,7 @@ def read_esri(path: Path) -> Decoded:
     noted("null", null)
     noted("kind", "nodes are the centres of cells")
     blocks.skip(start)
-    if null.lower() == "nan":  # as GDAL writes it; elsewhere the word is an error
+    if NAN.fullmatch(null):  # as GDAL writes it; elsewhere the word is an error
         null = repr(sys.float_info.max)
         values = text_values(blocks, header, lambda piece: NAN.sub(null, piece))
     else:

@@ -247,14 +247,13 @@ def holes_at(
 ) -> list[Hole]:
     """Holes at edges (n, 2) between vertices of `Torn`, whose `places` (n, 3) [m] are looked up."""
     # Each pair is an edge of its own.
-    ends = pairs
-    at = places(ends.ravel()).reshape(-1, 2, 3)
+    at = places(pairs.ravel()).reshape(-1, 2, 3)
     middle, length = at.mean(axis=1), np.linalg.norm(at[:, 1] - at[:, 0], axis=1)
     return [
         Hole(
             middle[mine].mean(axis=0),
             float(length[mine].sum()),
-            _ghosts(ends[mine], n_node),
+            _ghosts(pairs[mine], n_node),
             *_ends(middle[mine]),
         )
         for mine in _clusters(middle[:, :2] / cell)
