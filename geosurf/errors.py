@@ -9,6 +9,7 @@ them into exit codes 2, 3 and 4.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Any
 
 __all__ = [
     "DependencyError",
@@ -44,17 +45,24 @@ class GeosurfError(Exception):
         Position of the problem [m], if it has one; ``geosurf.render.render_place`` draws it.
     surfaces : tuple of str
         Names of the surfaces involved.
+    close_up : geosurf.model.excerpt.CloseUp or None
+        What a picture of the place shows, if that is not in the scene.
     """
 
     exit_code = 4
 
     def __init__(
-        self, *words: object, place: Iterable[float] | None = None, surfaces: Iterable[str] = ()
+        self,
+        *words: object,
+        place: Iterable[float] | None = None,
+        surfaces: Iterable[str] = (),
+        close_up: Any = None,
     ) -> None:
         # control characters of a file would drive the terminal
         super().__init__(*(_printable(word) for word in words))
         self.place = None if place is None else tuple(float(value) for value in place)
         self.surfaces = tuple(surfaces)
+        self.close_up = close_up
 
 
 class InputError(GeosurfError, ValueError):

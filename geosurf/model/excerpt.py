@@ -7,8 +7,8 @@ gives.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
@@ -18,7 +18,34 @@ from geosurf.model.base import in_crs_of
 from geosurf.model.lattice import Lattice
 from geosurf.model.patches import Patches
 from geosurf.model.pieces import Pieces
+from geosurf.model.surfaces import TriSurface
 from geosurf.model.units import Unit, Units
+
+# ---- close-ups ----------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class CloseUp:
+    """
+    What a picture of an error shows, where its scene does not have that yet.
+
+    Attributes
+    ----------
+    surfaces : tuple of TriSurface
+        As they were when it failed.
+    reach : float or None
+        Half width of the picture [m]; None: a share of the extent of all surfaces.
+    rim : ndarray of float64 (n, 2, 3)
+        Edges that would close the hole [m].
+    points : mapping of str to ndarray of float64 (m, 3)
+        Data near the place, by what became of them [m].
+    """
+
+    surfaces: tuple[TriSurface, ...]
+    reach: float | None = None
+    rim: np.ndarray = field(default_factory=lambda: np.empty((0, 2, 3)))
+    points: Mapping[str, np.ndarray] = field(default_factory=dict)
+
 
 # ---- regions ----------------------------------------
 # Places in the map near which a model is listed: boxes, a line.

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import itertools
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import is_number, number_text, real_numbers
+from geosurf.conventions import counted, is_number, number_text, real_numbers
 from geosurf.conventions.memory import give_back_memory
 from geosurf.conventions.packages import need_views
 from geosurf.errors import InputError, OutputError
@@ -28,7 +28,7 @@ from geosurf.render.furniture import (
     draw_words,
 )
 from geosurf.render.layers import BOX_EDGES, Bar, Content, Entry, Layer, show_box, triangle_layer
-from geosurf.render.overlay import draw_names
+from geosurf.render.overlay import DOT, POINT, draw_names
 from geosurf.render.picture_style import PictureStyle, background, style_of
 from geosurf.render.sheet import Sheet, figure_bytes, lay_out, sheet_for
 from geosurf.render.surface_layers import show_curves, show_surfaces
@@ -60,6 +60,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 
 REACH = 1 / 12  # of the larger side of all surfaces
 FLATTEST = 0.25  # height of the box over its width, where surfaces are flat
+DATA_INKS = (palette.INK, POINT)  # of data by name
 
 
 def render_place(
@@ -68,6 +69,8 @@ def render_place(
     path: str | os.PathLike[str],
     *,
     reach: float | None = None,
+    rim: np.ndarray | None = None,
+    points: Mapping[str, np.ndarray] | None = None,
     view: str = "southwest",
     size: tuple[int, int] = SIZE,
     exaggeration: float | None = None,
@@ -75,7 +78,8 @@ def render_place(
 ) -> Path:
     """Draw a close-up of one place: the surfaces around it, and a marker.
 
-    Errors of the geometry have a place: `GeometryError.place`.
+    Errors of the geometry have a place: `GeometryError.place`, and some what to draw there:
+    `GeometryError.close_up`.
 
     Parameters
     ----------
@@ -86,6 +90,10 @@ def render_place(
         A ``.png`` file; its folder is created.
     reach : float, optional
         Half the width of the close-up [m]; default: a twelfth of the extent of all surfaces.
+    rim : array_like of float, shape (n, 2, 3), optional
+        Edges of a hole [m], drawn instead of the marker.
+    points : mapping of str to array_like of float, shape (m, 3), optional
+        Data by name [m].
     view, size, exaggeration
         As in `ScenePlots.view`.
     title : str
@@ -110,7 +118,7 @@ def render_place(
     'place.png'
     """
     view_vectors(view)
-    content, box = show_place(surfaces, place, reach)
+    content, box = show_place(surfaces, place, reach, rim, points)
     written: Path = draw_picture(
         content, path, title=title, view=view, size=size, exaggeration=exaggeration, box=box
     )
@@ -118,7 +126,11 @@ def render_place(
 
 
 def show_place(
-    surfaces: Iterable[TriSurface], place: Sequence[float], reach: float | None
+    surfaces: Iterable[TriSurface],
+    place: Sequence[float],
+    reach: float | None,
+    rim: np.ndarray | None = None,
+    points: Mapping[str, np.ndarray] | None = None,
 ) -> tuple[Content, tuple[float, ...]]:
     """
     Return the surfaces around a place, and the box they are clipped to.
@@ -131,6 +143,8 @@ def show_place(
         World coordinates [m].
     reach : float or None
         Half the width of the close-up [m]; default: a twelfth of the extent of all surfaces.
+    rim, points
+        As in `render_place`.
 
     Returns
     -------
@@ -169,14 +183,19 @@ def show_place(
         top = max(max(cut.bounds[5] for cut in near), z + FLATTEST * reach)
         low[2], high[2] = bottom, top
 
-    # three lines and a legend entry show the place itself
-    mark = _mark(np.array([x, y, z]), low, high)
+    # the hole, or three lines, and a legend entry show the place itself
+    mark = _mark(np.array([x, y, z]), low, high) if rim is None or not len(rim) else _edges(rim)
     label = f"E {number_text(x)} N {number_text(y)}, {number_text(z)} m".replace(
         "-", "\N{MINUS SIGN}"
     )
-    content = show_surfaces(near) + Content(
-        (mark,), (Entry("Location", palette.ACCENT, label, "line"),)
-    )
+    name = "Location" if rim is None or not len(rim) else "Hole"
+    content = show_surfaces(near) + Content((mark,), (Entry(name, palette.ACCENT, label, "line"),))
+    for ink, (name, every) in zip(DATA_INKS, (points or {}).items(), strict=False):
+        data = np.asarray(every, dtype=np.float64).reshape(-1, 3)
+        data = data[((data >= low) & (data <= high)).all(axis=1)]
+        if len(data):
+            entry = Entry(name, ink, counted(len(data), "point"), "circle")
+            content += Content((Layer(data, colour=ink, width=DOT, dots=True),), (entry,))
     (w, s, b), (e, n, t) = low.tolist(), high.tolist()
     return content, (w, e, s, n, b, t)
 
@@ -207,6 +226,13 @@ def _mark(place: np.ndarray, low: np.ndarray, high: np.ndarray) -> Layer:
     points = np.concatenate([place - arm, place + arm])
     lines = np.array([[0, 3], [1, 4], [2, 5]])
     return Layer(points, lines=lines, colour=palette.ACCENT, width=4.0)
+
+
+def _edges(rim: np.ndarray) -> Layer:
+    """Edges (n, 2, 3) as lines."""
+    points = np.asarray(rim, dtype=np.float64).reshape(-1, 3)
+    lines = np.arange(len(points)).reshape(-1, 2)
+    return Layer(points, lines=lines, colour=palette.ACCENT, width=6.0)
 
 
 # ---- search ----------------------------------------

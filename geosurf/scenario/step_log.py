@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from geosurf.errors import GeometryError, InputError
+from geosurf.model.excerpt import CloseUp
 from geosurf.scene import Scene
 
 # ---- failure ----------------------------------------
@@ -63,8 +64,11 @@ def _draw(scene: Scene, folder: Path, names: Sequence[str] | None, error: Geomet
     with Attempt() as tried:
         if names is None:
             names = (*scene.horizon_names, *scene.fault_names)
-        drawn = map(scene.whole_surface, names)
-        render_place(list(drawn), error.place, path, title=title)
+        seen = error.close_up or CloseUp(tuple(map(scene.whole_surface, names)))
+        render_place(
+            seen.surfaces, error.place, path, reach=seen.reach, rim=seen.rim, points=seen.points,
+            title=title,
+        )  # fmt: skip
     found = f": {path}" if not tried.reason else f" could not be drawn: {tried.reason}."
     error.add_note(f"A picture of the place{found}")
 

@@ -35,8 +35,10 @@ from geosurf.sheets.mesh.close import (
     with_needed,
 )
 from geosurf.sheets.mesh.finish import (
+    close_up,
     crs_among,
     fault_surfaces,
+    faults_at,
     lost_cutoffs,
     open_faults,
     remedy_of_overlap,
@@ -246,10 +248,15 @@ def _refuse(torn: Torn, faults: Sequence[TriSurface], search: Search, untried: i
     `untried` counts other trims that the limit of cuts left out.
     """
     closed, bad = torn.closed, sorted(torn.bad)
-    built, picks, names = closed.built, closed.picks, [faults[k].name for k in bad]
+    built, picks = closed.built, closed.picks
+    seen, names = None, [faults[k].name for k in bad]
     if built.cut.holes:
         worst = max(built.cut.holes, key=lambda hole: hole.length)
         at = worst.place
+        # through the hole the sheet may be open at other faults, too: they are not its cause
+        near = sorted(faults_at(worst, built))
+        bad, names = [*near, *(set(bad) - set(near))], [faults[k].name for k in near]
+        seen = close_up(picks, built, closed.faults, worst)
         n = len(built.cut.holes)
         what = (
             f"{counted(n, 'hole')} {'stays' if n == 1 else 'stay'} open, the largest "
@@ -268,6 +275,7 @@ def _refuse(torn: Torn, faults: Sequence[TriSurface], search: Search, untried: i
         f"faults and {tried} were tried. {remedy}",
         place=at,
         surfaces=(picks.name, *names),
+        close_up=seen,
     )
 
 

@@ -39,7 +39,7 @@ def least_by_trial(pairs, length, source, sink):
 @given(networks())
 def test_the_cut_is_the_least_of_all(network):
     pairs, length, source, sink = network
-    cut = _minimum_cut(*network)
+    cut, before = _minimum_cut(*network)
     assert length[cut].sum() == least_by_trial(*network)
     left = np.delete(pairs, cut, axis=0)
     reached = source.copy()
@@ -47,6 +47,7 @@ def test_the_cut_is_the_least_of_all(network):
         for a, b in left:
             reached[[a, b]] = reached[a] or reached[b]
     assert not (reached & sink).any()
+    assert before.tolist() == np.flatnonzero(reached).tolist()
 
 
 @pytest.fixture(scope="module")

@@ -67,3 +67,12 @@ def test_a_refusal_names_its_fault_and_the_place_is_drawn(tmp_path, monkeypatch)
         gs.run_scenario(tmp_path / "scenario.toml", tmp_path / "out")
     assert caught.value.surfaces == ("Top", "F1", "F3")
     assert (tmp_path / "out" / "failure.png").stat().st_size > 10_000
+
+    # the picture has the sheet, both faults and the rim, at a scale where the hole is seen
+    seen, place = caught.value.close_up, caught.value.place
+    assert {"Top", "F1", "F3"} <= {surface.name for surface in seen.surfaces}
+    assert 0.02 < np.ptp(seen.rim, axis=(0, 1)).max() / (2.0 * seen.reach) < 0.5
+    assert np.abs(seen.rim - place).max() < seen.reach
+    data = np.concatenate([*seen.points.values()])
+    assert len(data) > 4
+    assert np.abs(data - place)[:, :2].max() <= seen.reach

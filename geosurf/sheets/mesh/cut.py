@@ -63,6 +63,8 @@ class Hole:
         Outer ghosts behind it, as vertices of `Torn`.
     lowest, highest : ndarray (3,)
         Of the middles of its edges [m].
+    edges : ndarray (n, 2, 3)
+        That would close it: its rim [m].
     """
 
     place: np.ndarray
@@ -70,6 +72,7 @@ class Hole:
     ghosts: np.ndarray
     lowest: np.ndarray
     highest: np.ndarray
+    edges: np.ndarray
 
     def is_like(self, before: Hole, cell: float) -> bool:
         """Whether it is a hole of an earlier attempt, at about the same place and as long."""
@@ -101,8 +104,8 @@ def holes_of(
     own: np.ndarray,
     outer: np.ndarray,
     cell: float,
-) -> list[Hole]:
-    """Holes of the sheet that is surface 0 of the patches.
+) -> tuple[list[Hole], np.ndarray]:
+    """Holes of the sheet that is surface 0 of the patches, and its triangles in front of them.
 
     Parameters
     ----------
@@ -130,24 +133,25 @@ def holes_of(
     links = _links(patches, rows, fault_edges, source)
 
     # an edge costs its length: the cheapest cut is the shortest closure, whatever leaks far away
-    length = np.linalg.norm(
-        patches.local[links.ends[:, 1]] - patches.local[links.ends[:, 0]], axis=1
-    )
-    through = _minimum_cut(links.pairs, length / cell, source, sink)
+    edges = patches.local[links.ends]
+    length = np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1)
+    through, reached = _minimum_cut(links.pairs, length / cell, source, sink)
     # Nothing flows: the sheet is closed as far as the network tells.
     if not len(through):
-        return []
-    middle = patches.local[links.ends[through]].mean(axis=1)
+        return [], rows[reached]
+    edges, length = edges[through], length[through]
+    middle = edges.mean(axis=1)
 
     # outer ghosts, and where they are
     ghost, point = named[rows[sink]].ravel(), patches.triangles[rows[sink]].ravel()
     is_outer = is_among(ghost, outer) & (ghost >= 0)
     ghosts, tree = ghost[is_outer], cKDTree(patches.local[point[is_outer], :2])
     # Edges of the minimum cut that are near each other make one hole.
-    return [
-        _hole(middle[mine], length[through[mine]], ghosts, tree, patches.origin, cell)
+    holes = [
+        _hole(edges[mine], length[mine], ghosts, tree, patches.origin, cell)
         for mine in _clusters(middle[:, :2] / cell)
     ]
+    return holes, rows[reached]
 
 
 def _links(
@@ -182,8 +186,8 @@ def _links(
 
 def _minimum_cut(
     pairs: np.ndarray, length: np.ndarray, source: np.ndarray, sink: np.ndarray
-) -> np.ndarray:
-    """Rows of the links that part sources from sinks, the shortest in sum."""
+) -> tuple[np.ndarray, np.ndarray]:
+    """Rows of the links that part sources from sinks, the shortest in sum; rows before them."""
     # all sources are one node, and all sinks another one
     n = len(source)
     node = np.where(source, n, np.where(sink, n + 1, np.arange(n)))
@@ -201,16 +205,13 @@ def _minimum_cut(
         part.astype(np.int32) for part in (graph.data, graph.indices, graph.indptr)
     )
     flow = maximum_flow(graph, n, n + 1)
-    if flow.flow_value == 0:
-        return np.empty(0, dtype=np.int64)
-
     # what the source still reaches in the residual network is on its side of the cut
     residual = csr_array(graph - flow.flow)
     residual.data = np.maximum(residual.data, 0)
     residual.eliminate_zeros()
     reached = np.zeros(n + 2, dtype=bool)
     reached[breadth_first_order(residual, n, return_predecessors=False)] = True
-    return inner[reached[a] != reached[b]]
+    return inner[reached[a] != reached[b]], np.flatnonzero(reached[node])
 
 
 def _clusters(uv: np.ndarray) -> list[np.ndarray]:
@@ -223,23 +224,25 @@ def _clusters(uv: np.ndarray) -> list[np.ndarray]:
 
 
 def _hole(
-    middle: np.ndarray,
+    edges: np.ndarray,
     length: np.ndarray,
     ghosts: np.ndarray,
     tree: cKDTree,
     origin: np.ndarray,
     cell: float,
 ) -> Hole:
-    """One hole from the middles and lengths of its edges, with the outer ghosts behind it.
+    """One hole from its edges (n, 2, 3) and their lengths, with the outer ghosts behind it.
 
     `tree` has the places of the outer ghosts in the map. The nearest one is behind the hole, and
     those a little farther.
     """
+    middle = edges.mean(axis=1)
     reach = float(tree.query(middle[:, :2])[0].min()) + BEHIND * cell
     near = sorted({k for ks in tree.query_ball_point(middle[:, :2], reach) for k in ks})
     # Long edges count more: the middle of the hole, not of its edges.
     place = np.average(middle, axis=0, weights=length) + origin
-    return Hole(place, float(length.sum()), distinct(ghosts[near]), *(_ends(middle) + origin))
+    low, high = (middle + origin)[[middle[:, 2].argmin(), middle[:, 2].argmax()]]
+    return Hole(place, float(length.sum()), distinct(ghosts[near]), low, high, edges + origin)
 
 
 def holes_at(
@@ -254,16 +257,12 @@ def holes_at(
             middle[mine].mean(axis=0),
             float(length[mine].sum()),
             _ghosts(pairs[mine], n_node),
-            *_ends(middle[mine]),
+            middle[mine][middle[mine, 2].argmin()],
+            middle[mine][middle[mine, 2].argmax()],
+            at[mine],
         )
         for mine in _clusters(middle[:, :2] / cell)
     ]
-
-
-def _ends(points: np.ndarray) -> np.ndarray:
-    """The lowest and the highest of some points (n, 3)."""
-    found: np.ndarray = points[[points[:, 2].argmin(), points[:, 2].argmax()]]
-    return found
 
 
 def _ghosts(vertices: np.ndarray, n_node: int) -> np.ndarray:
@@ -317,6 +316,8 @@ class Cut:
         Copies, by two vertices, inside which a fault ends.
     holes : list of Hole
         The places that leaks and dead ends come from.
+    inside : ndarray of int64
+        Triangles of an open sheet in front of its holes.
     """
 
     patches: Patches
@@ -326,6 +327,7 @@ class Cut:
     leaks: list[Leak]
     dead_ends: list[tuple[int, int]]
     holes: list[Hole]
+    inside: np.ndarray
 
 
 def band_of(
@@ -414,17 +416,18 @@ def cut_band(
 
     # the minimum cut is looked for only where something is open: most sheets are closed
     holes: list[Hole] = []
+    inside = np.empty(0, dtype=np.int64)
     if leaks or dead_ends:
         edges = distinct(*(keys for keys, _ in sides[1:]))
         is_source = _clear_triangles(band, is_own)
-        holes = holes_of(patches, edges, corner, is_source, band.outer, frame.cell)
+        holes, inside = holes_of(patches, edges, corner, is_source, band.outer, frame.cell)
         # an outer edge comes back through the fault between its ends, where no hole is found
         pairs = np.array([*(leak[:2] for leak in leaks), *dead_ends])
         pairs = pairs[~_near_holes(band, pairs[:, 0], holes)]
         if len(pairs):
             holes += holes_at(pairs, _places(band), torn.n_node, frame.cell)
     leaks.sort(key=lambda leak: leak[:2])
-    return Cut(patches, corners, keep, sides, leaks, dead_ends, holes)
+    return Cut(patches, corners, keep, sides, leaks, dead_ends, holes, inside)
 
 
 def _near_holes(band: Band, vertices: np.ndarray, holes: Sequence[Hole]) -> np.ndarray:

@@ -16,6 +16,7 @@ from geosurf.errors import GeometryError, InputError
 from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.kernels.sheets.smooth_surface import energy_gradient
 from geosurf.model import FaultCut, Lattice, Sheet, SheetReport, ThrowReport, TriSurface, frozen
+from geosurf.model.excerpt import CloseUp
 from geosurf.model.surfaces import Content
 from geosurf.rebuild.ghosts import WALL
 from geosurf.sheets.faults.fault_distance import NearTrace
@@ -25,7 +26,7 @@ from geosurf.sheets.lattice.data import Scattered
 from geosurf.sheets.lattice.picks import Picks, scale_of
 from geosurf.sheets.lattice.solve import BEND, CHOLESKY, EXACT, Graph, around, energy_of, weights_of
 from geosurf.sheets.mesh.build import Built
-from geosurf.sheets.mesh.cut import walls_of_vertices
+from geosurf.sheets.mesh.cut import Hole, walls_of_vertices
 from geosurf.sheets.mesh.ghosts import HOLD, JOINED, bends, mesh_graph
 from geosurf.sheets.mesh.torn_mesh import Torn, Triangles
 from geosurf.triangulate import triangulate_fault
@@ -175,6 +176,7 @@ def _drawn_to(
     return out
 
 
+SEEN = 3.0  # cells around a hole that its picture shows
 FAR_OVER = 2.0  # cells of overlap from which it is what keeps scattered points open at a tip
 
 
@@ -289,6 +291,23 @@ def refuse_leaks(picks: Picks, built: Built, faults: Sequence[TriSurface]) -> No
     )
 
 
+def close_up(
+    picks: Picks | Scattered, built: Built, faults: Sequence[TriSurface], hole: Hole
+) -> CloseUp:
+    """The sheet as far as it was built around a hole, its faults, and the data there."""
+    patches, cell = built.cut.patches, picks.frame.cell
+    reach = max(SEEN * cell, 3.0 * float(np.ptp(hole.edges, axis=(0, 1)).max()))
+    rows, at = built.cut.inside, patches.local + patches.origin
+    near = (np.abs(at[patches.triangles[rows]] - hole.place)[..., :2] <= reach).any(axis=(1, 2))
+    used, corners = np.unique(patches.triangles[rows[near]], return_inverse=True)
+    sheet = TriSurface(picks.name, "horizon", at[used], corners.reshape(-1, 3))
+    state, data = built.state, {}
+    for name, mine in (("Data in use", state.used), ("Data ignored", state.ignored)):
+        places = picks.places(np.flatnonzero(mine))
+        data[name] = places[(np.abs(places - hole.place)[:, :2] <= reach).all(axis=1)]
+    return CloseUp((sheet, *faults), reach, hole.edges, data)
+
+
 def remedy_of_overlap(picks: Picks | Scattered, built: Built) -> str:
     """What to do where scattered points overlap too far; empty where they do not."""
     # Overlaps are negative heaves.
@@ -329,19 +348,18 @@ def open_faults(built: Built) -> set[int]:
     """Numbers of the faults next to the holes of a sheet that stayed open."""
     if not built.is_open:
         return set()
-    found: set[int] = set()
+    found = set().union(*(faults_at(hole, built) for hole in built.cut.holes))
+    return found or {trace.fault for trace in built.state.network.traces}
+
+
+def faults_at(hole: Hole, built: Built) -> set[int]:
+    """Numbers of the faults at a hole: where they meet, any of those about as near may leave it."""
     network, frame = built.state.network, built.state.network.frame
     # In cells of the lattice, as traces are.
-    for hole in built.cut.holes:
-        # where faults meet, any of those about as near may leave the hole: all are named
-        at = frame.to_lattice(hole.place[None, :2])[0] * frame.stretch
-        far = [float(np.hypot(*(t.line[:, :2] - at).T).min()) for t in network.traces]
-        found |= {
-            trace.fault
-            for trace, cells in zip(network.traces, far, strict=True)
-            if cells <= min(far) + 2.0
-        }
-    return found or {trace.fault for trace in network.traces}
+    at = frame.to_lattice(hole.place[None, :2])[0] * frame.stretch
+    far = [float(np.hypot(*(t.line[:, :2] - at).T).min()) for t in network.traces]
+    pairs = zip(network.traces, far, strict=True)
+    return {trace.fault for trace, cells in pairs if cells <= min(far) + 2.0}
 
 
 def lost_cutoffs(built: Built, cuts: Mapping[str, FaultCut]) -> set[int]:
