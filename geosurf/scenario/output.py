@@ -282,7 +282,9 @@ def write_files(scene: Scene, scenario: Scenario, folder: Path) -> None:
     for word in scenario.output.formats:
         file, _ = FORMATS[word]
         kind = file.partition(".")[0]
-        write({"curves": scene.curves, "surfaces": scene}.get(kind, scene.units), folder / file)
+        volumes = scene.units.included(scenario.output.include)
+        things = {"curves": scene.curves, "surfaces": scene, "volumes": volumes}
+        write(things.get(kind, scene.units), folder / file)
 
 
 def _fewer(scenario: Scenario) -> str:
