@@ -8,6 +8,7 @@ faces.py          triangles of one surface, the units on both sides, its strike
                   area, dip and azimuth of surfaces
 cutoffs.py        cut-off lines by wall; fault polygons
                   areas of zones that face each other; Allan diagrams
+closures.py       closures of horizons, spill points, leaks at faults
 throw.py          throw, heave, dip separation along a fault
                   well tops compared with the horizons of a model
 section.py        vertical sections
@@ -25,6 +26,9 @@ from typing import TYPE_CHECKING
 from geosurf.lazy import lazily
 
 if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type checkers
+    from geosurf.measure.closures import fault_rules as fault_rules
+    from geosurf.measure.closures import find_closures as find_closures
+    from geosurf.measure.closures import warnings_of_spill as warnings_of_spill
     from geosurf.measure.cutoffs import allan_diagram as allan_diagram
     from geosurf.measure.cutoffs import fault_polygons as fault_polygons
     from geosurf.measure.cutoffs import juxtaposition_table as juxtaposition_table
@@ -33,6 +37,7 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
     from geosurf.measure.faces import orientation as orientation
     from geosurf.measure.faces import side_of_words as side_of_words
     from geosurf.measure.places import sample_units as sample_units
+    from geosurf.measure.rock import roofs_of as roofs_of
     from geosurf.measure.section import vertical_section as vertical_section
     from geosurf.measure.thickness import thickness_map as thickness_map
     from geosurf.measure.throw import separation as separation

@@ -18,10 +18,10 @@ from geosurf.conventions import area_texts
 from geosurf.errors import InputError
 from geosurf.model.expected import listed, name_of
 from geosurf.render import palette
-from geosurf.render.colouring import zone_colours
 from geosurf.render.diagram import Line, diagram_axes, draw_ends, lines_of, outline_of, range_shown
-from geosurf.render.furniture import draw_legend, draw_words
+from geosurf.render.furniture import draw_legend, draw_symbol, draw_words
 from geosurf.render.layers import DETAIL_ROOM, Entry, shortened_apart
+from geosurf.render.overlay import name_place
 from geosurf.render.palette import AreaStyle, LineStyle
 from geosurf.render.picture_style import FONT
 from geosurf.render.sheet import STRIPE_WIDTH, STRIPES, Sheet
@@ -41,8 +41,8 @@ def draw_allan(
     table: xarray.Dataset,
     *,
     zones: Sequence[str] = (),
-    reservoir: Sequence[str] | None = None,
     title: str | None = None,
+    leaks: Sequence[tuple[str, float, float]] = (),
 ) -> None:
     """Draw the Allan diagram of a fault, with the area of each pair of juxtaposed zones.
 
@@ -56,10 +56,10 @@ def draw_allan(
     zones : sequence of str
         Zones from the youngest to the oldest, which take the colours of the column in this order.
         Default: the order of the table.
-    reservoir : sequence of str, optional
-        Zones of the reservoir: the others have one colour above it and below it. Default: all.
     title : str, optional
         Default: the name of the fault and its strike.
+    leaks : sequence of (str, float, float)
+        Leak points: closure, distance along strike and elevation [m].
 
     Raises
     ------
@@ -71,24 +71,32 @@ def draw_allan(
     zones = [name_of(zone, "zone") for zone in listed(zones, "zones must be names of zones", how)]
 
     # colours follow the column; zones that the caller did not list come after it
-    seen = dict.fromkeys(map(str, (*table.zone_minus.values, *table.zone_plus.values)))
+    pairs = _areas_of_pairs(table)
+    seen = dict.fromkeys(zone for pair in pairs for zone in pair)
     order = [*zones, *(zone for zone in seen if zone not in zones)]
-    names, colours = zone_colours(order, order if reservoir is None else reservoir, sheet.style)
-    pairs = _areas_of_pairs(table, names)
 
     # each line: attributes, and points (n, 2) of distance along strike and elevation [m]
     lines = lines_of(diagram, ("along_strike", "elevation"), ("kind", "side", "label", "zone"))
+    colours = {z: sheet.style.colour(z, palette.stratum(i)) for i, z in enumerate(order)}
 
     # the range follows cut-offs and contacts: the fault far above and below is not shown
     levels = [line[:, 1] for words, line in lines if words["kind"] in LINES]
     points = np.concatenate([line for _, line in lines])
     shown = range_shown(points, levels)
     axes, exaggeration = diagram_axes(sheet, shown, "Distance along strike [km]", ROOM)
-    _fill(axes, lines, names, colours)
+    _fill(axes, lines, colours)
     _draw_cutoffs(sheet, axes, lines)
     strike = float(diagram.attrs["strike"])
     draw_ends(sheet, axes, strike)
-    legend = _legend(pairs, colours, {name for zone, name in names.items() if name != zone})
+    legend = _legend(pairs, colours)
+    for closure, *at in leaks:
+        draw_symbol(sheet, axes, at, "leak", palette.ACCENT)
+        name_place(sheet, axes, np.array(at), closure)
+    if leaks:
+        legend = (
+            Entry("Leak point", palette.ACCENT, "of the closure named there", "leak"),
+            *legend,
+        )
     draw_legend(sheet, legend, 640.0)
 
     # caption, title, file
@@ -127,19 +135,17 @@ def _check(diagram: xarray.Dataset, table: xarray.Dataset) -> None:
         )
 
 
-def _areas_of_pairs(table: xarray.Dataset, names: dict[str, str]) -> dict[tuple[str, str], float]:
-    """Area [m2] of each pair of zones by their names in the picture: footwall first."""
+def _areas_of_pairs(table: xarray.Dataset) -> dict[tuple[str, str], float]:
+    """Area [m2] of each pair of zones: footwall first."""
     pairs: dict[tuple[str, str], float] = {}
     columns = (table.zone_minus.values, table.zone_plus.values, table.area.values)
     for minus, plus, area in zip(*columns, strict=True):
-        key = names[str(minus)], names[str(plus)]
+        key = (str(minus), str(plus))
         pairs[key] = pairs.get(key, 0.0) + float(area)
     return pairs
 
 
-def _fill(
-    axes: Axes, lines: list[Line], names: dict[str, str], colours: dict[str, palette.RGB]
-) -> None:
+def _fill(axes: Axes, lines: list[Line], colours: dict[str, palette.RGB]) -> None:
     """Fill juxtaposed areas: footwall in full colour, hanging wall as stripes."""
     from matplotlib.patches import PathPatch
 
@@ -151,7 +157,7 @@ def _fill(
 
     # labels are "hanging-wall zone | footwall zone"; all rings of a pair make one outline
     for pair, parts in rings.values():
-        plus, minus = (names[zone] for zone in pair.split(" | "))
+        plus, minus = pair.split(" | ")
         outline = outline_of(parts)
         # the edge closes the seam between neighbours
         look: AreaStyle = {"facecolor": colours[minus], "edgecolor": colours[minus]}
@@ -224,14 +230,11 @@ def _spread(levels: list[float], step: float) -> list[float]:
 
 
 def _legend(
-    pairs: dict[tuple[str, str], float], colours: dict[str, palette.RGB], outside: set[str]
+    pairs: dict[tuple[str, str], float], colours: dict[str, palette.RGB]
 ) -> tuple[Entry, ...]:
-    """Pairs of zones: those of the reservoir and different ones first, the largest area first."""
-    # False sorts before True
-    order = sorted(
-        pairs.items(),
-        key=lambda item: (outside >= set(item[0]), item[0][0] == item[0][1], -item[1]),
-    )
+    """Pairs of zones: different zones first, the largest area first."""
+    # False sorts before True: pairs of different zones first
+    order = sorted(pairs.items(), key=lambda item: (item[0][0] == item[0][1], -item[1]))
     areas = area_texts(area for _, area in order)
 
     # a zone against itself has no stripes in the diagram, and none in the legend

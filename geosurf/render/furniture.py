@@ -16,7 +16,7 @@ import numpy as np
 from geosurf.conventions import length_text
 from geosurf.model.expected import expect
 from geosurf.render import palette
-from geosurf.render.layers import DETAIL_ROOM, Entry, shortened, shortened_apart
+from geosurf.render.layers import DETAIL_ROOM, SYMBOLS, Entry, shortened, shortened_apart
 from geosurf.render.palette import AreaStyle, LineStyle, Spot, TextStyle
 from geosurf.render.picture_style import FONT, LEGEND, apply_theme, readable
 from geosurf.render.sheet import STRIPE_WIDTH, STRIPES, Sheet, UserSheet
@@ -410,6 +410,20 @@ def halo_text(
     axes.text(x, y, words, fontsize=points, color=colour, family=FONT, clip_on=True, **style)
 
 
+def draw_symbol(sheet: Sheet, axes: Axes, at: Spot, kind: str, colour: palette.RGB) -> None:
+    """Draw a symbol with a white rim at a point of the axes; `kind` is a key of `SYMBOLS`.
+
+    Names that are placed later keep away from it.
+    """
+    (x, y), room = axes.transData.transform(at), 3.0 * sheet.layout.unit
+    sheet.names.take((x - room, y - room, x + room, y + room))
+    axes.plot(
+        [at[0]], [at[1]], marker=SYMBOLS[kind], markersize=sheet.points(12.0), color=colour,
+        markeredgecolor=palette.PAPER, markeredgewidth=sheet.points(1.4), linestyle="none",
+        zorder=6.5,
+    )  # fmt: skip
+
+
 def draw_legend(sheet: Sheet, legend: tuple[Entry, ...], room: float) -> None:
     """Draw the legend in a column on the right that is `room` design pixels high."""
     if isinstance(sheet, UserSheet):
@@ -454,6 +468,8 @@ def _draw_mark(sheet: Sheet, entry: Entry, at: tuple[float, float], high: float)
     elif entry.kind == "circle":
         circle = sheet.circle((left + 13 * unit, y), 5.5 * unit)
         circle.set_edgecolor(entry.colour)
+    elif entry.kind in SYMBOLS:
+        draw_symbol(sheet, sheet.axes, (left + 13 * unit, y), entry.kind, entry.colour)
     elif entry.kind == "area":
         look: AreaStyle = {"facecolor": (*entry.colour, max(entry.opacity, 0.35))}
         corner = (left, y - 0.5 * high * unit)

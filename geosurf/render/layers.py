@@ -203,10 +203,13 @@ class Layer:
     dots: bool = False
 
 
+SYMBOLS = {"crest": "^", "spill": "v", "leak": "X"}  # of closures: markers of matplotlib
+
+
 @dataclass(frozen=True)
 class Entry:
-    """An entry of the legend; `kind` is ``"area"``, ``"line"``, ``"dashes"``, ``"circle"`` or
-    ``"heading"``.
+    """An entry of the legend; `kind` is ``"area"``, ``"line"``, ``"dashes"``, ``"circle"``,
+    ``"heading"``, or a key of `SYMBOLS`.
 
     An area with `stripes` has stripes of that colour.
     """

@@ -19,6 +19,7 @@ from geosurf.render.clip import Prism
 from geosurf.render.furniture import (
     colours_of,
     contour_levels,
+    draw_symbol,
     frame_map,
     halo_text,
     map_axes,
@@ -30,14 +31,16 @@ from geosurf.render.overlay import (
     PictureOverlay,
     draw_on_map,
     draw_wells_on_map,
+    name_place,
     overlay_of,
     tops_on_map,
 )
-from geosurf.render.palette import RGB
+from geosurf.render.palette import RGB, LineStyle
 from geosurf.render.sheet import Sheet
 from geosurf.render.surface_layers import thinned
 
 if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
     from matplotlib.axes import Axes
 
 
@@ -243,6 +246,64 @@ def draw_remedies(sheet: Sheet, axes: Axes, remedies: Sequence[GeosurfWarning]) 
     return [Entry(words, palette.ACCENT, kinds, "circle")]
 
 
+# ---- closures ----------------------------------------
+# Outlines of closures, their crests, spill points and leaks, and the ways of what spills.
+
+
+def draw_closures(sheet: Sheet, axes: Axes, found: xarray.Dataset, horizon: str) -> list[Entry]:
+    """Draw the closures of a horizon, from `Scene.closures`; return the entries of the legend.
+
+    Of those that consist of others the outermost are drawn, dashed.
+    """
+    check_closures(found)
+    table = found.drop_dims(["leak", "line", "point"]).to_dataframe()
+    table["joint"] = table.index.isin(table.part_of)
+    table = table[(table.horizon == horizon) & ~(table.joint & (table.part_of != ""))]
+    colour, width = palette.CLOSURE, sheet.points(2.2)
+    lines = np.split(
+        np.column_stack([found.easting, found.northing]), np.cumsum(found["count"].values)[:-1]
+    )
+    labels = zip(lines, found.line_kind.values, found.line_closure.values, strict=True)
+    for xy, kind, name in (line for line in labels if line[2] in table.index):
+        look: LineStyle = {"linestyle": (0, (1.0, 1.5))} if kind == "path" else {}
+        if kind == "outline":
+            look = {"linestyle": (0, (4.0, 1.6))} if table.joint[name] else {}
+            xy = np.concatenate([xy, xy[:1]])
+        axes.plot(*xy.T, color=palette.PAPER, linewidth=1.9 * width, zorder=3.0, alpha=0.8)
+        axes.plot(*xy.T, color=colour, linewidth=width, zorder=3.1, **look)
+
+    # the highest crest takes its number first
+    mine = np.flatnonzero(np.isin(found.leak_closure.values, table.index))
+    single = table[~table.joint]
+    places = [("spill", at) for at in zip(table.spill_easting, table.spill_northing, strict=True)]
+    places += [
+        ("crest", at) for at in zip(single.crest_easting, single.crest_northing, strict=True)
+    ]
+    places += [("leak", (found.leak_easting[k], found.leak_northing[k])) for k in mine.tolist()]
+    for kind, at in places:
+        draw_symbol(sheet, axes, at, kind, palette.ACCENT if kind == "leak" else colour)
+    for name, x, y in zip(single.index, single.crest_easting, single.crest_northing, strict=True):
+        name_place(sheet, axes, np.array([x, y]), name[len(horizon) + 1 :])
+    how = f"faults: {found.attrs['faults']}, from {found.attrs['min_height']:g} m"
+    legend = [
+        Entry(counted(len(single), "closure").capitalize(), colour, how, "line"),
+        Entry("Joint closure", colour, "of several that meet", "dashes"),
+        Entry("Crest", colour, "with the number of the closure", "crest"),
+        Entry("Spill point", colour, "dots: up to the next closure", "spill"),
+        Entry("Leak point", palette.ACCENT, "at a fault", "leak"),
+    ]
+    shown = {"line", *(kind for kind, _ in places), *(["dashes"] if table.joint.any() else [])}
+    return [entry for entry in legend if entry.kind in shown]
+
+
+def check_closures(found: Any) -> None:
+    """Refuse what is not the result of `Scene.closures`."""
+    if not hasattr(found, "attrs") or "min_height" not in found.attrs:
+        raise InputError(
+            f"closures is {type(found).__name__}; give True or the result of scene.closures()."
+        )
+
+
 MAX_MAP_TRIANGLE = 250_000
 N_BAND = 3  # bands of colour per contour interval
 
@@ -259,6 +320,7 @@ def draw_map(
     hatched: TriSurface | None = None,
     remedies: Sequence[GeosurfWarning] = (),
     virtual_walls: Mapping[str, Sequence[np.ndarray]] = MappingProxyType({}),
+    closures: xarray.Dataset | None = None,
     overlay: PictureOverlay | None = None,
 ) -> None:
     """Draw a map of a horizon: elevation in colour, contours, intersection lines in bold.
@@ -284,6 +346,8 @@ def draw_map(
         Places that are marked, such as ``sheet.report.remedies``: there the tear needed help.
     virtual_walls : mapping of str to sequence of ndarray of float64, each (n, 2) or (n, 3)
         Lines of virtual walls on the horizon, by their names [m]: they are dashed.
+    closures : xarray.Dataset, optional
+        Result of `Scene.closures`: those of this horizon are drawn.
     overlay : PictureOverlay, optional
         Wells, polygons and data points that are drawn with the model.
 
@@ -344,6 +408,8 @@ def draw_map(
     if curves is not None:
         legend = draw_curves(sheet, axes, light, curves, within, list(faults))
     legend = [*draw_virtual_walls(sheet, axes, virtual_walls, list(faults)), *legend]
+    if closures is not None:
+        legend = [*draw_closures(sheet, axes, closures, surface.name), *legend]
     legend += draw_wells_on_map(sheet, axes, wells)
     legend += draw_on_map(sheet, axes, overlay)
     legend = [*draw_remedies(sheet, axes, remedies), *legend]

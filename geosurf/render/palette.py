@@ -76,6 +76,7 @@ FAINT = rgb("#5b626d")  # of text, too: contrast 6.2 on white
 PAPER = (1.0, 1.0, 1.0)
 CURVE = rgb("#111111")
 CONTACT = rgb("#1539b8")
+CLOSURE = rgb("#0b5d2e")
 ACCENT = rgb("#c8102e")
 FRAME = rgb("#9aa0a8")
 VOXEL = rgb("#3b6ea5")

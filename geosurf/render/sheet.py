@@ -22,7 +22,7 @@ from geosurf.conventions.packages import need_plots
 from geosurf.errors import GeosurfWarning
 from geosurf.model.expected import expect
 from geosurf.render import palette
-from geosurf.render.layers import Entry, Room
+from geosurf.render.layers import SYMBOLS, Entry, Room
 from geosurf.render.palette import AreaStyle, LineStyle, Spot, TextStyle
 from geosurf.render.picture_style import FONT, PLAIN, PictureStyle, style_of
 from geosurf.stopping import interrupted_later
@@ -292,9 +292,11 @@ class UserSheet(Sheet):
                 line = Line2D([], [], color=entry.colour, label=label)
                 line.set_linestyle("dashed" if entry.kind == "dashes" else "solid")
                 handles.append(line)
-            elif entry.kind == "circle":
+            elif entry.kind == "circle" or entry.kind in SYMBOLS:
                 ring = Line2D([], [], color=entry.colour, label=label, linestyle="none")
-                ring.set(marker="o", markerfacecolor="none")
+                ring.set(marker=SYMBOLS.get(entry.kind, "o"))
+                if entry.kind == "circle":
+                    ring.set(markerfacecolor="none")
                 handles.append(ring)
             else:
                 face = (*entry.colour, max(entry.opacity, 0.35))

@@ -45,7 +45,6 @@ def report_scene(
     regions: Mapping[str, tuple[float, str]] | None = None,
     inputs: Mapping[str, str | os.PathLike[str]] | None = None,
     relative_to: str | os.PathLike[str] | None = None,
-    include: str = "reservoir",
 ) -> Path:
     """Write ``index.html``: volumes, pictures, certificate, inputs and run log of a model.
 
@@ -78,8 +77,6 @@ def report_scene(
         of the scene that are paths.
     relative_to : path-like, optional
         Paths of files are printed relative to this folder. Default: the current folder.
-    include : {"reservoir", "all"}
-        ``"all"``: volumes and pictures also of over- and underburden.
 
     Returns
     -------
@@ -89,7 +86,7 @@ def report_scene(
     Raises
     ------
     InputError
-        If a picture cannot be read, or for another word in `include`.
+        If a picture cannot be read.
     OutputError
         If the page cannot be written.
 
@@ -121,7 +118,7 @@ def report_scene(
         warn(note)
         pictures = {}
     if pictures is None:
-        pictures = scene.render_pictures(folder, include=include)
+        pictures = scene.render_pictures(folder)
     how = "give {caption: path of a PNG file}"
     expect(pictures, Mapping, "pictures takes a mapping", how)
     files = {str(key): path_of(path, f"picture {key!r}") for key, path in pictures.items()}
@@ -129,8 +126,9 @@ def report_scene(
 
     # last: the check of a large model is the most expensive step of the page
     certificate = certificate or getattr(scene, "certificate", None) or scene.check()
-    words = str(title), str("" if made is None else made)
-    html = build_page(scene, files, *words, certificate, regions, sources, include)
+    html = build_page(
+        scene, files, str(title), str("" if made is None else made), certificate, regions, sources
+    )
     return _write(folder / "index.html", html)
 
 

@@ -91,7 +91,7 @@ def in_words(grid: CornerPointGrid) -> str:
 # Paths of wells of a scenario: read, drawn on pictures, and listed with the units they cross.
 
 
-FILE = "wells.csv"
+FILE, CLOSURES = "wells.csv", "closures.csv"
 WORDS = ("positive", "length_unit")
 
 
@@ -205,6 +205,8 @@ def output_files(scenario: Scenario, *, pictures: bool = True, report: bool = Tr
         files.append("units/*.vtp")
     if "surfaces.epc" in files:
         files.append("surfaces.h5")
+    if scenario.output.closures is not None:
+        files.append(CLOSURES)
     if scenario.wells is not None:
         files.append(FILE)
     if scenario.grid is not None:
@@ -282,9 +284,10 @@ def write_files(scene: Scene, scenario: Scenario, folder: Path) -> None:
     for word in scenario.output.formats:
         file, _ = FORMATS[word]
         kind = file.partition(".")[0]
-        volumes = scene.units.included(scenario.output.include)
-        things = {"curves": scene.curves, "surfaces": scene, "volumes": volumes}
-        write(things.get(kind, scene.units), folder / file)
+        write({"curves": scene.curves, "surfaces": scene}.get(kind, scene.units), folder / file)
+    if scenario.output.closures is not None:
+        found = scene.closures(faults=scenario.output.closures)
+        write(found.drop_dims(["leak", "line", "point"]), folder / CLOSURES)
 
 
 def _fewer(scenario: Scenario) -> str:
@@ -308,7 +311,7 @@ FOLDERS = ("units", "pictures", "report")
 FILES = (
     *("units.vtm", "curves.vtp", "curves.pl", "volumes.csv", "volumes.nc"),
     *("units.ml", "surfaces.epc", "surfaces.h5"),
-    *("certificate.txt", "wells.csv", "grid.grdecl", "grid.inc"),
+    *("certificate.txt", "closures.csv", "wells.csv", "grid.grdecl", "grid.inc"),
 )
 # what runs write, as patterns of paths relative to the output folder
 OURS = Names(
@@ -320,7 +323,7 @@ OURS = Names(
             r"units/\d{3,}_[^/]*\.vtp",
             r"curves\.(vtp|pl)",
             r"volumes\.(csv|nc)",
-            r"wells\.csv",
+            r"(closures|wells)\.csv",
             r"certificate\.txt",
             r"grid\.(grdecl|inc)",
             r"failure\.png",

@@ -13,6 +13,7 @@ import numpy as np
 from geosurf.conventions import did_you_mean, is_word
 from geosurf.conventions.packages import need_plots
 from geosurf.errors import GeometryError, GeosurfWarning, InputError
+from geosurf.measure.faces import faces_of
 from geosurf.model import Curves, SheetReport, TriSurface
 from geosurf.model.expected import expect, flag_of, listed, number_of
 from geosurf.model.protocols import DrawnModel, MeasuredModel
@@ -23,7 +24,7 @@ from geosurf.render.compose import check_look, draw_picture, figure_path, plotte
 from geosurf.render.diagram import column_of, draw_column, draw_throw
 from geosurf.render.isochores import draw_thickness
 from geosurf.render.layers import Content, show_outline
-from geosurf.render.map import MAX_MAP_TRIANGLE, draw_map
+from geosurf.render.map import MAX_MAP_TRIANGLE, check_closures, draw_map
 from geosurf.render.overlay import PictureOverlay, overlay_of, show_overlay
 from geosurf.render.picture_style import COLOUR_BY, PictureStyle, style_of
 from geosurf.render.section import draw_section
@@ -101,10 +102,10 @@ def thickness_of(
 
 
 def neighbours(scene: MeasuredModel) -> list[tuple[str, str]]:
-    """Pairs of horizons with a zone of the reservoir between them, youngest first."""
+    """Pairs of horizons with a zone between them, youngest first."""
     # only zones that have units: the column or the box may have removed one, and its neighbours
     # then name the zone
-    zones = {unit.zone for unit in scene.units.included().values()}
+    zones = {unit.zone for unit in scene.units.values()}
     names = scene.horizon_names
     pairs = [(a, b) for i, a in enumerate(names) for b in names[i + 1 :]]
     return [(a, b) for a, b in pairs if f"{a}/{b}" in zones]
@@ -183,10 +184,7 @@ class ViewLook(TypedDict, total=False):
     zoom : float
         2 shows the middle of the model at twice the scale.
     only : sequence of str
-        Names of the surfaces and units that are drawn; units also by zone or block. Default: all
-        surfaces, and the units of the reservoir.
-    include : {"reservoir", "all"}
-        ``"all"``: also the units of over- and underburden.
+        Names of the surfaces and units that are drawn; units also by zone or block. Default: all.
     colour_by : str, mapping of str to float, or array_like of float
         Colours of units: ``"unit"``, ``"zone"``, ``"block"``, ``"contact"``, or numbers, one per
         unit or by name, with a colour bar. ``"z"`` colours units and horizons by elevation.
@@ -201,7 +199,6 @@ class ViewLook(TypedDict, total=False):
     exaggeration: float | None
     zoom: float
     only: Sequence[str] | None
-    include: str
     colour_by: Any
     title: str | None
     style: PictureStyle | None
@@ -232,15 +229,13 @@ class _View:
     exaggeration: float | None = None
     zoom: float = 1.0
     only: Any = None
-    include: str = "reservoir"
     colour_by: Any = None
     title: str | None = None
     style: Any = None
 
     def __post_init__(self) -> None:
         check_look(self.view, self.size, self.zoom, self.title, self.path)
-        only = selection_of(self.only, self.include)
-        self.__dict__.update(style=style_of(self.style), only=only)
+        self.__dict__.update(style=style_of(self.style), only=selection_of(self.only))
 
     @property
     def by(self) -> Any:
@@ -277,6 +272,7 @@ class ScenePlots:
         horizon: str,
         *,
         clip: bool = True,
+        closures: Any = False,
         overlay: PictureOverlay | None = None,
         **look: Unpack[FlatLook],
     ) -> Any:
@@ -287,6 +283,9 @@ class ScenePlots:
         horizon : str
         clip : bool
             Whether the map ends at the model.
+        closures : bool or result of `Scene.closures`
+            Whether closures are drawn, with crests, spill points and leaks; True: with faults that
+            all hold.
         overlay : PictureOverlay, optional
             Wells, polygons and data points that are drawn with the model.
         **look
@@ -312,6 +311,8 @@ class ScenePlots:
         """
         overlay, checked = overlay_of(overlay), _flat(**look)
         surface, curves, options = map_of(self._scene, horizon, clip)
+        if closures is not False:
+            options["closures"] = self._scene.closures(horizon) if closures is True else closures
         return plotted(draw_map, surface, curves, overlay=overlay, **options, **checked)
 
     def thickness(self, zone: str, *, grid: Any = None, **look: Unpack[FlatLook]) -> Any:
@@ -365,12 +366,14 @@ class ScenePlots:
         section, tops = self._scene.section(line), tops_of_scene(self._scene)
         return plotted(draw_section, section, tops=tops, overlay=overlay, **checked)
 
-    def allan(self, fault: str, **look: Unpack[FlatLook]) -> Any:
+    def allan(self, fault: str, *, closures: Any = False, **look: Unpack[FlatLook]) -> Any:
         """Draw the Allan diagram of a fault, with the area of each pair of juxtaposed zones.
 
         Parameters
         ----------
         fault : str
+        closures : bool or result of `Scene.closures`
+            Whether leak points of closures are drawn; True: those by juxtaposition.
         **look
             ``ax``, ``path``, ``size``, ``title``, ``style``: see `FlatLook`.
 
@@ -385,9 +388,12 @@ class ScenePlots:
         """
         checked, scene = _flat(**look), self._scene
         zones = list(dict.fromkeys(unit.zone for unit in scene.units.values()))
-        words = {"zones": zones, "reservoir": scene.units.reservoir}
         diagram, table = scene.allan(fault), scene.juxtaposition(fault)
-        return plotted(draw_allan, diagram, table, **words, **checked)
+        leaks = []
+        if closures is not False:
+            found = scene.closures(faults="juxtaposition") if closures is True else closures
+            leaks = _leaks_on(scene, fault, found)
+        return plotted(draw_allan, diagram, table, zones=zones, leaks=leaks, **checked)
 
     def throw(self, fault: str, **look: Unpack[FlatLook]) -> Any:
         """Draw the throw of all horizons along a fault.
@@ -446,8 +452,7 @@ class ScenePlots:
         # a fluid contact does not divide the thickness of its zone
         units = [(unit.zone, unit.volume, unit.zone_map_area) for unit in scene.units.values()]
         zones = column_of(units, list(dict.fromkeys(zone for zone, _, _ in units)))
-        words = {"reservoir": scene.units.reservoir}
-        return plotted(draw_column, zones, dict(scene.column), **words, **checked)
+        return plotted(draw_column, zones, dict(scene.column), **checked)
 
     def view(
         self,
@@ -478,8 +483,8 @@ class ScenePlots:
         overlay : PictureOverlay, optional
             Wells, polygons and data points that are drawn with the model.
         **look
-            ``path``, ``size``, ``exaggeration``, ``zoom``, ``only``, ``include``, ``colour_by``,
-            ``title``, ``style``: see `ViewLook`.
+            ``path``, ``size``, ``exaggeration``, ``zoom``, ``only``, ``colour_by``, ``title``,
+            ``style``: see `ViewLook`.
 
         Returns
         -------
@@ -524,7 +529,7 @@ class ScenePlots:
         roles = {ROLES_SHOWN[word] for word in words if word in ROLES_SHOWN}
         if only.names is not None and BUILT & set(words):
             only.check(_names_of(scene, words))
-        content, box, note = Content(), scene.box, ""
+        content, box = Content(), scene.box
         outline = scene.aoi if clip else None
         within = Prism(box, outline) if clip else None
         if roles:
@@ -540,19 +545,18 @@ class ScenePlots:
             content += show_patches(scene.patches, within, only=only, style=style)
         if "units" in words:
             content += show_units(scene.units, gap, only=only, colour_by=by, style=style)
-            note = only.left_out(scene.units)
         if "curves" in words:
             content += show_curves(scene.curves, within=within)
         if outline is not None and not gap:
             content += show_outline(outline, box[4])
         if overlay:
             content += show_overlay(overlay, box[5])
-        return given.draw(content, _title(words, given.colour_by), gap, box, note)
+        return given.draw(content, _title(words, given.colour_by), gap, box)
 
     def units(
         self, *, explode: float = 0.3, view: View = "southwest", **look: Unpack[ViewLook]
     ) -> Any:
-        """Draw the units of the reservoir in an exploded view: zones up and down, blocks sideways.
+        """Draw the units in an exploded view: zones up and down, blocks sideways.
 
         Each zone has a colour, each block a shade of it; the legend lists the volumes.
 
@@ -563,8 +567,8 @@ class ScenePlots:
         view : str or (float, float)
             As in `view`.
         **look
-            ``path``, ``size``, ``exaggeration``, ``zoom``, ``only``, ``include``, ``colour_by``,
-            ``title``, ``style``: see `ViewLook`.
+            ``path``, ``size``, ``exaggeration``, ``zoom``, ``only``, ``colour_by``, ``title``,
+            ``style``: see `ViewLook`.
 
         Returns
         -------
@@ -589,8 +593,19 @@ class ScenePlots:
             colour_by="unit" if given.colour_by is None else given.colour_by,
             style=given.style,
         )
-        note = f"{'' if gap == 0.0 else 'Exploded view. '}{given.only.left_out(units)}".strip()
-        return given.draw(content, title, gap, units.box, note)
+        return given.draw(content, title, gap, units.box, "" if gap == 0.0 else "Exploded view.")
+
+
+def _leaks_on(scene: MeasuredModel, fault: str, found: Any) -> list[tuple[str, float, float]]:
+    """Closure, distance along strike and elevation of the leaks on a fault."""
+    check_closures(found)
+    faces = faces_of(scene.patches, scene.units, fault, "fault")
+    mine = np.flatnonzero(found.leak_fault.values == fault)
+    axes = ("easting", "northing", "elevation")
+    places = np.column_stack([found[f"leak_{key}"].values for key in axes])[mine]
+    along = faces.along(places - faces.origin).tolist()
+    names = found.leak_closure.values[mine].tolist()
+    return list(zip(names, along, places[:, 2].tolist(), strict=True))
 
 
 def _names_of(scene: DrawnModel, show: Sequence[str]) -> list[str]:

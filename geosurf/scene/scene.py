@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
@@ -25,7 +25,7 @@ from geosurf.model import Certificate, FluidContact, Patches, Sheet, TriSurface,
 from geosurf.model.base import multiblock, need_pyvista
 from geosurf.model.column import VirtualWall
 from geosurf.model.curves import Curves, VoxelSearch
-from geosurf.model.expected import flag_of, name_of
+from geosurf.model.expected import flag_of, name_of, number_of
 from geosurf.model.network import Extension, FaultNetwork, Truncation
 from geosurf.model.protocols import View3D
 from geosurf.model.sheets import TearPlan
@@ -87,7 +87,7 @@ class Scene:
         ``"base"`` what lies above, ``"discontinuous"`` both. The others are ``"conformable"``: of
         two that cross, the older one ends on the younger. ``units.report["clipped"]`` lists all.
     contacts : mapping of str to contact, optional
-        Fluid contacts from the top down, which split the reservoir: ``{"OWC": -1705.0}``, also by
+        Fluid contacts from the top down, which split units: ``{"OWC": -1705.0}``, also by
         block and zone; see `build_contacts` and `FluidContact`. A path is a gridded horizon.
     aoi : array_like of float, shape (n, 2), path, or "rectangle", optional
         Area of interest: easting and northing around a polygon, which the model then fills.
@@ -146,11 +146,6 @@ class Scene:
     crs : str, optional
         Coordinate reference system, such as ``"EPSG:23031"``, of all inputs that declare none.
         Inputs that declare another are refused.
-    reservoir : sequence of str, optional
-        Zones of the reservoir, as in ``["Top/Middle"]``: fluid contacts that name no zones split
-        these, and `volumes`, tables and pictures show these; `units` has all. Default: the zones
-        between the first and the last horizon. With fewer than two horizons nothing lies between,
-        and all zones count.
     on_start : callable, optional
         Is called before each step: stage, subject, its number, and how many there are, as in
         ``("tear", "Top", 2, 4)``. Scenes made by `replace` call it, too; copies do not. Default:
@@ -201,14 +196,13 @@ class Scene:
         fill_empty_blocks: Any = None,
         compartments: Any = None,
         crs: str | None = None,
-        reservoir: Sequence[str] | None = None,
         on_start: OnStart | None = None,
     ) -> None:
         inputs = SceneInputs(
             horizons, or_empty(faults), box, or_empty(column), or_empty(contacts), aoi, positive,
             length_unit, voxel_size, self_intersections, extend, or_empty(truncations), tolerance,
             tops, tie, lengthen, tear, slivers,
-            fill_empty_blocks, compartments, crs, reservoir,
+            fill_empty_blocks, compartments, crs,
         )  # fmt: skip
         memory = Memory(on_start=on_start_of(on_start))
         self.__dict__.update(_inputs=inputs, _plain=Graph(inputs, memory))
@@ -317,11 +311,6 @@ class Scene:
     def column(self) -> dict[str, str]:
         """The rule of each horizon, youngest first."""
         return self._graph.column
-
-    @property
-    def reservoir(self) -> tuple[str, ...]:
-        """Names of the zones of the reservoir, youngest first."""
-        return self._graph.reservoir
 
     @property
     def box(self) -> Box:
@@ -506,40 +495,9 @@ class Scene:
 
     @property
     def volumes(self) -> xarray.DataArray:
-        """Gross rock volume (GRV) of each unit of the reservoir [m3].
-
-        By zone and block, and contact where there are some. ``units.volumes`` has all units.
-        """
+        """Volume of each unit by zone and block, and contact where there are some [m3]."""
         found = self._graph.units_at_levels
-        return (self.units if found is None else found).included().volumes
-
-    def table(self, include: str = "reservoir") -> xarray.Dataset:
-        """Return volumes and areas of units by zone, block and contact.
-
-        Parameters
-        ----------
-        include : {"reservoir", "all"}
-            ``"all"``: also over- and underburden, which close the model; ``reservoir`` marks units.
-
-        Returns
-        -------
-        xarray.Dataset
-            As `Units.table`: ``volume`` is the gross rock volume (GRV) [m3].
-
-        Raises
-        ------
-        InputError
-            For another word.
-
-        Examples
-        --------
-        >>> import geosurf as gs
-        >>> world = gs.synthetic.tilted_planes()
-        >>> scene = gs.Scene(world.horizons, world.faults, world.box)
-        >>> scene.table().unit.values.tolist(), scene.table(include="all").sizes["unit"]
-        (['Top/Base F1+', 'Top/Base F1-'], 6)
-        """
-        return self.units.included(include).table
+        return self.units.volumes if found is None else found.volumes
 
     @property
     def volume_error_bound(self) -> float:
@@ -833,6 +791,67 @@ class Scene:
         if wells is None:
             return well_intervals(self.units, path, md, self._locator, boundaries)
         return intervals_of_wells(self.units, wells, self._locator, boundaries)
+
+    def closures(
+        self, horizon: str | None = None, *, faults: Any = "sealing", min_height: float = 5.0
+    ) -> xarray.Dataset:
+        """Return the closures of the reservoir: crest, spill point, height, area and volume.
+
+        Parameters
+        ----------
+        horizon : str, optional
+            A horizon with a zone of the reservoir directly below; default: all of these.
+        faults : {"sealing", "open", "juxtaposition"} or mapping of str to these
+            ``"sealing"``: no fault leaks. ``"open"``: a closure ends at its highest point on a
+            fault. ``"juxtaposition"``: a fault holds where reservoir faces other rock, and is
+            passed where reservoir faces reservoir. By fault: ``{"F1": "open", "elsewhere":
+            "juxtaposition"}``; ``"elsewhere"`` is ``"sealing"`` by default.
+        min_height : float
+            Lower closures are left out [m].
+
+        Returns
+        -------
+        xarray.Dataset
+            Along ``closure``: ``horizon``, ``block``, ``crest_easting`` ..., ``spill_easting`` ...,
+            ``height`` and ``area`` (in the map). ``volume`` is the rock between horizon and spill
+            level, of the zones of the reservoir that follow each other below the horizon.
+            ``spill_kind`` is ``"saddle"`` (to another closure), ``"edge"`` (of the model),
+            ``"horizon"`` (the horizon ends on another one, ``spill_at``), ``"fault"`` (``spill_at``
+            leaks) or ``"none"`` (nothing spills: faults close off the block). ``spills_into`` is
+            the closure on the way up from the spill point. Closures that meet there are
+            ``part_of`` one that is closed farther down. Along ``leak``: the highest point of each
+            closure at which each fault leaks. Along ``line``, point after point: the ``outline`` of
+            each closure, and the ``path`` of what spills.
+
+        Raises
+        ------
+        InputError
+            For an unknown horizon, or one with no reservoir directly below; for an unknown fault
+            or rule; for a negative height.
+
+        Examples
+        --------
+        >>> import geosurf as gs
+        >>> world = gs.synthetic.noisy()
+        >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+        >>> found = scene.closures("Top", faults="open", min_height=3.0)
+        >>> found.closure.values.tolist(), found.spill_kind.values.tolist()
+        (['Top 1', 'Top 2'], ['saddle', 'saddle'])
+        >>> round(float(found.crest_elevation[0] - found.height[0] - found.spill_elevation[0]), 9)
+        0.0
+        """
+        rules = measure.fault_rules(faults, self.fault_names)
+        least = number_of(min_height, "min_height", "give metres, 0 or more")
+        names = measure.roofs_of(self.patches, self.units, horizon)
+        found = self._measured(
+            f"closures of {', '.join(names)}",
+            lambda: measure.find_closures(self.patches, self.units, names, rules, least),
+            tuple(names), tuple(rules.items()), least,
+        )  # fmt: skip
+        self._graph.memory.warn(
+            *measure.warnings_of_spill(found, self.patches, self.units, self.contacts)
+        )
+        return found
 
     def juxtaposition(self, fault: str) -> xarray.Dataset:
         """Return the areas of all pairs of units that face each other across a fault [m2].

@@ -48,9 +48,7 @@ def world(seed):
             ]
         },
     ][seed % 4]
-    every = ["above Top", "Top/Base", "below Base"]  # contacts meet walls of the box as well
-    return {"horizons": horizons, "faults": faults, "box": BOX, "contacts": contacts,
-            "reservoir": every}  # fmt: skip
+    return {"horizons": horizons, "faults": faults, "box": BOX, "contacts": contacts}
 
 
 def found(make):

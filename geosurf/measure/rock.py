@@ -1,0 +1,227 @@
+"""Bound the reservoir rock below a horizon by triangles whose corners know their wall of a fault.
+
+The horizon is the roof of the rock; faults, sides of the model and other horizons are the rest.
+Units of one reservoir are one rock: what lies between them is left out. A fault parts what is on
+both sides of it, so that a vertex on it is a corner of its own on each wall. Which triangles see
+the same rock around an edge follows from the order of their angles, by exact signs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from geosurf.errors import InputError
+from geosurf.kernels.exact.predicates import frame_of
+from geosurf.kernels.meshes.mesh import edges, join_pairs, renumbered
+from geosurf.kernels.meshes.seams import DONE, NEEDS_EXACT, sort_seams
+from geosurf.measure.cutoffs import level_of
+from geosurf.measure.faces import check_model, edge_keys, row_inside
+from geosurf.model import Patches, Units
+
+ROOF, FAULT, WALL, HORIZON = range(4)  # what a triangle of the boundary is
+
+
+@dataclass(frozen=True, eq=False)
+class Rock:
+    """Boundary of the rock below a horizon: each triangle once for each side with rock.
+
+    Attributes
+    ----------
+    x : ndarray of float64, shape (n_node, 3)
+        Local [m]. A vertex on a fault is a node for each wall.
+    t : ndarray of int64, shape (n, 3)
+        Nodes, counter-clockwise seen from outside of the rock.
+    kind, surface, unit : ndarray of int64, shape (n,)
+        `ROOF` ...; row of the surface; row of the unit in which the rock lies.
+    passes : ndarray of int64, shape (n_pass, 4)
+        Where reservoir faces reservoir across a fault that does not hold there: node, node on the
+        other wall (-1 where that is no rock below the horizon), row of the fault, index of the zone
+        on the other wall.
+    """
+
+    x: np.ndarray
+    t: np.ndarray
+    kind: np.ndarray
+    surface: np.ndarray
+    unit: np.ndarray
+    passes: np.ndarray
+
+    def nodes(self, chosen: np.ndarray) -> np.ndarray:
+        """Whether each node is one of some triangles, bool (n_node,)."""
+        found = np.zeros(len(self.x), dtype=bool)
+        found[self.t[chosen]] = True
+        return found
+
+
+def rock_below(units: Units, level: int) -> tuple[list[int], list[int]]:
+    """Zones of the reservoir that follow each other below a horizon, and all others, by index."""
+    zones = {unit.zone_index for unit in units.values() if unit.zone in reservoir_of(units)}
+    rock: list[int] = []
+    while level + 1 + len(rock) in zones:
+        rock.append(level + 1 + len(rock))
+    return rock, sorted(zones - set(rock))
+
+
+def reservoir_of(units: Units) -> tuple[str, ...]:
+    """Zones of the reservoir: those between two horizons."""
+    zones = {unit.zone_index: unit.zone for unit in units.values()}
+    return tuple(zones[k] for k in sorted(zones)[1:-1])
+
+
+def roofs_of(patches: Patches, units: Units, horizon: str | None = None) -> list[str]:
+    """Horizons with a zone of the reservoir directly below, or the one that is asked for.
+
+    Raises
+    ------
+    InputError
+        For an unknown horizon, or one without.
+    """
+    check_model(patches, units)
+    rows = [i for i in sorted(units.rows_inside) if patches.sources[i].role == "horizon"]
+    found = [patches.names[i] for i in rows if rock_below(units, level_of(patches, i))[0]]
+    if horizon is None:
+        return found
+    row_inside(patches, units, horizon, "horizon")
+    if horizon not in found:
+        raise InputError(
+            f"horizon {horizon!r} has no zone of the reservoir directly below, so nothing is "
+            f"closed there. Ask for one of {found}, or name that zone in reservoir=."
+        )
+    return [horizon]
+
+
+def bounded_rock(patches: Patches, units: Units, horizon: str, passed: Collection[int]) -> Rock:
+    """
+    Bound the rock below a horizon.
+
+    Parameters
+    ----------
+    patches, units : Patches, Units
+    horizon : str
+    passed : collection of int
+        Rows of the faults that do not hold where reservoir faces reservoir.
+
+    Returns
+    -------
+    Rock
+    """
+    row = row_inside(patches, units, horizon, "horizon")
+    level, listed = level_of(patches, row), list(units.values())
+    zones, others = rock_below(units, level)
+    rows_with = {
+        role: [i for i, source in enumerate(patches.sources) if source.role == role]
+        for role in ("horizon", "fault", "wall")
+    }
+
+    # of triangles with the same corners the first stands for the others
+    pieces, element = patches.pieces, patches.pieces.expanded.element
+    core = np.flatnonzero(element < len(pieces.triangles))
+    row_of = np.empty(len(pieces.triangles), dtype=np.int64)
+    row_of[element[core]] = core
+    twin, first = (row_of[of] for of in pieces.coinciding)
+
+    def on(rows: Sequence[int]) -> np.ndarray:
+        """Whether each triangle, or one that coincides with it, is of some surfaces."""
+        found = np.isin(patches.surface_of_triangle, rows)
+        found[first[found[twin]]] = True
+        return found
+
+    # the boundary: one side in rock, or a fault in it
+    zone = np.array([*(unit.zone_index for unit in listed), -1])
+    inside = np.append(np.isin(zone[:-1], zones), False)[units.sides]
+    is_fault = on(rows_with["fault"])
+    keep = inside.any(axis=1) & (is_fault | ~inside.all(axis=1))
+    keep[twin] = False
+    rows = np.flatnonzero(keep)
+    t, inside, sides = patches.triangles[rows], inside[rows], units.sides[rows]
+    surface, is_fault = patches.surface_of_triangle[rows], is_fault[rows]
+    younger = (~inside & (zone[sides] <= level)).any(axis=1)  # above the roof
+    kind = np.where(np.isin(surface, rows_with["wall"]), WALL, HORIZON)
+    kind[is_fault] = FAULT
+    kind[on([row])[rows] & younger] = ROOF
+
+    # nodes: vertices, but on faults one for each fan of triangles that see the same rock
+    at_fault = np.zeros(len(patches.local), dtype=bool)
+    at_fault[t[is_fault]] = True
+    near = np.flatnonzero(at_fault[t].any(axis=1))
+    key = np.repeat(t[:, None], 2, axis=1)
+    fans = _fans(patches.local, t[near], inside[near], is_fault[near]) + len(at_fault)
+    key[near] = np.where(at_fault[key[near]], fans, key[near])
+    part, side = np.nonzero(inside)
+    used, nodes = renumbered(key[part, side])
+    point = np.empty(len(used), dtype=np.int64)
+    point[nodes] = t[part]
+
+    # what faces this rock or another reservoir across a fault
+    number = np.full(inside.shape, -1)
+    number[part, side] = np.arange(len(part))
+    across = zone[sides[part, 1 - side]]
+    leaks = np.flatnonzero(
+        is_fault[part] & np.isin(surface[part], list(passed)) & np.isin(across, [*zones, *others])
+    )
+    other = number[part[leaks], 1 - side[leaks]]
+    there = np.where((other >= 0)[:, None], nodes[other], -1)
+    of = np.stack([surface[part[leaks]], across[leaks]], axis=1)
+    passes = np.column_stack([nodes[leaks].ravel(), there.ravel(), np.repeat(of, 3, axis=0)])
+    turned = np.where((side == 0)[:, None], nodes[:, ::-1], nodes)
+    x = patches.local[point]
+    return Rock(x, turned, kind[part], surface[part], sides[part, side], passes)
+
+
+def _fans(x: np.ndarray, t: np.ndarray, inside: np.ndarray, is_fault: np.ndarray) -> np.ndarray:
+    """Number of the fan of each corner on each side of triangles, int64 (n, 2, 3).
+
+    Corners are of one fan if a way through rock leads from one to the other around their vertex.
+    """
+    used, t = renumbered(t)
+    x, key, corners = x[used], edge_keys(t, len(used)), t.ravel()
+    at = np.isin(key, key[np.repeat(is_fault, 3)])
+    half = np.arange(len(key)).reshape(-1, 3)
+    ends = np.stack([half.ravel(), half[:, [1, 2, 0]].ravel()], axis=1)  # of each half-edge
+    falls = corners[ends[:, 0]] > corners[ends[:, 1]]
+    ends[falls] = ends[falls, ::-1]
+
+    # around an edge that no fault has, all see the same rock, each from the side where rock is
+    plain = np.flatnonzero(~at)
+    plain = plain[np.argsort(key[plain], kind="stable")]
+    same = np.flatnonzero(key[plain[1:]] == key[plain[:-1]])
+    seen = ends[plain] + 3 * (plain // 3 + inside[plain // 3, 1])[:, None]
+    pairs = [np.stack([seen[same], seen[same + 1]], axis=2).reshape(-1, 2)]
+
+    # at a fault, in the order of their angles: each sees the next one
+    faults = np.flatnonzero(at)
+    start, seams, first = _in_order(x, t, faults[np.unique(key[faults], return_index=True)[1]])
+    onward = np.arange(1, len(seams) + 1)
+    onward[start[1:] - 1] = start[:-1]
+    (one, bit), (two, side) = np.divmod(seams, 2), np.divmod(seams[onward], 2)
+    rock = np.flatnonzero(inside[one, 1 - bit] & inside[two, side])
+    at_ends = corners[ends[np.repeat(first, np.diff(start))[rock]]]
+    for k in range(2):
+        faced = [
+            6 * of + 3 * which + (t[of] == at_ends[:, k, None]).argmax(axis=1)
+            for of, which in ((one[rock], 1 - bit[rock]), (two[rock], side[rock]))
+        ]
+        pairs.append(np.stack(faced, axis=1))
+    found: np.ndarray = join_pairs(np.concatenate(pairs), 6 * len(t)).reshape(-1, 2, 3)
+    return found
+
+
+def _in_order(
+    x: np.ndarray, t: np.ndarray, first: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Triangles around edges by angle: see `geosurf.kernels.meshes.seams`; and these edges."""
+    ring, every, px = edges(t, len(x))[0], np.arange(len(t)), x[t].reshape(-1, 3)
+    pt, part = np.arange(len(px)).reshape(-1, 3), np.zeros(len(t), dtype=np.int64)
+    m = w = np.empty(0, dtype=np.int64)
+    while True:
+        start, seams = np.empty(len(first) + 1, np.int64), np.empty(len(px), np.int64)
+        found = sort_seams(x, t, ring, first, part, every, px, pt, m, w, start, seams)
+        if found == DONE:
+            return start, seams[: start[-1]], first
+        if found == NEEDS_EXACT:
+            m, w = frame_of(px)
+        else:  # rounding has put two triangles into one half-plane: nothing is joined there
+            first = first[first != found]
