@@ -58,9 +58,9 @@ def rows(rounds: int) -> Iterator[str]:
             for tolerance in times:
                 start = time.process_time()
                 scenes[tolerance] = gs.Scene(horizons, faults, tolerance=tolerance)
-                _ = scenes[tolerance].volumes
+                _ = scenes[tolerance].units.volumes
                 times[tolerance] = min(times[tolerance], 1000 * (time.process_time() - start))
-        exact = scenes[None].volumes
+        exact = scenes[None].units.volumes
         yield f"| {name} | all nodes | {times[None]:.1f} | 1 | 0 m | 0 m³ | 0 m³ |"
         for tolerance in TOLERANCES:
             scene = scenes[tolerance]
@@ -68,7 +68,7 @@ def rows(rounds: int) -> Iterator[str]:
             stride = (SIDE - 1) // (top.lattice.shape[0] - 1)
             off = max(float(scene.surface(one).vertex_data.get("vertical_error", np.zeros(1)).max())
                       for one in horizons)  # fmt: skip
-            change = float(abs(scene.volumes - exact).max())
+            change = float(abs(scene.units.volumes - exact).max())
             took = f"{times[tolerance]:.1f} ({times[tolerance] / times[None]:.2f})"
             sizes = f"{off:.2g} m | {change:.2g} m³ | {scene.volume_error_bound:.2g} m³"
             yield f"| {name} | {tolerance:g} m | {took} | {stride} | {sizes} |"

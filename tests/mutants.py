@@ -46,7 +46,9 @@ MUTANTS = (
     Mutant("measure", "for u, p in zip(chosen, found, strict=True) if u.block == block]", "for u, p in zip(chosen, found, strict=True)]", f"{SAME} tests/measure"),
     Mutant("kernels/location", "while high - low > 1:", "while high - low > 2:", SAME),
     # ---- carving
-    Mutant("carve", "return sides <= set(on) and (not contact.zones or zone in contact.zones)", "return sides <= set(on)", f"tests/carve {SAME}"),
+    Mutant("carve", "return zone in zones and sides <= set(on)", "return sides <= set(on)", f"tests/carve {SAME}"),
+    Mutant("carve", "_fits(contact.zones or reservoir, wanted[row], zone, on)", "_fits(contact.zones or zones, wanted[row], zone, on)", "tests/scene"),
+    Mutant("carve", "return tuple(zones[1:-1] or zones)", "return tuple(zones[:-1] or zones)", "tests/scene"),
     Mutant("carve", "min(shared, key=lambda v: (-shared[v], rank[v]))", "min(shared, key=lambda v: (shared[v], rank[v]))", "geosurf/carve tests/carve"),
     Mutant("carve", "first = sum(level > highest for level in levels)", "first = sum(level < lowest for level in levels)", "tests/carve tests/scene"),
     Mutant("carve", "way = np.where(shells.sides[rows, 1] == split.row, 1.0, -1.0)", "way = np.where(shells.sides[rows, 1] == split.row, 1.0, 1.0)", "tests/carve tests/scene"),
@@ -111,7 +113,8 @@ MUTANTS = (
     Mutant("grid", "found: np.ndarray = (odd % 2 == 1).reshape(z.shape)", "found: np.ndarray = (odd > 0).reshape(z.shape)", "tests/grid"),
     Mutant("tetrahedra", "> 1.0 - BEND", "> -2.0 - BEND", "tests/tetrahedra"),
     # ---- scenes and scenarios
-    Mutant("scene", "rules, fluids, self.inputs.slivers)", "rules, fluids)", SAME),
+    Mutant("scene", "rules, fluids, self.inputs.slivers, self.reservoir)", "rules, fluids, self.reservoir)", SAME),
+    Mutant("scene", "rules, fluids, self.inputs.slivers, self.reservoir)", "rules, fluids, self.inputs.slivers)", SAME),
     Mutant("scene", "ring = None if self.aoi is None else self.aoi.tobytes()", "ring = None", f"{SAME} tests/scene"),
     Mutant("scene", "options = self.inputs.voxel_size, self.inputs.self_intersections", "options = (self.inputs.voxel_size,)", f"{SAME} tests/scene"),
     Mutant("scene", "or inputs.compartments or inputs.slivers.merge:", "or inputs.compartments:", f"{SAME} tests/scene"),

@@ -28,4 +28,4 @@ horizons = {  # youngest first
 scene = gs.Scene(
     horizons, box=(0, 4000, 0, 4000, -2200, -1200), column={"Unconformity": "discontinuous"}
 )
-scene.plot.view(path="docs/pictures/column.png", show=["units"], size=(960, 600))
+scene.plot.view(path="docs/pictures/column.png", show=["units"], include="all", size=(960, 600))

@@ -17,16 +17,18 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
 from geosurf.carve.cells import OUTSIDE, Cells, find_cells
 from geosurf.carve.zones import ABOVE, BELOW, UNKNOWN, own_sides, owned_by, signatures
-from geosurf.conventions import length_text, place
+from geosurf.conventions import did_you_mean, is_word, length_text, place
 from geosurf.errors import InputError, OpenUnitError
 from geosurf.model import Patches, check_column
 from geosurf.model.column import BASE as LAPPED
 from geosurf.model.column import CONFORMABLE, ERODES, EROSIONAL, IS_LAPPED
+from geosurf.model.expected import listed
 
 # ---- horizon sides ----------------------------------------
 # On which side of each horizon the triangles of a fault lie, as the column leaves the horizons.
@@ -505,3 +507,42 @@ def names_of_zones(horizons: Sequence[str]) -> list[str]:
                 "Rename one of the horizons."
             )
     return names
+
+
+def reservoir_of(zones: Sequence[str], reservoir: Any = None) -> tuple[str, ...]:
+    """
+    Return the zones of the reservoir, youngest first: those between two horizons, or as given.
+
+    Parameters
+    ----------
+    zones : sequence of str
+        See `names_of_zones`.
+    reservoir : sequence of str, optional
+        Default: the zones between the first and the last horizon; all where nothing is between.
+
+    Raises
+    ------
+    InputError
+        For an unknown zone, or no zone at all.
+
+    Examples
+    --------
+    >>> zones = names_of_zones(["Top", "Middle", "Base"])
+    >>> reservoir_of(zones), reservoir_of(zones, ["Middle/Base"])
+    (('Top/Middle', 'Middle/Base'), ('Middle/Base',))
+    >>> reservoir_of(names_of_zones(["Top"]))
+    ('above Top', 'below Top')
+    """
+    if reservoir is None:
+        return tuple(zones[1:-1] or zones)
+    how = f"give a list of zones, as in reservoir={list(zones[1:-1] or zones)[:1]}"
+    given = () if isinstance(reservoir, str) else listed(reservoir, "reservoir takes zones", how)
+    for zone in given:
+        if not is_word(zone, zones):
+            raise InputError(
+                f"reservoir: unknown zone {zone!r}. Zones are {list(zones)}."
+                f"{did_you_mean(str(zone), zones)}"
+            )
+    if not given:
+        raise InputError(f"reservoir is {reservoir!r}; {how}, or leave it out.")
+    return tuple(zone for zone in zones if zone in given)

@@ -108,6 +108,7 @@ def contacts_of_units(
     words: Sequence[tuple[str, ...]],
     fault_sides: Sequence[tuple[str, ...]],
     faults: Sequence[str],
+    reservoir: Sequence[str],
 ) -> list[list[int]]:
     """
     Rows of the contacts that apply to each unit, from the top down.
@@ -125,6 +126,8 @@ def contacts_of_units(
         Sides of faults that name the block of each unit, and those that it lies on.
     faults : sequence of str
         Names of all faults.
+    reservoir : sequence of str
+        Zones that a contact cuts which names none.
 
     Returns
     -------
@@ -150,11 +153,12 @@ def contacts_of_units(
             )
 
         # and the block must have one of the zones of the entry
-        if not any(_fits(contact, sides, z, on) for z, on in zip(zones, fault_sides, strict=True)):
+        of = contact.zones or reservoir
+        if not any(_fits(of, sides, z, on) for z, on in zip(zones, fault_sides, strict=True)):
+            remedy = "Leave the zones out" if contact.zones else "Name the zones of the contact"
             raise InputError(
                 f"fluid contact {contact.name!r}: block {contact.block or WHOLE!r} has no unit "
-                f"in {', '.join(contact.zones)}. Leave the zones out, or name a block that has "
-                "them."
+                f"in {', '.join(of)}. {remedy}, or name a block that has them."
             )
         wanted.append(sides)
     names = list(dict.fromkeys(contact.name for contact in contacts))
@@ -167,7 +171,7 @@ def contacts_of_units(
             fits = {
                 row: (bool(contact.zones), (len(wanted[row] & set(word)), len(wanted[row])))
                 for row, contact in enumerate(contacts)
-                if contact.name == name and _fits(contact, wanted[row], zone, on)
+                if contact.name == name and _fits(contact.zones or reservoir, wanted[row], zone, on)
             }
 
             # the best in each part; one entry must be the best in both, or the user has to choose
@@ -186,9 +190,9 @@ def contacts_of_units(
     return found
 
 
-def _fits(contact: FluidContact, sides: frozenset[str], zone: str, on: Sequence[str]) -> bool:
-    """Whether an entry for some sides of faults applies to a unit on other sides."""
-    return sides <= set(on) and (not contact.zones or zone in contact.zones)
+def _fits(zones: Sequence[str], sides: frozenset[str], zone: str, on: Sequence[str]) -> bool:
+    """Whether an entry for some zones and sides of faults applies to a unit on other sides."""
+    return zone in zones and sides <= set(on)
 
 
 def _undecided(
@@ -198,7 +202,7 @@ def _undecided(
     block = " ".join(on) or WHOLE
     if any(contact.zones for contact in rivals):
         given = " and for ".join(
-            f"block {contact.block or WHOLE!r} of {', '.join(contact.zones) or 'all zones'}"
+            f"block {contact.block or WHOLE!r} of {', '.join(contact.zones) or 'the reservoir'}"
             for contact in rivals
         )
         return InputError(
@@ -213,28 +217,32 @@ def _undecided(
 
 
 def not_reached(
-    contacts: Sequence[FluidContact], rows_of_unit: Sequence[Sequence[int]], zones: Sequence[str]
+    contacts: Sequence[FluidContact],
+    rows_of_unit: Sequence[Sequence[int]],
+    zones: Sequence[str],
+    reservoir: Sequence[str],
 ) -> dict[str, list[int]]:
     """
     Units that no entry of a contact fits, by the name of the contact; only where there are some.
 
-    Zones for which no contact is given are left out: that is a choice of the user.
+    Zones for which no contact is given are left out: that is a choice of the user. One that names
+    no zones is given for the reservoir.
 
     Examples
     --------
     >>> entries = [FluidContact(-5.0, name="GOC"), FluidContact(-9.0, block="F1+", name="OWC")]
-    >>> not_reached(entries, [[0, 1], [0]], ["Top/Base", "Top/Base"])
+    >>> not_reached(entries, [[0, 1], [0]], ["Top/Base", "Top/Base"], ["Top/Base"])
     {'OWC': [1]}
-    >>> not_reached([FluidContact(-9.0, "A/B", name="OWC")], [[0], []], ["A/B", "B/C"])
+    >>> zones = ["A/B", "B/C"]
+    >>> not_reached([FluidContact(-9.0, "A/B", name="OWC")], [[0], []], zones, zones)
     {}
     """
     left: dict[str, list[int]] = {}
 
-    # an entry for all zones makes every zone count
     for name in dict.fromkeys(contact.name for contact in contacts):
-        mine = [contact.zones for contact in contacts if contact.name == name]
+        mine = [contact.zones or reservoir for contact in contacts if contact.name == name]
         for u, rows in enumerate(rows_of_unit):
-            meant = any(not of or zones[u] in of for of in mine)
+            meant = any(zones[u] in of for of in mine)
             if meant and not any(contacts[row].name == name for row in rows):
                 left.setdefault(name, []).append(u)
     return left
@@ -448,7 +456,7 @@ def parts_at_levels(
     {'above Top above OWC': 400.0, 'below Top above OWC': 200.0, 'below Top below OWC': 400.0}
     """
     wholes = _Wholes.of(patches, units)
-    splits = _splits(wholes, contacts, float(patches.origin[2]))
+    splits = _splits(wholes, contacts, float(patches.origin[2]), units.reservoir)
     if splits is None or not splits:
         return None
     shells: Shells = wholes.units[0].__dict__["_shell"][0]
@@ -465,16 +473,18 @@ def parts_at_levels(
     ]  # fmt: skip
     w, e, s, n, low, high = units.box
     return Units(
-        parts, (w, e, s, n, low, high), footprint=units.footprint, slivers=units.sliver_settings
-    )
+        parts, (w, e, s, n, low, high), footprint=units.footprint, slivers=units.sliver_settings,
+        reservoir=units.reservoir,
+    )  # fmt: skip
 
 
 def _splits(
-    wholes: _Wholes, contacts: Sequence[FluidContact], origin: float
+    wholes: _Wholes, contacts: Sequence[FluidContact], origin: float, reservoir: Sequence[str]
 ) -> list[_Split] | None:
     """What contacts do to each unit; None where rounding could decide it."""
+    of = wholes.zones, wholes.words, wholes.on, wholes.faults
     try:
-        applied = contacts_of_units(contacts, wholes.zones, wholes.words, wholes.on, wholes.faults)
+        applied = contacts_of_units(contacts, *of, reservoir)
     except InputError:  # of several blocks to name, `carve_units` names the one it comes to first
         return None
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from geosurf.carve.cells import OUTSIDE, Cells, find_cells
 from geosurf.carve.clipped import Clips, clipped_by
-from geosurf.carve.column import apply_column, names_of_zones, zones_of
+from geosurf.carve.column import apply_column, names_of_zones, reservoir_of, zones_of
 from geosurf.carve.fluids import (
     check_zones,
     contacts_of_units,
@@ -305,6 +305,7 @@ def carve_units(
     column: Mapping[str, str] | None = None,
     contacts: Sequence[FluidContact] = (),
     slivers: Any = None,
+    reservoir: Sequence[str] | None = None,
 ) -> Units:
     """
     Carve the model box into closed units, named by zone and fault block.
@@ -326,6 +327,9 @@ def carve_units(
         Units below this volume [m3] are slivers; default: units below 1/10 000 of their zone.
         ``"merge"``, or ``{"min_volume": 5000.0, "merge": True}``, merges each into the neighbour
         with the largest shared area.
+    reservoir : sequence of str, optional
+        Zones that contacts without zones split, and that tables and pictures show. Default: those
+        between the first and the last horizon; all zones if there are fewer than two horizons.
 
     Returns
     -------
@@ -377,7 +381,7 @@ def carve_units(
     {'above Top': 400.0, 'below Top': 600.0}
     """
     expect(patches, Patches, "carve_units takes Patches", "pass the result of rebuild_surfaces")
-    return carve_cells(partial(find_cells, patches), patches, column, contacts, slivers)
+    return carve_cells(partial(find_cells, patches), patches, column, contacts, slivers, reservoir)
 
 
 def carve_cells(
@@ -386,6 +390,7 @@ def carve_cells(
     column: Mapping[str, str] | None,
     contacts: Sequence[FluidContact],
     slivers: Any,
+    reservoir: Sequence[str] | None,
 ) -> Units:
     """Return the units of `carve_units`; `find` returns the cells, which follow from patches."""
     horizons, own = (_with_role(patches, role) for role in ("horizon", "fault"))
@@ -393,6 +398,7 @@ def carve_cells(
     _check_names(patches)
     rules = check_column([patches.names[i] for i in horizons], column)
     zone_names = names_of_zones([patches.names[i] for i in horizons])
+    within = reservoir_of(zone_names, reservoir)
     check_zones(contacts, zone_names)
     levels = [level_of(patches, contact) for contact in contacts]
 
@@ -410,8 +416,10 @@ def carve_cells(
     left: dict[str, list[int]] = {}
     if levels:
         zones = [zone_names[k] for k in blocks.zone.tolist()]
-        applied = contacts_of_units(contacts, zones, blocks.words, blocks.sides.found, list(faults))
-        left = not_reached(contacts, applied, zones)
+        applied = contacts_of_units(
+            contacts, zones, blocks.words, blocks.sides.found, list(faults), within
+        )
+        left = not_reached(contacts, applied, zones, within)
         split = split_by_contacts(
             patches, cells, signature[len(horizons) :], contacts, applied, blocks.unit_of_cell
         )
@@ -419,7 +427,7 @@ def carve_cells(
 
     # first the zone, then the block's name, then the contact interval: a stable order whatever the
     # numbers of cells
-    named = _Named(patches, zone_names, blocks, parts)
+    named = _Named(patches, zone_names, within, blocks, parts)
     report = {
         "slits": slits(patches, cells, parts.shells, own),
         "clipped": clipped_by(patches, cells, turns, horizons),
@@ -460,7 +468,7 @@ def _without_slivers(
         [parts.contact[u] for u in stay],
         [parts.beneath[u] for u in stay],
     )
-    renamed = _Named(patches, named.zone_names, new_blocks, new_parts)
+    renamed = _Named(patches, named.zone_names, named.reservoir, new_blocks, new_parts)
 
     # the report: contacts by new names, and what became of each sliver
     position = {u: k for k, u in enumerate(wholes.tolist())}
@@ -583,6 +591,7 @@ class _Named:
 
     patches: Patches
     zone_names: list[str]
+    reservoir: tuple[str, ...]
     blocks: _Blocks
     parts: _Parts
 
@@ -659,6 +668,7 @@ def _units(
         slivers=settings,
         merged=merged,
         unmerged=unmerged,
+        reservoir=named.reservoir,
     )
     return in_crs_of(found, [patches])
 

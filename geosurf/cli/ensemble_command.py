@@ -39,8 +39,10 @@ def ensemble_command(options: argparse.Namespace) -> Answer:
         processes=options.processes,
         progress=False if options.quiet or options.json else _Log(),
     )
-    for by in ("unit", "zone", "contact"):
-        write_whole(out / f"quantiles_{by}.csv", quantile_csv(result, by).encode("utf-8"))
+    include = scenario.output.include
+    tables = {by: quantile_csv(result, by, include) for by in ("unit", "zone", "contact")}
+    for by, text in tables.items():
+        write_whole(out / f"quantiles_{by}.csv", text.encode("utf-8"))
     # clusters have no matplotlib; the report can be written elsewhere, from the store
     missing, page = missing_sentence("charts need", "matplotlib"), None
     if not missing:
@@ -50,6 +52,7 @@ def ensemble_command(options: argparse.Namespace) -> Answer:
             title=scenario.heading,
             inputs=input_files(scenario),
             relative_to=scenario.path.parent,
+            include=include,
         )
     seconds, count = time.perf_counter() - start, result.sizes["realization"]
     data = {
@@ -59,11 +62,11 @@ def ensemble_command(options: argparse.Namespace) -> Answer:
         "realisations": count,
         "seconds": seconds,
         "report": page,
-        "quantiles": {by: _rows(quantile_csv(result, by)) for by in ("unit", "zone", "contact")},
+        "quantiles": {by: _rows(text) for by, text in tables.items()},
     }
     return Answer(
         data,
-        f"\n{quantile_text(result)}\n\n{count} realisations in {seconds:.1f} s.",
+        f"\n{quantile_text(result, include=include)}\n\n{count} realisations in {seconds:.1f} s.",
         closing=(
             f"There is no report: {missing}" if page is None else f"Open {page}.",
             f"Tables: {out}/quantiles_*.csv; all results: {out / 'ensemble.zarr'}",

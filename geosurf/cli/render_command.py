@@ -67,6 +67,7 @@ def _draw_view(scenario: Scenario, options: argparse.Namespace) -> Path:
         exaggeration=given(options.exaggeration, scenario.output.exaggeration),
         clip=given(options.clip, scenario.output.clip),
         only=only,
+        include=scenario.output.include,
         overlay=overlay,
         style=style,
         **look,

@@ -16,6 +16,7 @@ from geosurf.cli.parser import FILES
 from geosurf.conventions import counted
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.model import Certificate, Units
+from geosurf.model.units import left_out
 from geosurf.report.page import as_plain_text
 from geosurf.report.tables import volume_table
 from geosurf.scenario import read_scenario, run
@@ -48,9 +49,9 @@ def exit_code_of(certificate: Certificate) -> int:
     return CHECK_FAILED
 
 
-def units_data(units: Units) -> list[dict[str, Any]]:
-    """Return one dict per unit, with the columns of the table of volumes."""
-    table = units.table
+def units_data(units: Units, include: str) -> list[dict[str, Any]]:
+    """Return one dict per unit that tables show, with the columns of the table of volumes."""
+    table = units.included(include).table
     columns = ["unit", *map(str, table.data_vars), *(str(k) for k in table.coords if k != "unit")]
     values = (table[key].values.tolist() for key in columns)
     return [dict(zip(columns, row, strict=True)) for row in zip(*values, strict=True)]
@@ -100,8 +101,10 @@ def run_command(options: argparse.Namespace) -> Answer:
 
     # the table is for people; files hold the same numbers
     units, seconds = outcome.scene.units, time.perf_counter() - start
-    table = as_plain_text(volume_table(units), "Volumes [million m³]")
-    lines = [f"\n{table}\n", f"{len(units)} units in {seconds:.1f} s."]
+    include = scenario.output.include
+    table = as_plain_text(volume_table(units, include), "GRV [million m³]")
+    left = left_out(units, "To list them: --set output.include=all.", include)
+    lines = [f"\n{table}\n", *filter(None, [left]), f"{len(units)} units in {seconds:.1f} s."]
     if units.slivers:
         lines.append(f"{units.slivers_in_words}. To merge them: --merge-slivers.")
     elif units.merged:
@@ -113,7 +116,7 @@ def run_command(options: argparse.Namespace) -> Answer:
         "report": outcome.out / "report" / "index.html" if _reports(options) else None,
         "seconds": seconds,
         "notes": outcome.notes,
-        **_model_data(outcome.scene),
+        **_model_data(outcome.scene, scenario),
         "certificate": certificate_data(outcome.certificate),
     }
     code = exit_code_of(outcome.certificate)
@@ -198,8 +201,9 @@ def _print_notes(notes: Iterable[str]) -> None:
         print(f"geosurf: {note}", file=sys.stderr)
 
 
-def _model_data(scene: Scene) -> dict[str, Any]:
-    return {"units": units_data(scene.units), "warnings": warnings_data(scene.warnings)}
+def _model_data(scene: Scene, scenario: Scenario) -> dict[str, Any]:
+    units = units_data(scene.units, scenario.output.include)
+    return {"units": units, "warnings": warnings_data(scene.warnings)}
 
 
 def validate_command(options: argparse.Namespace) -> Answer:
@@ -237,7 +241,7 @@ def check_command(options: argparse.Namespace) -> Answer:
     log.step("check", "certificate", "valid" if certificate.ok else "FAILED")
     clear_line()
     data = {"scenario": scenario.path, "settings": scenario.settings}
-    data |= {"certificate": certificate_data(certificate), **_model_data(scene)}
+    data |= {"certificate": certificate_data(certificate), **_model_data(scene, scenario)}
     return Answer(data, str(certificate), exit_code_of(certificate))
 
 

@@ -47,6 +47,7 @@ class Plan:
 
     def __post_init__(self) -> None:
         self.layers: Layers | None = None
+        self.reservoir: tuple[str, ...] = ()
         # whether this process has the results that realisations share
         self._shared = False
         # Parameters are columns of the result, and select streams of random numbers.
@@ -103,6 +104,7 @@ class Plan:
         base = self.base_case()
         self.model.started(base)
         self._shared = True
+        self.reservoir = base.reservoir
         if self.grid is not None:
             self.layers = Layers.of(base, self.grid)
         return self.measure(base, {})

@@ -60,7 +60,7 @@ class Layers:
 
     @classmethod
     def of(cls, scene: Scene, grid: Any) -> Layers:
-        """Return the layers of a scene; zones above the first and below the last horizon are not.
+        """Return the layers of a reservoir, without zones above all or below all horizons.
 
         Parameters
         ----------
@@ -77,7 +77,8 @@ class Layers:
             )
         found = []
         # The outermost zones have no second horizon, hence no thickness.
-        for zone in names_of_zones(scene.horizon_names)[1:-1]:
+        between = names_of_zones(scene.horizon_names)[1:-1]
+        for zone in [zone for zone in between if zone in scene.reservoir]:
             found.append((zone, zone, ""))
             # A contact may be given for some zones only.
             fluids = [one for one in scene.contacts if not one.zones or zone in one.zones]

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import counted
+from geosurf.conventions import counted, volume_text
 from geosurf.conventions.packages import need_plots
 from geosurf.conventions.running import running
 from geosurf.ensemble.record import expect_ensemble, juxtaposition
-from geosurf.ensemble.results import LEAST, convergence, quantiles, tornado, volumes_by
+from geosurf.ensemble.results import LEAST, convergence, included, quantiles, tornado, volumes_by
 from geosurf.errors import OutputError
 from geosurf.files.atomic import write_whole
 from geosurf.model.expected import path_of
@@ -35,7 +35,6 @@ GROUPS = (("contact", "By zone and contact"), ("zone", "By zone"), ("block", "By
           ("unit", "By unit"))  # fmt: skip
 MOST_DETAILS = 6  # sums with a chart of their own: the largest ones
 MOST_REASONS = 20
-OUTSIDE = ("above ", "below ")  # zones whose volume depends on the model box
 MILLION = 1e6
 
 
@@ -48,6 +47,7 @@ def report_ensemble(
     made: str = "",
     inputs: Mapping[str, Any] | None = None,
     relative_to: str | os.PathLike[str] | None = None,
+    include: str = "reservoir",
 ) -> Path:
     """
     Write ``index.html``: quantiles, convergence, parameters, maps and failures of an ensemble.
@@ -70,6 +70,8 @@ def report_ensemble(
         Files that the model was made of: the page lists their paths, sizes and hashes.
     relative_to : path-like, optional
         Folder that printed paths start from. Default: the current folder.
+    include : {"reservoir", "all"}
+        ``"all"``: also over- and underburden.
 
     Returns
     -------
@@ -108,6 +110,15 @@ def report_ensemble(
     if waiting:
         facts += f" {waiting} have not run yet."
     facts += words_of_tears(result)
+    shown = included(result, include)
+    n_left = result.sizes["unit"] - shown.sizes["unit"]
+    if n_left:
+        rest = float(result.base_volume.sum() - shown.base_volume.sum())
+        facts += (
+            f" Not shown: {counted(n_left, 'unit')} outside the reservoir, {volume_text(rest)} in "
+            'the base case. include="all", in a scenario in [output], lists them.'
+        )
+    result = shown
     header = [page.paragraph(made, "faint")] if made else []
     header += [
         page.paragraph(facts),
@@ -133,7 +144,7 @@ def report_ensemble(
 def _sections(result: xarray.Dataset, folder: Path) -> Iterator[Section]:
     """Answers first, then what they rest on."""
     pictures = folder / "pictures"
-    names = _inside(result)
+    names = _largest(result)
     chart = save_png(png_of(quantile_chart(result, names, "contact")), pictures / "quantiles.png")
     tables = "\n".join(
         page.folded(words, page.html_table(quantile_table(result, by)))
@@ -141,7 +152,7 @@ def _sections(result: xarray.Dataset, folder: Path) -> Iterator[Section]:
         for by, words in GROUPS
     )  # fmt: skip
     drawn = page.figure("P90 to P10 by zone and contact.", chart)
-    yield Section("Volumes [million m³]", f"{drawn}\n{tables}")
+    yield Section("Gross rock volume (GRV) [million m³]", f"{drawn}\n{tables}", name="volumes")
 
     details, parts = [], names[:MOST_DETAILS]
     for k, name in enumerate(parts):
@@ -241,13 +252,11 @@ def juxtaposition_table(found: xarray.Dataset) -> Table:
     return Table(("fault", "hanging wall", "footwall", "probability", *keys), tuple(rows), 3)
 
 
-def _inside(result: xarray.Dataset) -> list[str]:
-    """Sums by zone and contact between two horizons, the largest first."""
+def _largest(result: xarray.Dataset) -> list[str]:
+    """Sums by zone and contact, the largest first."""
     found = quantiles(result, "contact")
     order = found.P50.values.argsort(kind="stable")[::-1]
-    names = [found.contact.values.tolist()[k] for k in order]
-    between = [name for name in names if not name.startswith(OUTSIDE)]
-    return between or names
+    return [found.contact.values.tolist()[k] for k in order]
 
 
 def _settled(result: xarray.Dataset, name: str) -> str:

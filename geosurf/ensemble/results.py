@@ -15,6 +15,7 @@ from geosurf.conventions import did_you_mean, is_number, is_word
 from geosurf.ensemble.record import expect_ensemble
 from geosurf.errors import InputError
 from geosurf.model.expected import listed, path_of
+from geosurf.model.units import INCLUDE
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
@@ -27,7 +28,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 COLUMNS = ("P90", "P50", "P10", "mean", "sd", "present")
 
 
-def quantile_csv(result: xarray.Dataset, by: str) -> str:
+def quantile_csv(result: xarray.Dataset, by: str, include: str = "reservoir") -> str:
     """
     Return quantiles as text with commas: volumes in m3.
 
@@ -36,13 +37,14 @@ def quantile_csv(result: xarray.Dataset, by: str) -> str:
     result : xarray.Dataset
         Of `run_ensemble`.
     by : {"unit", "zone", "block", "contact"}
+    include : {"reservoir", "all"}
 
     Returns
     -------
     str
         One row for each unit or sum; the columns ``n`` and ``failed`` count realisations.
     """
-    found, file = quantiles(result, by), io.StringIO()
+    found, file = quantiles(result, by, include=include), io.StringIO()
     writer = csv.writer(file, lineterminator="\n")
     # Units in the names of columns, since a table of text has no attributes.
     writer.writerow([by, *(f"{c}_m3" if c != "present" else c for c in COLUMNS), "n", "failed"])
@@ -53,7 +55,7 @@ def quantile_csv(result: xarray.Dataset, by: str) -> str:
     return file.getvalue()
 
 
-def quantile_text(result: xarray.Dataset, by: str = "contact") -> str:
+def quantile_text(result: xarray.Dataset, by: str = "contact", include: str = "reservoir") -> str:
     """
     Return quantiles as a table for the console: volumes in million m3.
 
@@ -62,16 +64,17 @@ def quantile_text(result: xarray.Dataset, by: str = "contact") -> str:
     result : xarray.Dataset
         Of `run_ensemble`.
     by : {"unit", "zone", "block", "contact"}
+    include : {"reservoir", "all"}
 
     Returns
     -------
     str
     """
-    found = quantiles(result, by)
+    found = quantiles(result, by, include=include)
     names = found[by].values.tolist()
     width = max(len(by), *map(len, names))
     lines = [
-        f"Volumes [million m³] of {found.attrs['n']} realisations, {found.attrs['failed']} failed",
+        f"GRV [million m³] of {found.attrs['n']} realisations, {found.attrs['failed']} failed",
         f"{by:<{width}}" + "".join(f"{column:>12}" for column in COLUMNS[:3]),
     ]
     for row, name in enumerate(names):
@@ -138,7 +141,27 @@ def open_ensemble(store: str | os.PathLike[str]) -> xarray.Dataset:
     return result
 
 
-def volumes_by(result: xarray.Dataset, by: str = "unit") -> xarray.DataArray:
+def included(result: xarray.Dataset, include: str) -> xarray.Dataset:
+    """Return results of the units that tables show; these are all that is in them.
+
+    Raises
+    ------
+    InputError
+        For another word than ``"reservoir"`` and ``"all"``.
+    """
+    if not is_word(include, INCLUDE):
+        raise InputError(f"include is {include!r}; it must be one of {', '.join(INCLUDE)}.")
+    zones = result.attrs.get("reservoir")  # stores that were begun earlier do not state it
+    if zones is not None and include != "all":
+        result = result.isel(unit=np.flatnonzero(np.isin(result.zone.values.astype(str), zones)))
+    found: xarray.Dataset = result.assign_attrs()  # a copy, in which nothing is left to leave out
+    found.attrs.pop("reservoir", None)
+    return found
+
+
+def volumes_by(
+    result: xarray.Dataset, by: str = "unit", include: str = "reservoir"
+) -> xarray.DataArray:
     """
     Return the volumes of realisations that were built, unit by unit or summed.
 
@@ -148,6 +171,8 @@ def volumes_by(result: xarray.Dataset, by: str = "unit") -> xarray.DataArray:
         Of `run_ensemble`.
     by : {"unit", "zone", "block", "contact"}
         Over what units are summed. ``"contact"``: zone and contact interval.
+    include : {"reservoir", "all"}
+        ``"all"``: also over- and underburden, which the results hold as well.
 
     Returns
     -------
@@ -160,6 +185,7 @@ def volumes_by(result: xarray.Dataset, by: str = "unit") -> xarray.DataArray:
         For another word, or if no realisation was built.
     """
     expect_ensemble(result, "volumes_by")
+    result = included(result, include)
     if not is_word(by, BY):
         raise InputError(
             f"by is {by!r}; it must be one of {', '.join(BY)}.{did_you_mean(str(by), BY)}"
@@ -203,7 +229,10 @@ def _labels(result: xarray.Dataset, by: str) -> tuple[list[str], list[str]]:
 
 
 def quantiles(
-    result: xarray.Dataset, by: str = "unit", exceeded: tuple[float, ...] = EXCEEDED
+    result: xarray.Dataset,
+    by: str = "unit",
+    exceeded: tuple[float, ...] = EXCEEDED,
+    include: str = "reservoir",
 ) -> xarray.Dataset:
     """
     Return P90, P50 and P10 of volumes, their mean and the base case.
@@ -216,6 +245,8 @@ def quantiles(
         As for `volumes_by`.
     exceeded : tuple of float
         Percentages: P90 is the volume that 90 % of the realisations exceed.
+    include : {"reservoir", "all"}
+        As for `volumes_by`.
 
     Returns
     -------
@@ -242,6 +273,8 @@ def quantiles(
     for one in listed(exceeded, "quantiles takes percentages", "exceeded=(90, 50, 10)"):
         if not (is_number(one) and 0 <= one <= 100):
             raise InputError(f"exceeded has {one!r}; give percentages from 0 to 100.")
+    expect_ensemble(result, "quantiles")
+    result = included(result, include)
     volume = volumes_by(result, by)
     values = volume.values
     metric = {"units": "m3"}
@@ -265,7 +298,9 @@ def quantiles(
     return xr.Dataset(data, coords=coords, attrs=attrs)
 
 
-def convergence(result: xarray.Dataset, name: str, by: str = "unit") -> xarray.Dataset:
+def convergence(
+    result: xarray.Dataset, name: str, by: str = "unit", include: str = "reservoir"
+) -> xarray.Dataset:
     """
     Return how P90, P50, P10 and the mean of one volume settle with the number of realisations.
 
@@ -276,6 +311,8 @@ def convergence(result: xarray.Dataset, name: str, by: str = "unit") -> xarray.D
     name : str
         Of a unit, or of what `by` sums over.
     by : {"unit", "zone", "block", "contact"}
+    include : {"reservoir", "all"}
+        As for `volumes_by`.
 
     Returns
     -------
@@ -288,7 +325,7 @@ def convergence(result: xarray.Dataset, name: str, by: str = "unit") -> xarray.D
     InputError
         For an unknown name, or an ensemble of less than two realisations.
     """
-    values = _one(result, name, by)
+    values = _one(result, name, by, include)
     if len(values) < 2:
         raise InputError("convergence needs at least two realisations. Give a larger n.")
     # From two on: one realisation has no spread.
@@ -305,7 +342,9 @@ def convergence(result: xarray.Dataset, name: str, by: str = "unit") -> xarray.D
     return xr.Dataset(data, coords={"n": counts}, attrs={"name": name})
 
 
-def tornado(result: xarray.Dataset, name: str, by: str = "unit") -> xarray.Dataset:
+def tornado(
+    result: xarray.Dataset, name: str, by: str = "unit", include: str = "reservoir"
+) -> xarray.Dataset:
     """
     Return how strongly each parameter moves one volume, the strongest first.
 
@@ -316,6 +355,8 @@ def tornado(result: xarray.Dataset, name: str, by: str = "unit") -> xarray.Datas
     name : str
         Of a unit, or of what `by` sums over.
     by : {"unit", "zone", "block", "contact"}
+    include : {"reservoir", "all"}
+        As for `volumes_by`.
 
     Returns
     -------
@@ -334,7 +375,7 @@ def tornado(result: xarray.Dataset, name: str, by: str = "unit") -> xarray.Datas
     It takes the realisations as they are: no model is built for it, parameters interact as they do
     in the ensemble, and a field counts by its mean. See docs/guides/ensembles.md.
     """
-    values = _one(result, name, by)
+    values = _one(result, name, by, include)
     if len(values) < LEAST:
         raise InputError("a tornado needs at least ten realisations. Give a larger n.")
     # Rows of the volumes: realisations that were built.
@@ -361,9 +402,9 @@ def tornado(result: xarray.Dataset, name: str, by: str = "unit") -> xarray.Datas
     )
 
 
-def _one(result: xarray.Dataset, name: str, by: str) -> np.ndarray:
+def _one(result: xarray.Dataset, name: str, by: str, include: str) -> np.ndarray:
     """Volumes of one unit, or of one sum of them."""
-    volume = volumes_by(result, by)
+    volume = volumes_by(result, by, include)
     known = volume[by].values.tolist()
     if not is_word(name, known):
         raise InputError(

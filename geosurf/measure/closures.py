@@ -27,7 +27,7 @@ from geosurf.kernels.meshes.mesh import renumbered
 from geosurf.measure.columns import cross_columns
 from geosurf.measure.cutoffs import level_of
 from geosurf.measure.faces import row_of
-from geosurf.measure.rock import FAULT, HORIZON, ROOF, WALL, Rock, bounded_rock, reservoir_of
+from geosurf.measure.rock import FAULT, HORIZON, ROOF, WALL, Rock, bounded_rock
 from geosurf.measure.section import ragged, rings_of
 from geosurf.model import FluidContact, Patches, Units
 
@@ -475,7 +475,7 @@ def warnings_of_spill(
     Not for parts of other closures, nor for horizons inside the reservoir.
     """
     of_place = {(unit.zone, unit.block): unit for unit in units.values()}
-    inner = {unit.zone_index for unit in units.values() if unit.zone in reservoir_of(units)}
+    inner = {unit.zone_index for unit in units.values() if unit.zone in units.reservoir}
     for row in np.flatnonzero(found.part_of.values == "").tolist():
         one = {str(key): found[key].values[row] for key in ("closure", *_CLOSURE)}
         unit = of_place[one["zone"], one["block"]]

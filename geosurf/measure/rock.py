@@ -58,17 +58,11 @@ class Rock:
 
 def rock_below(units: Units, level: int) -> tuple[list[int], list[int]]:
     """Zones of the reservoir that follow each other below a horizon, and all others, by index."""
-    zones = {unit.zone_index for unit in units.values() if unit.zone in reservoir_of(units)}
+    zones = {unit.zone_index for unit in units.values() if unit.zone in units.reservoir}
     rock: list[int] = []
     while level + 1 + len(rock) in zones:
         rock.append(level + 1 + len(rock))
     return rock, sorted(zones - set(rock))
-
-
-def reservoir_of(units: Units) -> tuple[str, ...]:
-    """Zones of the reservoir: those between two horizons."""
-    zones = {unit.zone_index: unit.zone for unit in units.values()}
-    return tuple(zones[k] for k in sorted(zones)[1:-1])
 
 
 def roofs_of(patches: Patches, units: Units, horizon: str | None = None) -> list[str]:

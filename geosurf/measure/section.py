@@ -209,7 +209,8 @@ def vertical_section(patches: Patches, units: Units, line: Any) -> xarray.Datase
         run counter-clockwise around what they hold, their first point is not repeated;
         ``area`` is that inside each [m2], below 0 for holes: those of all units add up to the part
         of the section in the model. ``attrs`` have its ``length`` and the corners of its
-        ``line`` (easting, northing, easting ...) [m], and all zones and faults.
+        ``line`` (easting, northing, easting ...) [m], all zones, those of the reservoir, and all
+        faults.
 
     Raises
     ------
@@ -252,6 +253,7 @@ def vertical_section(patches: Patches, units: Units, line: Any) -> xarray.Datase
         "length": start,
         "line": corners.ravel().tolist(),
         "zones": list(dict.fromkeys(unit.zone for unit in units.values())),
+        "reservoir": list(units.reservoir),
         "faults": [source.name for source in patches.sources if source.role == "fault"],
     }
     found = ragged([points for points, _, _ in rows], _POINT, labels, whole)

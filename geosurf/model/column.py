@@ -152,7 +152,8 @@ class FluidContact:
     at : float, xarray.DataArray, TriSurface or path
         Elevation [m, positive up], or a gridded horizon, or a surface.
     zones : str or sequence of str
-        ``"Top/Base"``, ``"above Top"`` ...: units of other zones are not split by it. Empty: all.
+        ``"Top/Base"``, ``"above Top"`` ...: units of other zones are not split by it. Empty:
+        those of the reservoir.
     block : str
         Sides of faults, ``"F1+ F2-"``: units that do not lie on them are not split by it. Empty or
         ``"elsewhere"``: all zones that no other contact of the same name lists.

@@ -301,6 +301,7 @@ def model_near(units: Units, region: Region) -> tuple[Patches, Units]:
     found = Units(
         parts, (w, e, south, n, bottom, top), units.report, units.footprint, lambda: beside,
         units.box_volume, units.sliver_settings, units.merged, units.unmerged,
+        reservoir=units.reservoir,
     )  # fmt: skip
     return patches, in_crs_of(found, [units])
 

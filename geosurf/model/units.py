@@ -22,7 +22,7 @@ from geosurf.conventions import (
 from geosurf.conventions.card import MOST, Card
 from geosurf.conventions.colours import unit_colours
 from geosurf.errors import InputError
-from geosurf.model.base import Noun, Shown, frozen, multiblock, polydata
+from geosurf.model.base import Noun, Shown, frozen, in_crs_of, multiblock, polydata
 from geosurf.model.column import Remnant
 from geosurf.model.expected import number_of
 from geosurf.model.pieces import by_unit, sides_seen
@@ -376,7 +376,7 @@ def table_of(units: Units) -> xarray.Dataset:
 
 def volumes_of(units: Units) -> tuple[tuple[str], np.ndarray, dict[str, Any]]:
     """Return the column of volumes; no area is computed for it."""
-    attrs = {"units": "m3", "long_name": "bulk volume", **_crs(units)}
+    attrs = {"units": "m3", "long_name": "gross rock volume (GRV)", **_crs(units)}
     # Float64 even without units, so that an empty model has the same types.
     return ("unit",), np.array([u.volume for u in units.values()], dtype=np.float64), attrs
 
@@ -395,6 +395,9 @@ def labels_of(units: Units) -> dict[str, tuple[str, np.ndarray]]:
         within = np.array([u.compartment_of for u in each], dtype=object)
         labels["compartment_of"] = ("unit", within)
     # Marked rather than left out, so that volumes of the table add up to the model.
+    inside = np.array([u.zone in units.reservoir for u in each], dtype=bool)
+    if not inside.all():
+        labels["reservoir"] = ("unit", inside)
     labels["sliver"] = ("unit", np.array([u.name in units._small for u in each], dtype=bool))
     return {"unit": ("unit", np.array([u.name for u in each], dtype=object)), **labels}
 
@@ -404,6 +407,8 @@ def _crs(units: Units) -> dict[str, str]:
     return {} if units.crs is None else {"crs": units.crs}
 
 
+INCLUDE = ("reservoir", "all")  # which units tables and pictures show
+TABLE = "units.table lists them."
 MOST_ROWS = 40  # of units that are printed
 MOST_CLIPS = 6  # pairs of horizons that cross, listed below the table
 MOST_SLIVERS = 4  # of slivers that are listed there
@@ -440,6 +445,8 @@ class Units(Shown, Mapping[str, Unit]):
         The units before that.
     piece_sides : callable, optional
         () -> `piece_sides`.
+    reservoir : sequence of str, optional
+        Zones of the reservoir; default: all zones of the units.
 
     Raises
     ------
@@ -459,6 +466,7 @@ class Units(Shown, Mapping[str, Unit]):
         merged: Sequence[MergedSliver] = (),
         unmerged: Units | None = None,
         piece_sides: Callable[[], tuple[Pieces, np.ndarray]] | None = None,
+        reservoir: Sequence[str] | None = None,
     ) -> None:
         # sides are asked of carving when they are first needed; most users only want volumes
         self._sides, self._piece_sides = sides, piece_sides
@@ -481,6 +489,8 @@ class Units(Shown, Mapping[str, Unit]):
         w, e, s, n = self.box[:4]
         self.footprint = (e - w) * (n - s) if footprint is None else float(footprint)
         self.report = dict(report or {})
+        zones = (unit.zone for unit in self._units.values()) if reservoir is None else reservoir
+        self.reservoir = tuple(dict.fromkeys(zones))
 
     def __getitem__(self, key: Any) -> Unit:
         # keys as users type them: a name or a tuple of labels
@@ -495,19 +505,22 @@ class Units(Shown, Mapping[str, Unit]):
         return found
 
     def _card(self) -> Card:
-        """Return a table of units with the colours of pictures; slivers are summed up below it."""
-        listed = [*self.without_slivers]
+        """Return a table of the reservoir with the colours of pictures, slivers summed up below."""
+        part = self.included()
+        listed = [*part.without_slivers]
         colours = unit_colours((unit.name, unit.zone_index) for unit in listed)
         first = listed[:MOST]
 
         # one unit and as many decimals for all rows, as in the report: they can be compared
-        scale, unit = (1e6, "million m³") if self.volume >= 1e6 else (1.0, "m³")
+        scale, unit = (1e6, "million m³") if part.volume >= 1e6 else (1.0, "m³")
         volumes = [f"{u.volume / scale:,.3f}".replace(",", " ") for u in first]
-        head = ("zone", "block", "contact", f"volume [{unit}]")
+        head = ("zone", "block", "contact", f"GRV [{unit}]")
         rows = [(u.zone, u.block, u.contact, v) for u, v in zip(first, volumes, strict=True)]
         shades = [colours[unit.name] for unit in first]
-        notes = [*filter(None, [self.slivers_in_words, self.merged_in_words])]
-        title = f"{counted(len(self), 'unit')}, {volume_text(self.volume)}"
+        notes = [
+            *filter(None, [part.slivers_in_words, part.merged_in_words, left_out(self, TABLE)])
+        ]
+        title = f"{counted(len(part), 'unit')}, GRV {volume_text(part.volume)}"
         return Card(title, rows, head, shades, notes, len(listed))
 
     def __repr__(self) -> str:
@@ -515,9 +528,12 @@ class Units(Shown, Mapping[str, Unit]):
         zones, blocks = ({getattr(u, of) for u in self.values()} for of in ("zone", "block"))
         n = len(self.report.get("clipped", ()))
         clipped = f"; horizons cross ({counted(n, 'pair')}): report['clipped']" if n else ""
+        part, volume = self.included(), volume_text(self.volume)
+        if part is not self:
+            volume = f"GRV {volume_text(part.volume)} in the reservoir, {volume} in all"
         return (
             f"<Units: {len(self)}, of {counted(len(zones), 'zone')} in "
-            f"{counted(len(blocks), 'block')}, {volume_text(self.volume)}{clipped}>"
+            f"{counted(len(blocks), 'block')}, {volume}{clipped}>"
         )
 
     def __iter__(self) -> Iterator[str]:
@@ -527,26 +543,27 @@ class Units(Shown, Mapping[str, Unit]):
         return len(self._units)
 
     def __str__(self) -> str:
-        """A table: zone, block, contact and volume of each unit; slivers; what is clipped."""
-        head = ("zone", "block", "contact", "compartment of")
+        """A table of the reservoir: zone, block, contact, GRV; slivers; what is clipped."""
+        head, part = ("zone", "block", "contact", "compartment of"), self.included()
         # Slivers would fill the table; they are summed up below it.
-        listed = self.without_slivers
+        listed = part.without_slivers
 
         # widths from all rows, volumes with their unit, as messages, report and pictures have them
         rows = [(u.zone, u.block, u.contact, u.compartment_of) for u in listed]
         shown = [k for k in range(4) if k < 2 or any(row[k] for row in rows)]
         width = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
         volumes = [volume_text(unit.volume, 4) for unit in listed]
-        room = max(map(len, ["volume", *volumes[:MOST_ROWS]]))
-        lines = ["  ".join([*(head[k].ljust(width[k]) for k in shown), "volume".rjust(room)])]
+        room = max(map(len, ["GRV", *volumes[:MOST_ROWS]]))
+        lines = ["  ".join([*(head[k].ljust(width[k]) for k in shown), "GRV".rjust(room)])]
 
         # the first rows only: a model of many blocks has hundreds of units
         for row, volume in zip(rows[:MOST_ROWS], volumes, strict=False):
             words = [row[k].ljust(width[k]) for k in shown]
             lines.append("  ".join([*words, volume.rjust(room)]))
         more = f", {len(rows) - MOST_ROWS} more of them" if len(rows) > MOST_ROWS else ""
-        lines.append(f"{len(self)} units{more}, {volume_text(self.volume)}")
-        lines += filter(None, [self.slivers_in_words, self.merged_in_words])
+        lines.append(f"{counted(len(part), 'unit')}{more}, GRV {volume_text(part.volume)}")
+        notes = part.slivers_in_words, part.merged_in_words, left_out(self, TABLE)
+        lines += filter(None, notes)
         clipped = self.report.get("clipped", ())
         lines += map(str, clipped[:MOST_CLIPS])
         if len(clipped) > MOST_CLIPS:
@@ -630,6 +647,51 @@ class Units(Shown, Mapping[str, Unit]):
     def has_pieces(self) -> bool:
         """Whether the units know their patches: without, `piece_sides` is an error."""
         return self._piece_sides is not None
+
+    def included(self, include: str = "reservoir") -> Units:
+        """
+        Return the units that tables and pictures show: those of the reservoir, or all.
+
+        Parameters
+        ----------
+        include : {"reservoir", "all"}
+
+        Returns
+        -------
+        Units
+            These units where all are shown. Others have the box and report of the whole model, and
+            no `sides`.
+
+        Raises
+        ------
+        InputError
+            For another word.
+
+        Examples
+        --------
+        >>> from geosurf import Scene, synthetic
+        >>> world = synthetic.tilted_planes()
+        >>> units = Scene(world.horizons, world.faults, world.box).units
+        >>> len(units), list(units.included()), units.included("all") is units
+        (6, ['Top/Base F1+', 'Top/Base F1-'], True)
+        """
+        if not is_word(include, INCLUDE):
+            raise InputError(f"include is {include!r}; it must be one of {', '.join(INCLUDE)}.")
+        return self if include == "all" else self._of_reservoir
+
+    @cached_property
+    def _of_reservoir(self) -> Units:
+        inside = [unit for unit in self._units.values() if unit.zone in self.reservoir]
+        if len(inside) == len(self):
+            return self
+        w, e, s, n, bottom, top = self.box
+        names = {unit.name for unit in inside}
+        found = Units(
+            inside, (w, e, s, n, bottom, top), self.report, self.footprint,
+            slivers=self.sliver_settings, merged=[m for m in self.merged if m.into in names],
+            unmerged=self.unmerged, reservoir=self.reservoir,
+        )  # fmt: skip
+        return in_crs_of(found, [self])
 
     @property
     def volume(self) -> float:
@@ -809,5 +871,24 @@ class Units(Shown, Mapping[str, Unit]):
 
     @cached_property
     def table(self) -> xarray.Dataset:
-        """Volumes and areas of all units, with units in ``attrs``; ``sliver`` marks the slivers."""
+        """Volumes and areas of all units, with units in ``attrs``; ``sliver`` marks the slivers.
+
+        ``reservoir`` marks the units of the reservoir where others are listed, too.
+        """
         return table_of(self)
+
+
+def left_out(units: Units, how: str, include: str = "reservoir") -> str:
+    """Return how many units tables leave out, their volume, and how to see them; '' for none.
+
+    Examples
+    --------
+    >>> left_out(Units([], (0, 1, 0, 1, 0, 1)), "Ask for all.")
+    ''
+    """
+    part = units.included(include)
+    if part is units:
+        return ""
+    n = len(units) - len(part)
+    rest = math.fsum(u.volume for u in units.values() if u.zone not in units.reservoir)
+    return f"Not shown: {counted(n, 'unit')} outside the reservoir, {volume_text(rest)}. {how}"

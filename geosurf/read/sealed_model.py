@@ -301,9 +301,13 @@ def _units(own: Sequence[Any], found: list[Unit], pieces: Pieces, sides: np.ndar
     if len(own) == 9 and all(isinstance(value, int | float) for value in own[1:]):
         _, *of_box, footprint, enclosed = own
         box = tuple(of_box)
+    # as a scene has it by default; zones of other programs have other names
+    ends = {f"{word} {s.name}" for s in pieces.sources for word in ("above", "below")}
+    between = [unit.zone for unit in found if unit.zone not in ends]
     units = Units(
         found,
         box,
+        reservoir=between or None,
         footprint=footprint,
         enclosed=enclosed,
         sides=lambda: sides,

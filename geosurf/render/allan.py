@@ -18,6 +18,7 @@ from geosurf.conventions import area_texts
 from geosurf.errors import InputError
 from geosurf.model.expected import listed, name_of
 from geosurf.render import palette
+from geosurf.render.colouring import zone_colours
 from geosurf.render.diagram import Line, diagram_axes, draw_ends, lines_of, outline_of, range_shown
 from geosurf.render.furniture import draw_legend, draw_symbol, draw_words
 from geosurf.render.layers import DETAIL_ROOM, Entry, shortened_apart
@@ -41,6 +42,7 @@ def draw_allan(
     table: xarray.Dataset,
     *,
     zones: Sequence[str] = (),
+    reservoir: Sequence[str] | None = None,
     title: str | None = None,
     leaks: Sequence[tuple[str, float, float]] = (),
 ) -> None:
@@ -56,6 +58,8 @@ def draw_allan(
     zones : sequence of str
         Zones from the youngest to the oldest, which take the colours of the column in this order.
         Default: the order of the table.
+    reservoir : sequence of str, optional
+        Zones of the reservoir: the others have one colour above it and below it. Default: all.
     title : str, optional
         Default: the name of the fault and its strike.
     leaks : sequence of (str, float, float)
@@ -71,24 +75,24 @@ def draw_allan(
     zones = [name_of(zone, "zone") for zone in listed(zones, "zones must be names of zones", how)]
 
     # colours follow the column; zones that the caller did not list come after it
-    pairs = _areas_of_pairs(table)
-    seen = dict.fromkeys(zone for pair in pairs for zone in pair)
+    seen = dict.fromkeys(map(str, (*table.zone_minus.values, *table.zone_plus.values)))
     order = [*zones, *(zone for zone in seen if zone not in zones)]
+    names, colours = zone_colours(order, order if reservoir is None else reservoir, sheet.style)
+    pairs = _areas_of_pairs(table, names)
 
     # each line: attributes, and points (n, 2) of distance along strike and elevation [m]
     lines = lines_of(diagram, ("along_strike", "elevation"), ("kind", "side", "label", "zone"))
-    colours = {z: sheet.style.colour(z, palette.stratum(i)) for i, z in enumerate(order)}
 
     # the range follows cut-offs and contacts: the fault far above and below is not shown
     levels = [line[:, 1] for words, line in lines if words["kind"] in LINES]
     points = np.concatenate([line for _, line in lines])
     shown = range_shown(points, levels)
     axes, exaggeration = diagram_axes(sheet, shown, "Distance along strike [km]", ROOM)
-    _fill(axes, lines, colours)
+    _fill(axes, lines, names, colours)
     _draw_cutoffs(sheet, axes, lines)
     strike = float(diagram.attrs["strike"])
     draw_ends(sheet, axes, strike)
-    legend = _legend(pairs, colours)
+    legend = _legend(pairs, colours, {name for zone, name in names.items() if name != zone})
     for closure, *at in leaks:
         draw_symbol(sheet, axes, at, "leak", palette.ACCENT)
         name_place(sheet, axes, np.array(at), closure)
@@ -135,17 +139,19 @@ def _check(diagram: xarray.Dataset, table: xarray.Dataset) -> None:
         )
 
 
-def _areas_of_pairs(table: xarray.Dataset) -> dict[tuple[str, str], float]:
-    """Area [m2] of each pair of zones: footwall first."""
+def _areas_of_pairs(table: xarray.Dataset, names: dict[str, str]) -> dict[tuple[str, str], float]:
+    """Area [m2] of each pair of zones by their names in the picture: footwall first."""
     pairs: dict[tuple[str, str], float] = {}
     columns = (table.zone_minus.values, table.zone_plus.values, table.area.values)
     for minus, plus, area in zip(*columns, strict=True):
-        key = (str(minus), str(plus))
+        key = names[str(minus)], names[str(plus)]
         pairs[key] = pairs.get(key, 0.0) + float(area)
     return pairs
 
 
-def _fill(axes: Axes, lines: list[Line], colours: dict[str, palette.RGB]) -> None:
+def _fill(
+    axes: Axes, lines: list[Line], names: dict[str, str], colours: dict[str, palette.RGB]
+) -> None:
     """Fill juxtaposed areas: footwall in full colour, hanging wall as stripes."""
     from matplotlib.patches import PathPatch
 
@@ -157,7 +163,7 @@ def _fill(axes: Axes, lines: list[Line], colours: dict[str, palette.RGB]) -> Non
 
     # labels are "hanging-wall zone | footwall zone"; all rings of a pair make one outline
     for pair, parts in rings.values():
-        plus, minus = pair.split(" | ")
+        plus, minus = (names[zone] for zone in pair.split(" | "))
         outline = outline_of(parts)
         # the edge closes the seam between neighbours
         look: AreaStyle = {"facecolor": colours[minus], "edgecolor": colours[minus]}
@@ -230,11 +236,14 @@ def _spread(levels: list[float], step: float) -> list[float]:
 
 
 def _legend(
-    pairs: dict[tuple[str, str], float], colours: dict[str, palette.RGB]
+    pairs: dict[tuple[str, str], float], colours: dict[str, palette.RGB], outside: set[str]
 ) -> tuple[Entry, ...]:
-    """Pairs of zones: different zones first, the largest area first."""
-    # False sorts before True: pairs of different zones first
-    order = sorted(pairs.items(), key=lambda item: (item[0][0] == item[0][1], -item[1]))
+    """Pairs of zones: those of the reservoir and different ones first, the largest area first."""
+    # False sorts before True
+    order = sorted(
+        pairs.items(),
+        key=lambda item: (outside >= set(item[0]), item[0][0] == item[0][1], -item[1]),
+    )
     areas = area_texts(area for _, area in order)
 
     # a zone against itself has no stripes in the diagram, and none in the legend

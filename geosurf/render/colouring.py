@@ -13,6 +13,7 @@ from geosurf.conventions import counted, did_you_mean, is_word, real_numbers, vo
 from geosurf.conventions.colours import unit_colours
 from geosurf.errors import InputError
 from geosurf.model import Unit, Units
+from geosurf.model.units import left_out
 from geosurf.render import palette
 from geosurf.render.furniture import colours_of, contour_levels
 from geosurf.render.layers import LABEL_ROOM, Bar, Entry
@@ -46,13 +47,30 @@ class Colouring:
 
 @dataclass(frozen=True, eq=False)
 class Selection:
-    """Names of surfaces, units, zones and blocks that are shown; None: all."""
+    """Names of surfaces, units, zones and blocks that are shown; None: all of the reservoir."""
 
     names: tuple[str, ...] | None = field(default=None)
+    include: str = "reservoir"
 
     def holds(self, *names: str) -> bool:
         """Whether one of these names is selected."""
         return self.names is None or any(name in self.names for name in names)
+
+    def of_units(self, units: Units) -> list[bool]:
+        """Whether each unit is selected; outside the reservoir by its own name or its zone only."""
+        inside, named = units.included(self.include), self.names or ()
+        return [
+            self.holds(unit.name, unit.zone, unit.block)
+            if unit.name in inside
+            else unit.name in named or unit.zone in named
+            for unit in units.values()
+        ]
+
+    def left_out(self, units: Units) -> str:
+        """What a picture does not show although nobody has selected units; '' for nothing."""
+        if self.names is not None:
+            return ""
+        return left_out(units, 'include="all" draws them.', self.include)
 
     def check(self, known: Iterable[str]) -> None:
         """Refuse names that nothing has."""
@@ -65,22 +83,51 @@ class Selection:
                 )
 
 
-def selection_of(only: Any) -> Selection:
-    """Return the selection, or raise an error for what is not a list of names.
+def selection_of(only: Any, include: Any = "reservoir") -> Selection:
+    """Return the selection, or raise an error for what is not a list of names, or a word.
 
     Raises
     ------
     InputError
     """
+    Units([], (0.0,) * 6).included(include)  # refuses other words
     if only is None:
-        return Selection()
+        return Selection(None, include)
     names = (only,) if isinstance(only, str) else only
     if not isinstance(names, Sequence) or not all(isinstance(name, str) for name in names):
         raise InputError(
             f"only is {only!r}, expected a list of names of surfaces, units, zones or blocks, as "
             "in ['Top', 'F1']."
         )
-    return Selection(tuple(names))
+    return Selection(tuple(names), include)
+
+
+def zone_colours(
+    zones: Sequence[str], reservoir: Sequence[str], style: PictureStyle
+) -> tuple[dict[str, str], dict[str, RGB]]:
+    """
+    Return what pictures call each zone, and the colours of these names.
+
+    Zones outside the reservoir have one neutral colour, and one name above it and one below it.
+
+    Examples
+    --------
+    >>> from geosurf.render.picture_style import PLAIN
+    >>> zones = ["above Top", "Top/Middle", "Middle/Base", "below Base"]
+    >>> names, colours = zone_colours(zones, ["Top/Middle"], PLAIN)
+    >>> list(names.values())
+    ['above the reservoir', 'Top/Middle', 'below the reservoir', 'below the reservoir']
+    """
+    rows = [i for i, zone in enumerate(zones) if zone in reservoir]
+    first, last = (rows[0], rows[-1]) if rows else (len(zones), -1)
+    names: dict[str, str] = {}
+    colours: dict[str, RGB] = {}
+    for i, zone in enumerate(zones):
+        side = "above" if i < first else "below" if i > last else "outside"
+        names[zone] = zone if zone in reservoir else f"{side} the reservoir"
+        plain = palette.stratum(i) if zone in reservoir else palette.WALL
+        colours.setdefault(names[zone], style.colour((zone, names[zone]), plain))
+    return names, colours
 
 
 def check_colour_by(colour_by: Any) -> tuple[Property, str]:
@@ -107,6 +154,9 @@ def check_colour_by(colour_by: Any) -> tuple[Property, str]:
     if isinstance(unit, Mapping) and unit.get("units"):
         words += f" [{unit['units']}]".replace("m3]", "m³]").replace("m2]", "m²]")
     names = list(colour_by) if isinstance(colour_by, Mapping) else None
+    if getattr(colour_by, "ndim", 0) == 1 and "unit" in getattr(colour_by, "coords", ()):
+        names = colour_by.coords["unit"].values.tolist()
+        colour_by = dict(zip(names, colour_by.values.tolist(), strict=True))
     try:
         values = real_numbers(list(colour_by.values()) if names is not None else colour_by)
     except (TypeError, ValueError) as error:

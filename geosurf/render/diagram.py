@@ -10,6 +10,7 @@ import numpy as np
 from geosurf.errors import InputError
 from geosurf.model.expected import expect
 from geosurf.render import palette
+from geosurf.render.colouring import zone_colours
 from geosurf.render.furniture import draw_legend, draw_words, label_axes, rim_of_words
 from geosurf.render.layers import Entry
 from geosurf.render.picture_style import FONT, apply_theme, readable
@@ -30,7 +31,12 @@ WAVES = 12  # of the line of an unconformity
 
 
 def draw_column(
-    sheet: Sheet, zones: Mapping[str, float], rules: Mapping[str, str], *, title: str | None = None
+    sheet: Sheet,
+    zones: Mapping[str, float],
+    rules: Mapping[str, str],
+    *,
+    reservoir: Sequence[str] | None = None,
+    title: str | None = None,
 ) -> None:
     """Draw the column.
 
@@ -42,6 +48,8 @@ def draw_column(
     rules : mapping of str to str
         ``"conformable"``, ``"erosional"``, ``"base"`` or ``"discontinuous"`` by horizon, youngest
         first.
+    reservoir : sequence of str, optional
+        Zones of the reservoir: the others are grey, and have no thickness. Default: all.
     title : str, optional
     """
     title = "Stratigraphic column" if title is None else title
@@ -53,12 +61,14 @@ def draw_column(
     high = np.sqrt(np.maximum(list(zones.values()), 0.0))
     high = np.maximum(high, LEAST * high.mean()) if len(high) else high
     tops = np.concatenate([[0.0], -np.cumsum(high)])
+    inside = list(zones) if reservoir is None else reservoir
+    names, colours = zone_colours(list(zones), inside, sheet.style)
     for k, (zone, thick) in enumerate(zones.items()):
-        colour = sheet.style.colour(zone, palette.stratum(k))
+        colour, words = colours[names[zone]], f"{zone}\n{thick:.0f} m" if zone in inside else zone
         axes.fill_between([0.0, 1.0], tops[k + 1], tops[k], color=colour, linewidth=0)
         middle = 0.5 * (tops[k] + tops[k + 1])
         axes.text(
-            0.5, middle, f"{zone}\n{thick:.0f} m", ha="center", va="center", fontsize=points,
+            0.5, middle, words, ha="center", va="center", fontsize=points,
             family=FONT, color=palette.INK, parse_math=False,
             path_effects=rim_of_words(sheet),
         )  # fmt: skip

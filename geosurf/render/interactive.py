@@ -271,12 +271,14 @@ def _means(points: np.ndarray, of_point: np.ndarray) -> np.ndarray:
 MAX_VIEW_TRIANGLE = 120_000
 EXPLODED = 0.3  # shift at the end of the slider, as a fraction of the model box
 SHORTEST = 1.0 / 3000.0  # lines, as a fraction of the diagonal of the map: less than a pixel
-SLIVERS = "Slivers"
+SLIVERS, OUTSIDE = "Slivers", "Above and below the reservoir"
 GROUPS = {"horizon": "Horizons", "fault": "Faults", "wall": "Walls", "contact": "Contacts"}
 
 
 def view_of_units(units: Units, max_triangle: int = MAX_VIEW_TRIANGLE) -> View3D:
     """Return an interactive view of units: one group per zone, slivers in a group of their own.
+
+    Units outside the reservoir are in a group that is not visible at first.
 
     Parameters
     ----------
@@ -301,25 +303,27 @@ def view_of_units(units: Units, max_triangle: int = MAX_VIEW_TRIANGLE) -> View3D
     diagonal = float(np.hypot(*np.ptp(np.reshape(units.box[:4], (2, 2)), axis=1)))
     bodies = []
     for unit, shell, (east, north, up) in drawn:
+        inside = unit.zone in units.reservoir
         facts = [("Zone", unit.zone), ("Block", unit.block)]
         facts += [("Contact", unit.contact)] if unit.contact else []
         facts += [("Volume", volume_text(unit.volume)), ("Bounded by", ", ".join(unit.bounded_by))]
         bodies.append(
             Body(
                 unit.name,
-                unit.zone if unit.name in shades else SLIVERS,
-                shades.get(unit.name, palette.FAINT),
+                OUTSIDE if not inside else unit.zone if unit.name in shades else SLIVERS,
+                shades.get(unit.name, palette.FAINT) if inside else palette.WALL,
                 shell.points,
                 shell.triangles,
                 shell.surface,
                 _visible(shell.points, outline(shell, creases=False), diagonal),
                 tuple(facts),
                 (float(east), float(north), float(up)),
+                shown=inside,
             )
         )
 
-    # slivers come last: their group is folded
-    bodies.sort(key=lambda body: body.group == SLIVERS)
+    # slivers and what is hidden come last: the group of slivers is folded
+    bodies.sort(key=lambda body: (body.group == SLIVERS, body.group == OUTSIDE))
     return View3D(tuple(bodies), units.box, stretch)
 
 

@@ -15,6 +15,7 @@ from geosurf.model import CornerPointGrid
 from geosurf.model.expected import expect
 from geosurf.render import palette
 from geosurf.render.allan import HALO
+from geosurf.render.colouring import zone_colours
 from geosurf.render.compose import figure_path, save_figure
 from geosurf.render.diagram import (
     diagram_axes,
@@ -223,20 +224,33 @@ def draw_section(
     # each part: attributes, points (n, 2) of distance and elevation [m], area [m2]
     parts = lines_of(section, ("along_section", "elevation"), ("kind", "label", "zone", "contact"))
     lines = [(*part, float(area)) for part, area in zip(parts, section.area.values, strict=True)]
-    areas = _areas(lines, list(section.attrs["zones"]))
+    zones = list(section.attrs["zones"])
+    inside = section.attrs.get("reservoir", zones)
+    names, of_zone = zone_colours(zones, inside, sheet.style)
+    for part, _, _ in lines:
+        part["zone"] = names.get(part["zone"], part["zone"])
+    areas = _areas(lines, list(of_zone))
 
     # the range follows horizons and contacts; faults reach farther
     levels = [line[:, 1] for words, line, _ in lines if words["kind"] in ("horizon", "contact")]
     shown = range_shown(np.concatenate([line for _, line, _ in lines]), levels)
     axes, exaggeration = diagram_axes(sheet, shown, "Distance along the section [km]", ROOM)
-    colours = _colours(areas, list(section.attrs["zones"]), sheet.style)
+    colours = _colours(areas, of_zone)
     _fill(axes, lines, colours)
-    names = section.attrs["faults"]
-    faults = {name: sheet.style.colour(name, palette.fault(i)) for i, name in enumerate(names)}
+    faults = {
+        name: sheet.style.colour(name, palette.fault(i))
+        for i, name in enumerate(section.attrs["faults"])
+    }
     _draw_lines(sheet, axes, lines, faults)
 
     # wells, compass directions at both ends, legend, caption
-    wells = [] if tops is None else _draw_wells(sheet, axes, section, tops)
+    wells = (
+        []
+        if tops is None
+        else _draw_wells(
+            sheet, axes, section, tops, {zone: of_zone[name] for zone, name in names.items()}
+        )
+    )
     if overlay:
         wells += draw_on_section(sheet, axes, overlay, _line_of(section))
     corners = _corners(section)
@@ -250,18 +264,18 @@ def draw_section(
     draw_words(sheet, _title(corners) if title is None else title, words)
 
 
-def _draw_wells(sheet: Sheet, axes: Axes, section: xarray.Dataset, tops: Any) -> list[Entry]:
+def _draw_wells(
+    sheet: Sheet, axes: Axes, section: xarray.Dataset, tops: Any, colours: dict[str, palette.RGB]
+) -> list[Entry]:
     """Draw wells near the section, each top in the colour of the zone below its horizon."""
     line = _line_of(section)
-    zones = list(section.attrs["zones"])
 
     # a zone is called "Top/Base" by its horizons, the lowest "below Base": a top has the colour of
     # the zone that begins at it
-    colours = [sheet.style.colour(zone, palette.stratum(i)) for i, zone in enumerate(zones)]
-    below = {zone.partition("/")[0]: colours[i] for i, zone in enumerate(zones)}
+    below = {zone.partition("/")[0]: colour for zone, colour in colours.items()}
     below |= {
-        zone.removeprefix("below "): colours[i]
-        for i, zone in enumerate(zones)
+        zone.removeprefix("below "): colour
+        for zone, colour in colours.items()
         if zone.startswith("below ")
     }
     shown, near = tops_on_section(tops, line)
@@ -315,12 +329,11 @@ def _areas(lines: list[Part], zones: list[str]) -> Areas:
     return {key: areas[key] for key in order if areas[key] > least}
 
 
-def _colours(areas: Areas, zones: list[str], style: PictureStyle) -> Colours:
+def _colours(areas: Areas, zones: dict[str, palette.RGB]) -> Colours:
     """Colours of zones from the column; contact intervals are shades of them."""
     found = {}
-    for zone in zones:
+    for zone, colour in zones.items():
         parts = [key for key in areas if key[0] == zone]
-        colour = style.colour(zone, palette.stratum(zones.index(zone)))
         for i, key in enumerate(parts):
             found[key] = palette.shade(colour, i, len(parts))
     return found

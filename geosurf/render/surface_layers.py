@@ -51,11 +51,11 @@ def show_units(
         Gap between units, as a fraction of the size of the model box. Zones move up and
         down, blocks move sideways from the centre.
     only : Selection
-        Units that are shown, by their own name or that of their zone or block.
+        Units that are shown, by their own name or that of their zone or block; or the reservoir.
     colour_by, style
         As for `geosurf.render.colouring.colour_units`.
     """
-    parts = [only.holds(unit.name, unit.zone, unit.block) for unit in units.values()]
+    parts = only.of_units(units)
     shown = [unit for unit, yes in zip(units.values(), parts, strict=True) if yes]
     colouring = colour_units(units, shown, colour_by, style)
     content = Content((), colouring.legend, bar=colouring.bar)

@@ -45,6 +45,7 @@ def report_scene(
     regions: Mapping[str, tuple[float, str]] | None = None,
     inputs: Mapping[str, str | os.PathLike[str]] | None = None,
     relative_to: str | os.PathLike[str] | None = None,
+    include: str = "reservoir",
 ) -> Path:
     """Write ``index.html``: volumes, pictures, certificate, inputs and run log of a model.
 
@@ -77,6 +78,8 @@ def report_scene(
         of the scene that are paths.
     relative_to : path-like, optional
         Paths of files are printed relative to this folder. Default: the current folder.
+    include : {"reservoir", "all"}
+        ``"all"``: volumes and pictures also of over- and underburden.
 
     Returns
     -------
@@ -86,7 +89,7 @@ def report_scene(
     Raises
     ------
     InputError
-        If a picture cannot be read.
+        If a picture cannot be read, or for another word in `include`.
     OutputError
         If the page cannot be written.
 
@@ -118,7 +121,7 @@ def report_scene(
         warn(note)
         pictures = {}
     if pictures is None:
-        pictures = scene.render_pictures(folder)
+        pictures = scene.render_pictures(folder, include=include)
     how = "give {caption: path of a PNG file}"
     expect(pictures, Mapping, "pictures takes a mapping", how)
     files = {str(key): path_of(path, f"picture {key!r}") for key, path in pictures.items()}
@@ -126,9 +129,8 @@ def report_scene(
 
     # last: the check of a large model is the most expensive step of the page
     certificate = certificate or getattr(scene, "certificate", None) or scene.check()
-    html = build_page(
-        scene, files, str(title), str("" if made is None else made), certificate, regions, sources
-    )
+    words = str(title), str("" if made is None else made)
+    html = build_page(scene, files, *words, certificate, regions, sources, include)
     return _write(folder / "index.html", html)
 
 

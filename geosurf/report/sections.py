@@ -16,6 +16,7 @@ from geosurf.conventions import counted
 from geosurf.conventions.crs import label
 from geosurf.model import Certificate
 from geosurf.model.protocols import ReportedModel
+from geosurf.model.units import left_out
 from geosurf.report import page, tables
 from geosurf.report.page import Section, Table, number
 from geosurf.report.tables import InputFile
@@ -91,6 +92,7 @@ def build_page(
     certificate: Certificate,
     regions: Mapping[str, tuple[float, str]] | None = None,
     files: Iterable[InputFile] = (),
+    include: str = "reservoir",
 ) -> str:
     """Return the whole page as text."""
     surfaces, units, curves = tuple(scene.surfaces), scene.units, scene.curves
@@ -118,7 +120,7 @@ def build_page(
         ]
     )
     return page.fill_page(
-        title, header, _sections(scene, pictures, certificate, regions or {}, tuple(files))
+        title, header, _sections(scene, pictures, certificate, regions or {}, tuple(files), include)
     )
 
 
@@ -128,6 +130,7 @@ def _sections(
     certificate: Certificate,
     regions: Mapping[str, tuple[float, str]],
     files: tuple[InputFile, ...],
+    include: str,
 ) -> list[Section]:
     """All sections; those without content are left out by the page."""
     of_faults, others = pictures_of_faults(scene, pictures)
@@ -135,12 +138,12 @@ def _sections(
     faults = fault_parts(scene, of_faults)
     return [
         *_listed("Warnings", tables.warning_table(scene.warnings)),
-        Section("Volumes [million m³]", _volumes(scene), name="volumes"),
+        Section("Gross rock volume (GRV) [million m³]", _volumes(scene, include), name="volumes"),
         Section("Interactive view", view, name="view"),
         Section("Inputs", _inputs(scene, files)),
         *_listed("Regions of the input file and the units",
                  tables.region_table(scene.units, regions)),
-        *_changes(scene),
+        *_changes(scene, include),
         Section("Well tops and the model", _wells(scene)),
         Section("Pictures", page.html_pictures(others)),
         Section("Faults", "\n".join(html for _, html in faults), tuple(n for n, _ in faults)),
@@ -153,11 +156,13 @@ def _sections(
     ]  # fmt: skip
 
 
-def _volumes(scene: ReportedModel) -> str:
+def _volumes(scene: ReportedModel, include: str) -> str:
     """The table of volumes and what it adds up to."""
-    balance = [tables.balance(scene.units), *tables.accuracy(scene)]
-    table = page.html_table(tables.volume_table(scene.units))
-    return "\n".join([table, *map(page.paragraph, balance)])
+    how = 'include="all", in a scenario in [output], lists them.'
+    left = left_out(scene.units, how, include)
+    words = [*filter(None, [left]), tables.balance(scene.units), *tables.accuracy(scene)]
+    table = page.html_table(tables.volume_table(scene.units, include))
+    return "\n".join([table, *map(page.paragraph, words)])
 
 
 def _view(scene: ReportedModel, pictures: Mapping[str, Path]) -> tuple[str, dict[str, Path]]:
@@ -184,14 +189,14 @@ def _inputs(scene: ReportedModel, files: tuple[InputFile, ...]) -> str:
     return "\n".join(filter(None, [listed, words, surfaces]))
 
 
-def _changes(scene: ReportedModel) -> Iterable[Section]:
+def _changes(scene: ReportedModel, include: str) -> Iterable[Section]:
     """What geosurf made of the inputs: contacts, slivers, pieces, clipped horizons."""
     units = scene.units
     clipped, thin = (units.report.get(key, ()) for key in ("clipped", "thin"))
     small = {sliver.name for sliver in units.slivers}
     pieces = [piece for piece in units.remnants() if piece.name not in small]
     yield from _listed("Virtual walls", tables.virtual_table(scene.virtual_walls))
-    yield from _listed("Compartments of blocks", tables.compartment_table(units))
+    yield from _listed("Compartments of blocks", tables.compartment_table(units, include))
     yield from _listed(
         "Horizons clipped by the stratigraphic column", tables.clipped_table(clipped)
     )

@@ -416,12 +416,13 @@ def surface_table(surfaces: Iterable[TriSurface], coverage: Mapping[str, float])
     return Table(head, tuple(rows), n_label=2)
 
 
-def volume_table(units: Units) -> Table:
+def volume_table(units: Units, include: str = "reservoir") -> Table:
     """Return volumes [million m3]: one row per zone and contact interval, one column per block.
 
-    All slivers share a column of their own.
+    All slivers share a column of their own. Of the reservoir, or of all units.
     """
-    table = units.table
+    part = units.included(include)
+    table = part.table
     names: Iterable[str] = table["zone"].values
     if "contact" in table.coords:
         pairs = zip(names, table["contact"].values, strict=True)
@@ -457,7 +458,7 @@ def volume_table(units: Units) -> Table:
     # columns may add up to less than the last cell by rounding of what is printed, never of what is
     # added
     sums = [number(value, 3) for value in volume.sum(axis=0)]
-    foot = ("all zones", *sums, number(units.volume / 1e6, 3))
+    foot = ("all zones" if part is units else "reservoir", *sums, number(part.volume / 1e6, 3))
     return Table(("Zone", *blocks, "all blocks"), rows, foot=foot)
 
 
@@ -474,7 +475,7 @@ def contact_table(scene: ReportedModel) -> Table:
             s for s in scene.patches.sources if s.role == "contact" and s.name == contact.surface
         )
         levels = dict.fromkeys(number(z, 1) for z in source.bounds[4:])
-        zones = ", ".join(contact.zones) or "all"
+        zones = ", ".join(contact.zones or scene.units.reservoir)
         rows.append((contact.name, zones, contact.block or "all", " to ".join(levels)))
     return Table(("Contact", "Zones", "Block", "Elevation [m]"), tuple(rows), n_label=3)
 
@@ -545,15 +546,15 @@ def virtual_table(walls: Iterable[VirtualWall]) -> Table:
     return Table((*head, "Easting", "Northing", "Elevation"), rows, n_label=3)
 
 
-def compartment_table(units: Units) -> Table:
-    """Return the compartments of each block, with their volumes over all zones [million m³]."""
+def compartment_table(units: Units, include: str = "reservoir") -> Table:
+    """Return the compartments of each block, with their volumes in the reservoir [million m³]."""
     volume: dict[tuple[str, str], float] = {}
-    for unit in units.values():
+    for unit in units.included(include).values():
         if unit.compartment_of not in ("", unit.block):
             key = (unit.compartment_of, unit.block)
             volume[key] = volume.get(key, 0.0) + unit.volume / 1e6
     rows = tuple((*key, number(value, 3)) for key, value in sorted(volume.items()))
-    return Table(("Block", "Compartment", "Volume [million m³]"), rows, n_label=2)
+    return Table(("Block", "Compartment", "GRV [million m³]"), rows, n_label=2)
 
 
 def thin_table(thin: Iterable[Remnant]) -> Table:

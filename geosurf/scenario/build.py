@@ -387,6 +387,7 @@ def _shared(scenario: Scenario) -> dict[str, Any]:
         "slivers": scenario.slivers.settings,
         "compartments": scenario.compartments,
         "crs": scenario.crs,
+        "reservoir": scenario.reservoir,
         **_tops(scenario),
     }
 

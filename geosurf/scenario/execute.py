@@ -112,6 +112,7 @@ def choice_of_pictures(scenario: Scenario) -> dict[str, Any]:
         "camera": pictures.camera,
         "zoom": pictures.zoom,
         "only": pictures.only or None,
+        "include": output.include,
         "colour_by": pictures.colour_by,
         "style": pictures.style,
         "overlay": overlay_of_files(scenario),
@@ -401,6 +402,7 @@ def _write_report(
         regions=_regions(scenario, scene),
         inputs=input_files(scenario),
         relative_to=scenario.path.parent,
+        include=scenario.output.include,
     )
 
 

@@ -496,8 +496,8 @@ class ContactInput:
         default=None,
     )
     zones: tuple[str, ...] = key(
-        "Zones that it splits, as in `Top/Base`. Left empty: all zones for which no other table of "
-        "this name is given.",
+        "Zones that it splits, as in `Top/Base`. Left empty: all zones of the reservoir for which "
+        "no other table of this name is given.",
         values.names,
         default=(),
     )
@@ -558,6 +558,7 @@ class Scenario:
     tolerance_m : float or None
     positive, length_unit, crs : str or None
         Of files that do not declare them.
+    reservoir : tuple of str or None
     horizons : tuple of HorizonInput
         Youngest first.
     faults : tuple of FaultInput
@@ -610,6 +611,14 @@ class Scenario:
         'Coordinate reference system, such as `"EPSG:23031"`, of all files that do not declare it. '
         "Files that declare another are refused.",
         values.text,
+        default=None,
+    )
+
+    reservoir: tuple[str, ...] | None = key(
+        'Zones of the reservoir, as in `["Top/Middle"]`: contacts without `zones` split these, and '
+        "tables and pictures show these. Left out: all zones between the first and the last "
+        "horizon.",
+        values.names,
         default=None,
     )
 

@@ -284,7 +284,9 @@ def write_files(scene: Scene, scenario: Scenario, folder: Path) -> None:
     for word in scenario.output.formats:
         file, _ = FORMATS[word]
         kind = file.partition(".")[0]
-        write({"curves": scene.curves, "surfaces": scene}.get(kind, scene.units), folder / file)
+        volumes = scene.units.included(scenario.output.include)
+        things = {"curves": scene.curves, "surfaces": scene, "volumes": volumes}
+        write(things.get(kind, scene.units), folder / file)
     if scenario.output.closures is not None:
         found = scene.closures(faults=scenario.output.closures)
         write(found.drop_dims(["leak", "line", "point"]), folder / CLOSURES)

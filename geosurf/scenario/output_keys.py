@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from geosurf.conventions import METRES_PER_UNIT, did_you_mean, is_number
 from geosurf.errors import DependencyError, InputError
 from geosurf.model.distributions import Normal, Triangular, Uniform
+from geosurf.model.units import INCLUDE
 from geosurf.render.picture_style import COLOUR_BY, THEMES, PictureStyle
 from geosurf.scenario import values
 from geosurf.scenario.values import key
@@ -350,7 +351,8 @@ class PictureSettings:
         "What the exploded view is coloured by.", values.one_of(*COLOUR_BY), default="unit"
     )
     only: tuple[str, ...] = key(
-        "Units of the exploded view, by their name, zone or block. Left empty: all.",
+        "Units of the exploded view, by their name, zone or block. Left empty: as `include` in "
+        "`[output]`.",
         values.names,
         default=(),
     )
@@ -459,7 +461,12 @@ class OutputSettings:
         "Width and height of the pictures.", values.picture_size, unit="pixels", default=(1280, 800)
     )
 
-    # files of results
+    # what they show, and files of results
+    include: str = key(
+        "Units of tables and pictures: those of the reservoir, or all, with over- and underburden.",
+        values.one_of(*INCLUDE),
+        default="reservoir",
+    )
     formats: tuple[str, ...] = key(
         "Files to write: " + "; ".join(f"`{k}`: {what}" for k, (_, what) in FORMATS.items()) + ".",
         values.some_of(*FORMATS),

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from geosurf.carve.column import names_of_zones
+from geosurf.carve.column import names_of_zones, reservoir_of
 from geosurf.carve.fluids import parse_sides
 from geosurf.conventions import did_you_mean, shared_name
 from geosurf.errors import InputError, ScenarioError
@@ -536,13 +536,21 @@ def _check_places(scenario: Scenario, at: KeyPath) -> None:
 
 
 def _check_contacts(scenario: Scenario, at: KeyPath) -> None:
-    """Zones and sides of faults that contacts are given for exist, before anything is read."""
-    if not scenario.contacts:
+    """Zones and sides of faults that are named exist, before anything is read."""
+    if not scenario.contacts and scenario.reservoir is None:
         return
 
     # zones are named from the horizons before a grid is read: a misspelt zone costs no run
     with at.of("horizons").noting():
         zones = names_of_zones([entry.name for entry in scenario.horizons])
+
+        # the horizons of a sealed model are not known yet
+        with at.of("reservoir").noting():
+            if scenario.model is None:
+                try:
+                    reservoir_of(zones, scenario.reservoir)
+                except InputError as error:
+                    at.of("reservoir").refuse(str(error))
 
         # a block is named by sides of faults, such as 'F1+ F2-'
         faults = [entry.name for entry in scenario.faults]

@@ -35,6 +35,7 @@ import numpy as np
 from geosurf.arrangement import KnownPairs, find_contacts, meeting_surfaces
 from geosurf.carve import carve_cells, find_cells
 from geosurf.carve.cells import Cells
+from geosurf.carve.column import names_of_zones, reservoir_of
 from geosurf.carve.fluids import parts_at_levels
 from geosurf.carve.units import warnings_of_order, warnings_of_slivers, warnings_of_thin_units
 from geosurf.conventions import counted, did_you_mean, is_number, shared_name
@@ -289,6 +290,11 @@ class Graph:
     # ---- column and fluid contacts -------------------------------------------------------
 
     @property
+    def reservoir(self) -> tuple[str, ...]:
+        """Zones of the reservoir, youngest first."""
+        return reservoir_of(names_of_zones(tuple(self.inputs.horizons)), self.inputs.reservoir)
+
+    @property
     def column(self) -> dict[str, str]:
         """The rule of each horizon, youngest first."""
         rules = check_column(tuple(self.inputs.horizons), self.inputs.column)
@@ -469,7 +475,9 @@ class Graph:
         patches, contacts = self.patches, self.fluids[1]
         units = self.memory.get_or_compute(
             "carve", "the box" if self.aoi is None else "the area", self.units_key,
-            lambda: carve_cells(self._cells, patches, self.column, contacts, self.inputs.slivers),
+            lambda: carve_cells(
+                self._cells, patches, self.column, contacts, self.inputs.slivers, self.reservoir
+            ),
             lambda u: "; ".join(filter(None, [counted(len(u), "unit"), u.merged_in_words])),
         )  # fmt: skip
 
@@ -544,7 +552,7 @@ class Graph:
         # surfaces of contacts are in the key of the patches; names and places are not
         fluids = tuple((one.name, one.block, one.zones) for one in self.fluids[1])
         rules = tuple(self.column.values())
-        return ("units", self._patches_key, rules, fluids, self.inputs.slivers)
+        return ("units", self._patches_key, rules, fluids, self.inputs.slivers, self.reservoir)
 
     # ---- checks and warnings -------------------------------------------------------------
 

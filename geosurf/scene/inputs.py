@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, NoReturn, TypeVar
 
 from geosurf.arrangement.search import check_voxel_size
+from geosurf.carve.column import names_of_zones, reservoir_of
 from geosurf.conventions import (
     did_you_mean,
     elevation_sign,
@@ -91,7 +92,7 @@ class SceneInputs:
     horizons, faults, box, column, contacts, aoi, positive, length_unit
         As for `Scene`.
     voxel_size, self_intersections, extend, truncations, tolerance, tops, tie, lengthen, slivers,
-    fill_empty_blocks, compartments, crs
+    fill_empty_blocks, compartments, crs, reservoir
         As for `Scene`.
 
     Attributes
@@ -138,6 +139,7 @@ class SceneInputs:
     fill_empty_blocks: Any = None
     compartments: Any = None
     crs: str | None = None
+    reservoir: Any = None
     rules: tuple[Rule, ...] = field(init=False, repr=False)
     horizon_rules: tuple[Rule, ...] = field(init=False, repr=False)
     halves: Halves = field(init=False, repr=False)
@@ -165,6 +167,9 @@ class SceneInputs:
 
         # each input alone, then against the others
         check_column(tuple(horizons), self.column)
+        reservoir = None
+        if self.reservoir is not None:  # None stays: the default follows the horizons
+            reservoir = reservoir_of(names_of_zones(tuple(horizons)), self.reservoir)
         contacts = as_mapping("contacts", self.contacts)
         refuse_namesakes(horizon=horizons, fault=faults, contact=contacts)
         if self.positive is not None:
@@ -212,6 +217,7 @@ class SceneInputs:
             slivers=sliver_settings(self.slivers),
             compartments=compartments,
             crs=crs,
+            reservoir=reservoir,
             rules=tuple(rule for rule in rules if rule.main not in horizons),
             horizon_rules=at_horizons,
             halves=halves,

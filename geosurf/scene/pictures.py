@@ -126,7 +126,7 @@ class PictureChoice:
         A further view: azimuth and height of the viewer [degrees], and its scale.
     overlay : PictureOverlay, optional
         Wells, polygons and data points on views, maps and sections.
-    only, colour_by
+    only, include, colour_by
         Units of the exploded view, and what they are coloured by; as for `ScenePlots.units`.
     """
 
@@ -144,6 +144,7 @@ class PictureChoice:
     camera: tuple[float, float] | None = None
     zoom: float = 1.0
     only: Sequence[str] | None = None
+    include: str = "reservoir"
     colour_by: Any = "unit"
     style: PictureStyle | None = None
     overlay: PictureOverlay | None = None
@@ -158,7 +159,7 @@ class PictureChoice:
             angles_of(self.camera)
         check_zoom(self.zoom)
         check_colour_by(self.colour_by)
-        selection_of(self.only)
+        selection_of(self.only, self.include)
         overlay_of(self.overlay)
         style_of(self.style)
 
@@ -210,7 +211,8 @@ def pictures_of(scene: MeasuredModel, choice: PictureChoice) -> list[Picture]:
         caption = f"{_SEEN} {words_of(choice.camera)}."
         found.append(Picture(caption, "view_camera.png", draw, "camera", True))
     if choice.exploded:
-        draw = partial(plot.units, only=choice.only, colour_by=choice.colour_by, **look)
+        words = {"only": choice.only, "include": choice.include, "colour_by": choice.colour_by}
+        draw = partial(plot.units, **words, **look)
         caption = "Exploded view of the units: zones up and down, blocks sideways."
         found.append(Picture(caption, "units_exploded.png", draw, "exploded = false", True))
     for name in horizons if choice.maps else ():

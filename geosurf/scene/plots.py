@@ -102,10 +102,10 @@ def thickness_of(
 
 
 def neighbours(scene: MeasuredModel) -> list[tuple[str, str]]:
-    """Pairs of horizons with a zone between them, youngest first."""
+    """Pairs of horizons with a zone of the reservoir between them, youngest first."""
     # only zones that have units: the column or the box may have removed one, and its neighbours
     # then name the zone
-    zones = {unit.zone for unit in scene.units.values()}
+    zones = {unit.zone for unit in scene.units.included().values()}
     names = scene.horizon_names
     pairs = [(a, b) for i, a in enumerate(names) for b in names[i + 1 :]]
     return [(a, b) for a, b in pairs if f"{a}/{b}" in zones]
@@ -184,7 +184,10 @@ class ViewLook(TypedDict, total=False):
     zoom : float
         2 shows the middle of the model at twice the scale.
     only : sequence of str
-        Names of the surfaces and units that are drawn; units also by zone or block. Default: all.
+        Names of the surfaces and units that are drawn; units also by zone or block. Default: all
+        surfaces, and the units of the reservoir.
+    include : {"reservoir", "all"}
+        ``"all"``: also the units of over- and underburden.
     colour_by : str, mapping of str to float, or array_like of float
         Colours of units: ``"unit"``, ``"zone"``, ``"block"``, ``"contact"``, or numbers, one per
         unit or by name, with a colour bar. ``"z"`` colours units and horizons by elevation.
@@ -199,6 +202,7 @@ class ViewLook(TypedDict, total=False):
     exaggeration: float | None
     zoom: float
     only: Sequence[str] | None
+    include: str
     colour_by: Any
     title: str | None
     style: PictureStyle | None
@@ -229,13 +233,15 @@ class _View:
     exaggeration: float | None = None
     zoom: float = 1.0
     only: Any = None
+    include: str = "reservoir"
     colour_by: Any = None
     title: str | None = None
     style: Any = None
 
     def __post_init__(self) -> None:
         check_look(self.view, self.size, self.zoom, self.title, self.path)
-        self.__dict__.update(style=style_of(self.style), only=selection_of(self.only))
+        only = selection_of(self.only, self.include)
+        self.__dict__.update(style=style_of(self.style), only=only)
 
     @property
     def by(self) -> Any:
@@ -388,12 +394,13 @@ class ScenePlots:
         """
         checked, scene = _flat(**look), self._scene
         zones = list(dict.fromkeys(unit.zone for unit in scene.units.values()))
+        words = {"zones": zones, "reservoir": scene.units.reservoir}
         diagram, table = scene.allan(fault), scene.juxtaposition(fault)
         leaks = []
         if closures is not False:
             found = scene.closures(faults="juxtaposition") if closures is True else closures
             leaks = _leaks_on(scene, fault, found)
-        return plotted(draw_allan, diagram, table, zones=zones, leaks=leaks, **checked)
+        return plotted(draw_allan, diagram, table, **words, leaks=leaks, **checked)
 
     def throw(self, fault: str, **look: Unpack[FlatLook]) -> Any:
         """Draw the throw of all horizons along a fault.
@@ -452,7 +459,8 @@ class ScenePlots:
         # a fluid contact does not divide the thickness of its zone
         units = [(unit.zone, unit.volume, unit.zone_map_area) for unit in scene.units.values()]
         zones = column_of(units, list(dict.fromkeys(zone for zone, _, _ in units)))
-        return plotted(draw_column, zones, dict(scene.column), **checked)
+        words = {"reservoir": scene.units.reservoir}
+        return plotted(draw_column, zones, dict(scene.column), **words, **checked)
 
     def view(
         self,
@@ -483,8 +491,8 @@ class ScenePlots:
         overlay : PictureOverlay, optional
             Wells, polygons and data points that are drawn with the model.
         **look
-            ``path``, ``size``, ``exaggeration``, ``zoom``, ``only``, ``colour_by``, ``title``,
-            ``style``: see `ViewLook`.
+            ``path``, ``size``, ``exaggeration``, ``zoom``, ``only``, ``include``, ``colour_by``,
+            ``title``, ``style``: see `ViewLook`.
 
         Returns
         -------
@@ -529,7 +537,7 @@ class ScenePlots:
         roles = {ROLES_SHOWN[word] for word in words if word in ROLES_SHOWN}
         if only.names is not None and BUILT & set(words):
             only.check(_names_of(scene, words))
-        content, box = Content(), scene.box
+        content, box, note = Content(), scene.box, ""
         outline = scene.aoi if clip else None
         within = Prism(box, outline) if clip else None
         if roles:
@@ -545,18 +553,19 @@ class ScenePlots:
             content += show_patches(scene.patches, within, only=only, style=style)
         if "units" in words:
             content += show_units(scene.units, gap, only=only, colour_by=by, style=style)
+            note = only.left_out(scene.units)
         if "curves" in words:
             content += show_curves(scene.curves, within=within)
         if outline is not None and not gap:
             content += show_outline(outline, box[4])
         if overlay:
             content += show_overlay(overlay, box[5])
-        return given.draw(content, _title(words, given.colour_by), gap, box)
+        return given.draw(content, _title(words, given.colour_by), gap, box, note)
 
     def units(
         self, *, explode: float = 0.3, view: View = "southwest", **look: Unpack[ViewLook]
     ) -> Any:
-        """Draw the units in an exploded view: zones up and down, blocks sideways.
+        """Draw the units of the reservoir in an exploded view: zones up and down, blocks sideways.
 
         Each zone has a colour, each block a shade of it; the legend lists the volumes.
 
@@ -567,8 +576,8 @@ class ScenePlots:
         view : str or (float, float)
             As in `view`.
         **look
-            ``path``, ``size``, ``exaggeration``, ``zoom``, ``only``, ``colour_by``, ``title``,
-            ``style``: see `ViewLook`.
+            ``path``, ``size``, ``exaggeration``, ``zoom``, ``only``, ``include``, ``colour_by``,
+            ``title``, ``style``: see `ViewLook`.
 
         Returns
         -------
@@ -593,7 +602,8 @@ class ScenePlots:
             colour_by="unit" if given.colour_by is None else given.colour_by,
             style=given.style,
         )
-        return given.draw(content, title, gap, units.box, "" if gap == 0.0 else "Exploded view.")
+        note = f"{'' if gap == 0.0 else 'Exploded view. '}{given.only.left_out(units)}".strip()
+        return given.draw(content, title, gap, units.box, note)
 
 
 def _leaks_on(scene: MeasuredModel, fault: str, found: Any) -> list[tuple[str, float, float]]:

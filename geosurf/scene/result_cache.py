@@ -471,7 +471,7 @@ def name_of_model(scene: Scene) -> str | None:
     rules = graph.ruled_faults.rules
     settings = (
         graph.box, tuple(graph.column.items()), inputs.tolerance, inputs.voxel_size,
-        inputs.self_intersections, inputs.slivers, inputs.horizon_rules, rules,
+        inputs.self_intersections, inputs.slivers, graph.reservoir, inputs.horizon_rules, rules,
         [(one.name, one.block, one.zones) for one in contacts], marked,
     )  # fmt: skip
     parts: tuple[Any, ...] = (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Hashable, Iterable, Mapping
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
@@ -87,7 +87,7 @@ class Scene:
         ``"base"`` what lies above, ``"discontinuous"`` both. The others are ``"conformable"``: of
         two that cross, the older one ends on the younger. ``units.report["clipped"]`` lists all.
     contacts : mapping of str to contact, optional
-        Fluid contacts from the top down, which split units: ``{"OWC": -1705.0}``, also by
+        Fluid contacts from the top down, which split the reservoir: ``{"OWC": -1705.0}``, also by
         block and zone; see `build_contacts` and `FluidContact`. A path is a gridded horizon.
     aoi : array_like of float, shape (n, 2), path, or "rectangle", optional
         Area of interest: easting and northing around a polygon, which the model then fills.
@@ -146,6 +146,11 @@ class Scene:
     crs : str, optional
         Coordinate reference system, such as ``"EPSG:23031"``, of all inputs that declare none.
         Inputs that declare another are refused.
+    reservoir : sequence of str, optional
+        Zones of the reservoir, as in ``["Top/Middle"]``: fluid contacts that name no zones split
+        these, and `volumes`, tables and pictures show these; `units` has all. Default: the zones
+        between the first and the last horizon. With fewer than two horizons nothing lies between,
+        and all zones count.
     on_start : callable, optional
         Is called before each step: stage, subject, its number, and how many there are, as in
         ``("tear", "Top", 2, 4)``. Scenes made by `replace` call it, too; copies do not. Default:
@@ -196,13 +201,14 @@ class Scene:
         fill_empty_blocks: Any = None,
         compartments: Any = None,
         crs: str | None = None,
+        reservoir: Sequence[str] | None = None,
         on_start: OnStart | None = None,
     ) -> None:
         inputs = SceneInputs(
             horizons, or_empty(faults), box, or_empty(column), or_empty(contacts), aoi, positive,
             length_unit, voxel_size, self_intersections, extend, or_empty(truncations), tolerance,
             tops, tie, lengthen, tear, slivers,
-            fill_empty_blocks, compartments, crs,
+            fill_empty_blocks, compartments, crs, reservoir,
         )  # fmt: skip
         memory = Memory(on_start=on_start_of(on_start))
         self.__dict__.update(_inputs=inputs, _plain=Graph(inputs, memory))
@@ -311,6 +317,11 @@ class Scene:
     def column(self) -> dict[str, str]:
         """The rule of each horizon, youngest first."""
         return self._graph.column
+
+    @property
+    def reservoir(self) -> tuple[str, ...]:
+        """Names of the zones of the reservoir, youngest first."""
+        return self._graph.reservoir
 
     @property
     def box(self) -> Box:
@@ -495,9 +506,40 @@ class Scene:
 
     @property
     def volumes(self) -> xarray.DataArray:
-        """Volume of each unit by zone and block, and contact where there are some [m3]."""
+        """Gross rock volume (GRV) of each unit of the reservoir [m3].
+
+        By zone and block, and contact where there are some. ``units.volumes`` has all units.
+        """
         found = self._graph.units_at_levels
-        return self.units.volumes if found is None else found.volumes
+        return (self.units if found is None else found).included().volumes
+
+    def table(self, include: str = "reservoir") -> xarray.Dataset:
+        """Return volumes and areas of units by zone, block and contact.
+
+        Parameters
+        ----------
+        include : {"reservoir", "all"}
+            ``"all"``: also over- and underburden, which close the model; ``reservoir`` marks units.
+
+        Returns
+        -------
+        xarray.Dataset
+            As `Units.table`: ``volume`` is the gross rock volume (GRV) [m3].
+
+        Raises
+        ------
+        InputError
+            For another word.
+
+        Examples
+        --------
+        >>> import geosurf as gs
+        >>> world = gs.synthetic.tilted_planes()
+        >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+        >>> scene.table().unit.values.tolist(), scene.table(include="all").sizes["unit"]
+        (['Top/Base F1+', 'Top/Base F1-'], 6)
+        """
+        return self.units.included(include).table
 
     @property
     def volume_error_bound(self) -> float:

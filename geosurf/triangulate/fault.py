@@ -471,6 +471,7 @@ def build_contacts(
         ``units.report["without_contact"]``.
         A `FluidContact`, or a list of them, also names the zones where it applies:
         ``[FluidContact(-1705.0, zones="Top/Middle"), FluidContact(-1720.0, zones="Middle/Base")]``.
+        One without zones applies to those of the reservoir.
     box : (west, east, south, north, bottom, top)
         Of the model [m].
 

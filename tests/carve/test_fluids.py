@@ -32,6 +32,7 @@ def tilted(name, west, east):
     return grid(name, [z, z], spacing=6.0, corner=(-1.0, -1.0))
 
 
+ZONES = ["above Top", "Top/Base", "below Base"]
 UPRIGHT = sheet("F1", [(1, -1, -5), (1, 5, -5), (1, 5, 9), (1, -1, 9)])
 TOP, BASE = tilted("Top", 3, 5), level("Base", 1)
 
@@ -167,7 +168,8 @@ def parts_of(whole, surfaces, levels):
     """Each unit of a world and its parts, from the top down, where fluid contacts cut it."""
     extra, contacts = build_contacts(levels, BOX)
     patches = rebuild_surfaces([*surfaces, *extra])
-    units = carve_units(patches, contacts=contacts)
+    every = {unit.zone: 0 for unit in whole.values()}
+    units = carve_units(patches, contacts=contacts, reservoir=[*every])
     certificate = certify(patches, units)
     assert certificate.ok, str(certificate)
     for unit in whole.values():
@@ -289,7 +291,7 @@ def test_a_block_is_one_in_zones_that_its_fault_has_left():
     plain = scene_of({}, (one,))
     names = {u.name: u.fault_sides for u in plain.units.values()}
     assert names["below Base"] == ("F1-",)  # wholly below the fault
-    scene = scene_of({"OWC": {"F1-": 0.5}}, (one,))
+    scene = scene_of({"OWC": {"F1-": 0.5}}, (one,), reservoir=ZONES)
     assert {u.contact for u in scene.units.values() if u.zone == "below Base"} == {
         "above OWC", "below OWC"
     }  # fmt: skip
@@ -309,9 +311,9 @@ def test_what_lies_beyond_another_fault_is_on_the_same_side():
     assert found["F2+", "below OWC"] == pytest.approx(4.0, rel=1e-12)  # no way but through F1
     assert found["F1+ F2-", "below OWC"] == pytest.approx(8.0, rel=1e-12)
     assert found["F1-", ""] == pytest.approx(9.0, rel=1e-12)
-    assert scene.units.report["without_contact"] == {
-        "OWC": ("above Top F1-", "Top/Base F1-", "below Base F1-")
-    }
+    assert scene.units.report["without_contact"] == {"OWC": ("Top/Base F1-",)}
+    every = scene.replace(reservoir=ZONES).units.report["without_contact"]
+    assert every == {"OWC": ("above Top F1-", "Top/Base F1-", "below Base F1-")}
     assert [u.block for u in scene.units.on("F1+") if u.zone == "Top/Base"] == [
         "F1+ F2-", "F1+ F2-", "F2+", "F2+"
     ]  # fmt: skip
@@ -320,7 +322,7 @@ def test_what_lies_beyond_another_fault_is_on_the_same_side():
 
 
 def test_a_run_says_what_a_contact_leaves_out():
-    scene = scene_of({"OWC": {"F1+": 2.0}, "FWL": 1.5})
+    scene = scene_of({"OWC": {"F1+": 2.0}, "FWL": 1.5}, reservoir=ZONES)
     (note,) = contacts_left_out(scene)
     assert note.startswith(
         "fluid contact 'OWC' does not split above Top F1-, Top/Base F1-, below Base F1-: "
@@ -342,7 +344,9 @@ def test_sides_that_bound_a_block_count_more_than_those_far_away():
 def test_around_a_fault_that_dies_there_is_no_side():
     """F1 ends upwards inside the upper zone: only below it has sides, and nothing is guessed."""
     short = sheet("F1", [(1, -1, -5), (1, 5, -5), (1, 5, 2), (1, -1, 2)])
-    scene = scene_of({"OWC": {"F1+": -1.0}}, (short,))
+    with pytest.raises(InputError, match=r"'F1\+' has no unit in Top/Base\. Name the zones of"):
+        scene_of({"OWC": {"F1+": -1.0}}, (short,))
+    scene = scene_of({"OWC": {"F1+": -1.0}}, (short,), reservoir=ZONES)
     names = {u.name: u.fault_sides for u in scene.units.values()}
     assert names["Top/Base"] == names["above Top"] == ()
     assert names["below Base F1+ above OWC"] == ("F1+",)
@@ -359,7 +363,8 @@ def test_each_contact_reaches_a_unit_or_says_that_it_does_not(surfaces):
     sides = sorted({side for unit in whole.values() for side in unit.fault_sides})
     for side in sides[:2]:
         extra, contacts = build_contacts({"OWC": {side: 0.5}}, BOX)
-        units = carve_units(rebuild_surfaces([*surfaces, *extra]), contacts=contacts)
+        patches, every = rebuild_surfaces([*surfaces, *extra]), {u.zone: 0 for u in whole.values()}
+        units = carve_units(patches, contacts=contacts, reservoir=[*every])
         left = units.report["without_contact"].get("OWC", ())
         for unit in units.values():
             named = unit.name.removesuffix(unit.contact).strip()

@@ -197,18 +197,20 @@ def test_a_sliver_of_another_zone_makes_a_horizon_an_inner_face():
 # ---------------------------------------------------------------- tables and the certificate
 def test_tables_list_slivers_apart_and_totals_include_them():
     units = wedge(slivers=5.0).units
-    assert "2 of them are slivers (below 5 m³), 7 m³ in all: above Top F1+ (4 m³)" in str(units)
-    assert str(units).splitlines()[1].split() == ["above", "Top", "F1-", "60", "m³"]
+    words = "2 of them are slivers (below 5 m³), 7 m³ in all: above Top F1+ (4 m³)"
+    assert units.slivers_in_words.startswith(words)
+    assert "1 of them is a sliver (below 5 m³), 3 m³ in all: Top/Base F1+ (3 m³)" in str(units)
+    assert str(units).splitlines()[1].split() == ["Top/Base", "F1-", "45", "m³"]
     table = units.table
     assert table.sliver.dtype == bool
     assert int(table.sliver.sum()) == 2
     assert float(table.volume.sum()) == 192.0
-    volumes = volume_table(units)
+    volumes = volume_table(units, "all")
     assert volumes.head == ("Zone", "F1-", "F1+", "slivers", "all blocks")
     assert len(remnant_table(units.slivers).rows) == 2
     merged = wedge(slivers={"min_volume": 5.0, "merge": True}).units
-    assert "2 slivers merged into neighbours, 7 m³ in all" in str(merged)
-    assert volume_table(merged).head == ("Zone", "whole", "F1+", "F1-", "all blocks")
+    assert "2 slivers merged into neighbours, 7 m³ in all" in merged.merged_in_words
+    assert volume_table(merged, "all").head == ("Zone", "whole", "F1+", "F1-", "all blocks")
     assert merged_table(merged.merged).rows[0][:3] == ("above Top F1+", "above Top", "F1")
     assert str(merged.merged[0]) == (
         "above Top F1+ (4 m³) is part of above Top, across 16 m² of F1"

@@ -79,7 +79,7 @@ def test_a_run_sets_keys_writes_only_some_results_and_answers_in_json(scenario, 
     found = json.loads(said.out)
     assert {path.name for path in out.iterdir()} == {"certificate.txt", "curves.vtp", "volumes.csv"}
     assert (out / "certificate.txt").read_text().startswith("Other (title=Other, faults=[])\n")
-    assert [unit["unit"] for unit in found["units"]] == ["above Top", "Top/Base", "below Base"]
+    assert [unit["unit"] for unit in found["units"]] == ["Top/Base"]
     scene = gs.Scene(gs.synthetic.tilted_planes(n=5).horizons)
     assert [unit["volume"] for unit in found["units"]] == scene.volumes.values.tolist()
     assert found["certificate"]["ok"] is True

@@ -62,7 +62,15 @@ def test_run_prints_steps_volumes_and_where_things_are(folder, tmp_path, capsys)
     assert cli.main(["run", str(folder / "good.toml"), "-o", str(tmp_path / "out")]) == 0
     said, errors = capsys.readouterr()
     assert errors == ""
-    for word in ("rebuild", "carve", "Volumes [million m³]", "Top/Base", "all zones", "9 600.000"):
+    for word in (
+        "rebuild",
+        "carve",
+        "GRV [million m³]",
+        "Top/Base",
+        "reservoir  ",
+        "1 200.000",
+        "Not shown: 4 units outside the reservoir, 8400 million m³. To list them: --set",
+    ):
         assert word in said
     assert "6 units in " in said
     page = said.rpartition("Report: ")[2].partition(";")[0]

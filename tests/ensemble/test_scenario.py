@@ -146,7 +146,7 @@ def test_the_command_writes_tables_and_continues(write, tmp_path, capsys):
     path, out = write(CONTACT, ENSEMBLE), tmp_path / "out"
     assert main(["ensemble", str(path), "-o", str(out), "--workers", "1", "-n", "2"]) == 0
     printed = capsys.readouterr().out
-    assert "Volumes [million m³] of 2 realisations, 0 failed" in printed
+    assert "GRV [million m³] of 2 realisations, 0 failed" in printed
     assert main(["ensemble", str(path), "-o", str(out), "--quiet"]) == 0
     assert capsys.readouterr().out == ""
     assert "Reservoir model" in (out / "index.html").read_text(encoding="utf-8")

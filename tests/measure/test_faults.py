@@ -172,7 +172,8 @@ def test_each_wall_of_the_allan_diagram_has_its_own_contacts():
         assert (s.min(), s.max(), found.closed.values[i]) == (0.0, 30.0, 0)
         seen[found.label.values[i], found.side.values[i]] = np.unique(z).tolist()
     assert seen == {("GOC", "+"): [-17.0], ("OWC", "+"): [-19.0], ("OWC", "-"): [-15.0]}
-    through = faulted().replace(contacts={"OWC": -12.0}).allan("F1")  # above Top on one wall
+    zones = ["above Top", "Top/Base", "below Base"]  # the level is above Top on one wall
+    through = faulted().replace(contacts={"OWC": -12.0}, reservoir=zones).allan("F1")
     lines = [(s, z) for s, z in zip(through.side.values, through.kind.values, strict=True)]
     assert [s for s, kind in lines if kind == "contact"] == ["+", "-"]
     assert "contact" not in faulted().allan("F1").kind.values

@@ -105,7 +105,7 @@ def test_counts_of_cells_converge_to_volumes(scene):
     w, e, s, n, low, high = scene.box
     volumes = counts * (e - w) * (n - s) * (high - low) / found.unit.size
     assert (found.unit >= 0).all()
-    assert np.abs(volumes - scene.volumes.values).max() < 2e-3 * scene.units.box_volume
+    assert np.abs(volumes - scene.units.volumes.values).max() < 2e-3 * scene.units.box_volume
     assert volumes.sum() == pytest.approx(scene.units.box_volume, rel=1e-12)
 
 

@@ -50,9 +50,9 @@ def test_every_noun_is_shown_in_words(shown):
 
 
 def test_units_are_a_table_that_adds_up(shown):
-    units = shown["units"]
-    head, *rows, total, slivers = str(units).splitlines()
-    assert head.split() == ["zone", "block", "contact", "volume"]
+    units = shown["units"].included()
+    head, *rows, total, slivers, left = str(shown["units"]).splitlines()
+    assert head.split() == ["zone", "block", "contact", "GRV"]
     assert len(rows) == len(units) - len(units.slivers) == len(units.without_slivers)
     assert slivers == units.slivers_in_words
     for row, unit in zip(rows, units.without_slivers, strict=True):
@@ -60,7 +60,11 @@ def test_units_are_a_table_that_adds_up(shown):
         assert unit.block in row
         assert unit.contact in row
         assert row.endswith(volume_text(unit.volume, 4))
-    assert total == f"{len(units)} units, {volume_text(units.volume)}"
+    assert total == f"{len(units)} units, GRV {volume_text(units.volume)}"
+    rest = volume_text(shown["units"].volume - units.volume)
+    n_left = len(shown["units"]) - len(units)
+    words = f"Not shown: {n_left} units outside the reservoir, {rest}. units.table lists them."
+    assert left == words
     assert "contact" not in str(gs.carve_units(gs.rebuild_surfaces(gs.build_walls(units.box))))
 
 

@@ -35,7 +35,7 @@ def drawn(view: View3D, direction: str) -> np.ndarray:
     """The content of an interactive view, seen from a direction."""
     layers = []
     for body in view.bodies:
-        if body.group == "above Top":  # it hides the folds
+        if body.name.startswith("above Top"):  # it hides the folds
             continue
         # triangles of different surfaces share no points, as the viewer draws them
         points = body.points[body.triangles].reshape(-1, 3)

@@ -86,12 +86,12 @@ def test_the_same_scene_gives_the_same_page(scene, tmp_path):
 def test_a_failed_check_is_seen_first(scene, tmp_path):
     scene.check = lambda: Certificate((Check("closed", False, 3.0, "3 open edges"),))
     html = report_scene(scene, tmp_path).read_text(encoding="utf-8")
-    assert html.index("A check FAILED") < html.index("Volumes")
+    assert html.index("A check FAILED") < html.index("(GRV)")
     assert '<td class="label failed">FAILED</td>' in html
 
 
 def test_a_scene_that_draws_and_explains_is_asked_to(scene, tmp_path):
-    def draw(folder):
+    def draw(folder, **choice):
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "a.png").write_bytes(PNG)
         return {"From the south": folder / "a.png"}

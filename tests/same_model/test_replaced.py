@@ -89,6 +89,7 @@ CHANGES: dict[str, tuple[Any, Any, bool]] = {
     "fill_empty_blocks": (torn, {"Middle": True}, False),
     "compartments": (start, {"E": "boundary"}, True),
     "crs": (start, "EPSG:23031", True),
+    "reservoir": (start, ["Middle/Base"], True),
 }
 
 

@@ -65,7 +65,8 @@ corners_m = [[100, 100], [3900, 200], [3800, 2900], [2000, 1500], [200, 2800]]
         rows = list(csv.DictReader(file))
     assert {row["contact"] for row in rows} >= {"above OWC", "below OWC"}
     total = sum(float(row["volume_m3"]) for row in rows)
-    assert total == pytest.approx(scene.units.footprint * 800, rel=1e-12)
+    assert total == pytest.approx(scene.volumes.sum().item(), rel=1e-12)
+    assert scene.units.volume == pytest.approx(scene.units.footprint * 800, rel=1e-12)
     page = (tmp_path / "out" / "report" / "index.html").read_text()
     assert "Slivers: units below 1000 million m³" in page
     assert "above OWC" in page

@@ -48,7 +48,9 @@ def world(seed):
             ]
         },
     ][seed % 4]
-    return {"horizons": horizons, "faults": faults, "box": BOX, "contacts": contacts}
+    every = ["above Top", "Top/Base", "below Base"]  # contacts meet walls of the box as well
+    return {"horizons": horizons, "faults": faults, "box": BOX, "contacts": contacts,
+            "reservoir": every}  # fmt: skip
 
 
 def found(make):

@@ -18,7 +18,7 @@ def test_curves_are_those_of_all_surfaces_at_once(scene):
 
 def test_units_and_certificate(scene):
     laws.assert_volumes_add_up(scene.units, BOX)
-    assert scene.volumes.sum().item() == pytest.approx(192.0, rel=1e-12)
+    assert scene.table("all").volume.sum().item() == pytest.approx(192.0, rel=1e-12)
     certificate = scene.check()
     assert certificate.ok, str(certificate)
     assert certificate.checks[-1].name == "two runs give the same bytes"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 from pathlib import Path
 
 from geosurf.conventions import toml_key
@@ -73,6 +74,10 @@ def _direction(page: Page, ready: Ready) -> None:
         page.add(f'positive = "{ready.positive}"  # {_comment(ready.reason)}')
     elif ready.reason:
         page.add(f"# Direction of z: {_comment(ready.reason)}.")
+    zones = [f"{a.name}/{b.name}" for a, b in pairwise(ready.of("horizon"))]
+    if len(zones) > 1:
+        listed = ", ".join(map(quoted, zones))
+        page.add(f"# reservoir = [{listed}]  # name fewer zones, if some are no reservoir")
     # One unit for all silent files is written once, at the top.
     silent = [one for one in ready.of("horizon", "fault") if not one.states_unit]
     units = {one.length_unit for one in silent}
