@@ -401,7 +401,7 @@ class _Table:
                 whole[part] = c
                 numbers[c] = sorted(numbers.get(c, []) + numbers[part])
         name = {c: f"{horizon} {'+'.join(map(str, of))}" for c, of in numbers.items()}
-        rock, z = tree.rock, tree.rock.x[:, 2]
+        rock, z, world = tree.rock, tree.z, tree.rock.x + self.origin
         roof = rock.kind == ROOF
         unit_of = np.full(len(z), -1)
         unit_of[rock.t[roof][::-1]] = rock.unit[roof][::-1, None]
@@ -415,11 +415,11 @@ class _Table:
             x, t = clipped(rock.x, rock.t[chosen & roof], level)
             self.lines += [(x[ring] + self.origin, "outline", name[c]) for ring in rings_of(t, x)]
             path, fed = tree.way_up(c)
-            self.lines += [(rock.x[path] + self.origin, "path", name[c])] if path else []
-            spill = [math.nan] * 3 if c.kind == NONE else self._place(tree, c.spill)
+            self.lines += [(world[path], "path", name[c])] if path else []
+            spill = [math.nan] * 3 if c.kind == NONE else world[c.spill].tolist()
             unit = self.units[unit_of[c.crest]]
             self.closures.append([
-                name[c], horizon, unit.zone, unit.block, *self._place(tree, c.crest), *spill,
+                name[c], horizon, unit.zone, unit.block, *world[c.crest].tolist(), *spill,
                 KINDS[c.kind], self.names[c.surface] if c.surface >= 0 else "",
                 name[fed] if fed else "", name[whole[c]] if c in whole else "",
                 level + float(self.origin[2]), float(z[c.crest]) - level,
@@ -435,14 +435,9 @@ class _Table:
             known = set().union(*(leaky[part] for part in c.parts))
             leaky[c] = known | set(found)
             self.leaks += [
-                [name[c], self.names[of], *self._place(tree, spot), self.zones.get(zone, "")]
+                [name[c], self.names[of], *world[spot].tolist(), self.zones.get(zone, "")]
                 for of, (spot, zone) in sorted(found.items()) if of not in known
             ]  # fmt: skip
-
-    def _place(self, tree: Tree, node: int) -> list[float]:
-        """World coordinates of a node."""
-        found: list[float] = (tree.rock.x[node] + self.origin).tolist()
-        return found
 
     def dataset(self, **attrs: Any) -> xarray.Dataset:
         """All rows as one dataset."""
@@ -488,7 +483,7 @@ def warnings_of_spill(
             continue
 
         # of entries for the lowest contact, the one for most sides of faults
-        lowest = [contact for contact in fits if contact.name == fits[-1].name]
+        lowest = (contact for contact in fits if contact.name == fits[-1].name)
         contact = max(lowest, key=lambda one: (bool(one.zones), len(one.block.split())))
         top = contact.at
         if not is_number(top):

@@ -869,7 +869,7 @@ class Scene:
         ------
         InputError
             For an unknown horizon, or one with no reservoir directly below; for an unknown fault
-            or rule; for a negative height.
+            or rule; for a height that is no number.
 
         Examples
         --------
@@ -883,7 +883,7 @@ class Scene:
         0.0
         """
         rules = measure.fault_rules(faults, self.fault_names)
-        least = number_of(min_height, "min_height", "give metres, 0 or more")
+        least = number_of(min_height, "min_height", "give metres")
         names = measure.roofs_of(self.patches, self.units, horizon)
         found = self._measured(
             f"closures of {', '.join(names)}",

@@ -257,6 +257,30 @@ def test_flooding_of_cells_comes_nearer_with_their_size(seed: int) -> None:
     assert errors[1] < 0.35 * errors[0]
 
 
+def test_reservoirs_leak_into_each_other_past_a_shale_and_end_on_other_horizons() -> None:
+    # a roof with its crest west of the fault, the east up by 60 m: A/B faces C/D from 25 m down
+    top = -1800.0 - 0.1 * abs(X - 700.0) - 0.3 * abs(Y[:, None])
+    horizons = {
+        name: gs.throw_horizon(grid(top - below), {"F1": upright()}, {"F1": -60.0}, name=name)
+        for name, below in {"A": 0.0, "B": 20.0, "C": 50.0, "D": 90.0}.items()
+    }
+    scene = gs.Scene(horizons, {"F1": upright()}, BOX, reservoir=["A/B", "C/D"])
+    found = scene.closures(faults="juxtaposition")
+    assert found.horizon.values.tolist() == ["A", "A", "C", "C"]
+    leaks = zip(found.leak_closure.values, found.leak_zone.values, strict=True)
+    assert list(leaks) == [("A 2", "C/D"), ("C 1", "A/B")]
+    np.testing.assert_allclose(found.leak_elevation, -1825.0, atol=1e-9)
+    np.testing.assert_allclose(found.level[1:3], -1825.0, atol=1e-9)
+
+    # a level unconformity cuts off the west: the horizon ends on it where it is highest there
+    cut = grid(np.broadcast_to(np.where(X < 500.0, -1845.0, -1700.0), top.shape))
+    eroded = gs.Scene(
+        {"U": cut, "Top": grid(top), "Base": grid(top - 90.0)}, {}, BOX, column={"U": "erosional"}
+    )
+    one = eroded.closures("Top").isel(closure=0)
+    assert (one.spill_kind.item(), one.spill_at.item()) == ("horizon", "U")
+
+
 def test_contacts_below_spill_points_are_warned_of_and_bad_words_refused() -> None:
     top = grid(-1800.0 - 0.1 * abs(X - 1000.0) - 0.2 * abs(Y[:, None]))
     scene = gs.Scene({"Top": top, "Base": top - 60.0}, {"F1": upright()}, BOX)

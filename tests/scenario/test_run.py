@@ -96,11 +96,11 @@ def test_results_of_an_earlier_run_do_not_survive_and_other_files_do(scenario, t
     (out / "pictures" / "mine.png").write_text("mine")
     without_fault = scenario(
         ('[[faults]]\nname = "F1"\nfile = "F1.nc"\n', ""),
-        ('search = ["Top", "F1"]', 'formats = ["vtm", "csv"]'),
+        ('search = ["Top", "F1"]', 'formats = ["vtm", "csv"]\nclosures = "sealing"'),
     )
     run_scenario(without_fault, out, pictures=False)
     assert set(digests(out)) == {
-        *("units.vtm", "volumes.csv", "certificate.txt", "report/index.html"),
+        *("units.vtm", "volumes.csv", "closures.csv", "certificate.txt", "report/index.html"),
         *("units/000_above_Top.vtp", "units/001_Top_Base.vtp", "units/002_below_Base.vtp"),
         *("notes.txt", "pictures/mine.png"),
     }
