@@ -409,7 +409,7 @@ class _Table:
         for c in sorted(tree.closures, key=lambda c: (len(numbers[c]), numbers[c])):
             level = float(z[c.spill])
             within = np.isin(tree.basin, c.basins)
-            chosen = (within & (z > level))[rock.t].any(axis=1)
+            chosen = (within & (z > level))[rock.t.T].any(axis=0)
             x, t = clipped(rock.x, rock.t[chosen], level)
             volume = math.fsum((_in_map(x, t) * (x[t, 2].mean(axis=1) - level)).tolist())
             x, t = clipped(rock.x, rock.t[chosen & roof], level)

@@ -140,7 +140,7 @@ def bounded_rock(patches: Patches, units: Units, horizon: str, passed: Collectio
     # nodes: vertices, but on faults one for each fan of triangles that see the same rock
     at_fault = np.zeros(len(patches.local), dtype=bool)
     at_fault[t[is_fault]] = True
-    near = np.flatnonzero(at_fault[t].any(axis=1))
+    near = np.flatnonzero(at_fault[t.T].any(axis=0))
     key = np.repeat(t[:, None], 2, axis=1)
     fans = _fans(patches.local, t[near], inside[near], is_fault[near]) + len(at_fault)
     key[near] = np.where(at_fault[key[near]], fans, key[near])
