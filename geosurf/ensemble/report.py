@@ -10,11 +10,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import counted, volume_text
+from geosurf.conventions import counted
 from geosurf.conventions.packages import need_plots
 from geosurf.conventions.running import running
 from geosurf.ensemble.record import expect_ensemble, juxtaposition
-from geosurf.ensemble.results import LEAST, convergence, included, quantiles, tornado, volumes_by
+from geosurf.ensemble.results import (
+    LEAST,
+    convergence,
+    included,
+    left_out,
+    quantiles,
+    tornado,
+    volumes_by,
+)
 from geosurf.errors import OutputError
 from geosurf.files.atomic import write_whole
 from geosurf.model.expected import path_of
@@ -110,15 +118,8 @@ def report_ensemble(
     if waiting:
         facts += f" {waiting} have not run yet."
     facts += words_of_tears(result)
-    shown = included(result, include)
-    n_left = result.sizes["unit"] - shown.sizes["unit"]
-    if n_left:
-        rest = float(result.base_volume.sum() - shown.base_volume.sum())
-        facts += (
-            f" Not shown: {counted(n_left, 'unit')} outside the reservoir, {volume_text(rest)} in "
-            'the base case. include="all", in a scenario in [output], lists them.'
-        )
-    result = shown
+    facts += f" {left_out(result, include)}".rstrip()
+    result = included(result, include)
     header = [page.paragraph(made, "faint")] if made else []
     header += [
         page.paragraph(facts),

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from geosurf.conventions import did_you_mean, is_number, is_word
+from geosurf.conventions import counted, did_you_mean, is_number, is_word, volume_text
 from geosurf.ensemble.record import expect_ensemble
 from geosurf.errors import InputError
 from geosurf.model.expected import listed, path_of
-from geosurf.model.units import INCLUDE
+from geosurf.model.units import INCLUDE, INTERVALS
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
@@ -81,7 +81,7 @@ def quantile_text(result: xarray.Dataset, by: str = "contact", include: str = "r
         # Million cubic metres, as in messages.
         numbers = (float(found[column][row]) / 1e6 for column in COLUMNS[:3])
         lines.append(f"{name:<{width}}" + "".join(f"{number:12.3f}" for number in numbers))
-    return "\n".join(lines)
+    return "\n".join([*lines, *filter(None, [left_out(result, include)])])
 
 
 BY = ("unit", "zone", "block", "contact")
@@ -159,6 +159,19 @@ def included(result: xarray.Dataset, include: str) -> xarray.Dataset:
     return found
 
 
+def left_out(result: xarray.Dataset, include: str) -> str:
+    """How many units tables leave out, their volume, and how to see them; '' for none."""
+    part = included(result, include)
+    n = result.sizes["unit"] - part.sizes["unit"]
+    if not n:
+        return ""
+    rest = volume_text(float(result.base_volume.sum() - part.base_volume.sum()))
+    return (
+        f"Not shown: {counted(n, 'unit')} outside the reservoir, {rest} in the base case. To list "
+        'them: include="all" (in a scenario: in [output]).'
+    )
+
+
 def volumes_by(
     result: xarray.Dataset, by: str = "unit", include: str = "reservoir"
 ) -> xarray.DataArray:
@@ -219,10 +232,9 @@ def _labels(result: xarray.Dataset, by: str) -> tuple[list[str], list[str]]:
         return labels, list(dict.fromkeys(labels))
     zones = result.zone.values.tolist()
     place = {zone: k for k, zone in enumerate(dict.fromkeys(zones))}
-    rank = {"above": -1, "below": 1}
     sums = [f"{zone} {part}".strip() for zone, part in zip(zones, labels, strict=True)]
     order = {
-        name: (place[zone], rank.get(part.partition(" ")[0], 0))
+        name: (place[zone], INTERVALS.get(part.partition(" ")[0], 0))
         for name, zone, part in zip(sums, zones, labels, strict=True)
     }
     return sums, sorted(order, key=order.__getitem__)

@@ -165,6 +165,7 @@ def thickness_map(
         "zone": zone,
         "kind": kind,
     }
+    attrs |= {"contact": contact} if contact else {}
     if nodes.cell_area is not None:
         attrs |= {"cell_area": nodes.cell_area, "cell_area_units": "m2"}
     return xr.DataArray(

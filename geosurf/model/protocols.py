@@ -164,7 +164,9 @@ class MeasuredModel(DrawnModel, Protocol):
     def cutoffs(self, horizon: str, fault: str) -> list[np.ndarray]:
         """Return the lines where a horizon meets a fault."""
 
-    def thickness(self, zone: str, grid: Any = None) -> xarray.DataArray:
+    def thickness(
+        self, zone: str, grid: Any = None, *, contact: str | None = None
+    ) -> xarray.DataArray:
         """Return a thickness map of a zone."""
 
     def fault_polygons(self, horizon: str) -> xarray.Dataset:

@@ -409,6 +409,7 @@ def _crs(units: Units) -> dict[str, str]:
 
 INCLUDE = ("reservoir", "all")  # which units tables and pictures show
 TABLE = "units.table lists them."
+INTERVALS = {"above": -1, "below": 1}  # contact intervals from the top down; others lie between
 MOST_ROWS = 40  # of units that are printed
 MOST_CLIPS = 6  # pairs of horizons that cross, listed below the table
 MOST_SLIVERS = 4  # of slivers that are listed there

@@ -164,7 +164,9 @@ def draw_thickness(
     _contour(sheet, axes, (x, y), (whole, values), levels)
     for rings, dashes in zip(polygons.values(), DASHES, strict=False):
         draw_rings(sheet, axes, rings, dashes, metres_per_pixel)
-    kind, zone = str(thickness.attrs.get("kind", "thickness")), thickness.attrs.get("zone", "")
+    attrs = thickness.attrs
+    kind = str(attrs.get("kind", "thickness"))
+    zone = ", ".join(attrs[key] for key in ("zone", "contact") if key in attrs)
     large = _large_blocks(thickness)
     letters = _letter_blocks(sheet, axes, x, y, values[large])
     legend = _legend(thickness, values[large], letters, tuple(polygons))

@@ -158,7 +158,7 @@ def _sections(
 
 def _volumes(scene: ReportedModel, include: str) -> str:
     """The table of volumes and what it adds up to."""
-    how = 'include="all", in a scenario in [output], lists them.'
+    how = 'To list them: include="all" (in a scenario: in [output]).'
     left = left_out(scene.units, how, include)
     words = [*filter(None, [left]), tables.balance(scene.units), *tables.accuracy(scene)]
     table = page.html_table(tables.volume_table(scene.units, include))

@@ -30,7 +30,7 @@ from geosurf.model import (
 from geosurf.model.column import VirtualWall
 from geosurf.model.expected import expect, path_of
 from geosurf.model.protocols import ReportedModel
-from geosurf.model.units import MergedSliver
+from geosurf.model.units import INTERVALS, MergedSliver
 from geosurf.report.page import NOTHING, Table, number
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -423,15 +423,16 @@ def volume_table(units: Units, include: str = "reservoir") -> Table:
     """
     part = units.included(include)
     table = part.table
-    names: Iterable[str] = table["zone"].values
-    if "contact" in table.coords:
-        pairs = zip(names, table["contact"].values, strict=True)
+    # the row of a zone is split where contacts split it: 'Top/Base, above OWC'
+    each = list(part.values())
+    names = [", ".join(filter(None, (unit.zone, unit.contact))) for unit in each]
 
-        # the row of a zone is split where contacts split it: 'Top/Base, above OWC'
-        names = [", ".join(word for word in pair if word) for pair in pairs]
-
-    # `Units` goes zone by zone from the top down, so first appearance is the stratigraphic order
-    zones = _in_order(names)
+    # zone by zone from the top down, and so from above its contacts to below them
+    rank = {
+        name: (unit.zone_index, INTERVALS.get(unit.contact.partition(" ")[0], 0))
+        for name, unit in zip(names, each, strict=True)
+    }
+    zones = sorted(rank, key=rank.__getitem__)
     columns = [
         SLIVERS if small else str(block)
         for block, small in zip(table["block"].values, table["sliver"].values, strict=True)

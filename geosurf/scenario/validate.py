@@ -22,7 +22,14 @@ from geosurf.model.column import ELSEWHERE, read_compartments
 from geosurf.model.expected import path_of
 from geosurf.model.network import filling_by_horizon
 from geosurf.read._guard import opened
-from geosurf.scenario.keys import FaultInput, Scenario, ThrowInput, TruncationInput, check_faults
+from geosurf.scenario.keys import (
+    ContactInput,
+    FaultInput,
+    Scenario,
+    ThrowInput,
+    TruncationInput,
+    check_faults,
+)
 from geosurf.scenario.output_keys import check_uncertain
 from geosurf.scenario.toml_text import lines_of_keys, mistake_of_toml, with_settings
 from geosurf.scenario.values import KeyPath, Keys, Mistake, read_table
@@ -525,6 +532,8 @@ def _check_places(scenario: Scenario, at: KeyPath) -> None:
                 zones = f" of {', '.join(entry.zones)}" if entry.zones else ""
                 place.refuse(f"{label} is given {block}{zones} twice; delete one.")
         given.add(where)
+        with place.noting():
+            _check_level(scenario, entry, place.inside("elevation_m"))
 
     # three ways to give an area, of which exactly one is set
     aoi, place = scenario.aoi, at.of("aoi")
@@ -533,6 +542,27 @@ def _check_places(scenario: Scenario, at: KeyPath) -> None:
             place.refuse("aoi: give one of file, corners_m, rectangle.")
         if aoi is not None and aoi.rectangle and scenario.box is not None:
             place.refuse("aoi.rectangle proposes a box, and [box] is given as well; remove one.")
+
+
+def _check_level(scenario: Scenario, entry: ContactInput, at: KeyPath) -> None:
+    """A level contact is an elevation inside the box; a depth is refused, whatever files hold."""
+    level = entry.elevation_m
+    if level is None:
+        return
+    label = f"contacts[{entry.name!r}].elevation_m is {level:g}"
+    if scenario.box is not None:
+        low, high = scenario.box.elevation_m
+        if not low < level < high:
+            at.refuse(
+                f"{label}, outside of the model ([box] elevation_m = [{low:g}, {high:g}]). "
+                "Elevation is positive up, so depths are negative. Correct it, or enlarge the box."
+            )
+    elif level > 0 and "down" in (entry.positive, scenario.positive):
+        at.refuse(
+            f'{label}, above sea level, and positive = "down" states that files hold depths. '
+            f"Elevation is positive up: write {-level:g}. If the contact is above sea level, give "
+            "a [box] that reaches above it."
+        )
 
 
 def _check_contacts(scenario: Scenario, at: KeyPath) -> None:

@@ -88,7 +88,7 @@ def tops_of_scene(scene: MeasuredModel) -> Any:
 
 
 def thickness_of(
-    scene: MeasuredModel, zone: str, grid: Any
+    scene: MeasuredModel, zone: str, grid: Any, contact: str | None
 ) -> tuple[xarray.DataArray, dict[str, xarray.Dataset]]:
     """Thickness map of a zone, and the fault polygons of the horizons above and below."""
     if grid is None:
@@ -96,7 +96,7 @@ def thickness_of(
         # pixels to show
         west, east, south, north = scene.box[:4]
         grid = max(east - west, north - south) / CELLS
-    thickness = scene.thickness(zone, grid)
+    thickness = scene.thickness(zone, grid, contact=contact)
     names = [name for name in zone.split("/") if name in scene.horizon_names]
     return thickness, {name: scene.fault_polygons(name) for name in names}
 
@@ -321,7 +321,9 @@ class ScenePlots:
             options["closures"] = self._scene.closures(horizon) if closures is True else closures
         return plotted(draw_map, surface, curves, overlay=overlay, **options, **checked)
 
-    def thickness(self, zone: str, *, grid: Any = None, **look: Unpack[FlatLook]) -> Any:
+    def thickness(
+        self, zone: str, *, grid: Any = None, contact: str | None = None, **look: Unpack[FlatLook]
+    ) -> Any:
         """Draw the thickness map of a zone, with the fault polygons of its horizons.
 
         Parameters
@@ -329,6 +331,8 @@ class ScenePlots:
         zone : str
         grid : None, float or xarray object
             As for `Scene.thickness`. Default: 200 cells along the longer side of the box.
+        contact : str, optional
+            One interval between fluid contacts, ``"above OWC"``; default: all together.
         **look
             ``ax``, ``path``, ``size``, ``title``, ``style``: see `FlatLook`.
 
@@ -339,10 +343,10 @@ class ScenePlots:
         Raises
         ------
         InputError
-            For an unknown zone, or axes that are not axes.
+            For an unknown zone or contact interval, or axes that are not axes.
         """
         checked = _flat(**look)
-        thickness, polygons = thickness_of(self._scene, zone, grid)
+        thickness, polygons = thickness_of(self._scene, zone, grid, contact)
         return plotted(draw_thickness, thickness, polygons=polygons, **checked)
 
     def section(

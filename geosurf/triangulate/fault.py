@@ -572,10 +572,11 @@ def _surface(name: str, value: Any, box: Sequence[float]) -> TriSurface:
     # A level inside the box: a rectangle of two triangles, counter-clockwise seen from above.
     west, east, south, north, bottom, top = box
     if not bottom < value < top:
+        remedy = f"Write {-float(value):g}" if bottom < -value < top else "Correct the elevation"
         raise InputError(
             f"fluid contact {name!r} is at elevation {float(value):g} m, outside the model box "
             f"({bottom:g} to {top:g} m). Elevation is positive up, so depths are negative. "
-            "Correct the elevation, or enlarge the box."
+            f"{remedy}, or enlarge the box."
         )
     level = float(value)
     corners = [

@@ -203,6 +203,7 @@ def test_names_of_blocks_are_taken_apart():
         ({"OWC": "-2"}, r"contact 'OWC' is the text '-2'\. Give a number without quotes: -2\."),
         ({"OWC": True}, r"contact 'OWC' cannot be a bool\. Give an elevation \[m\]"),
         ({"OWC": 1705.0}, r"elevation 1705 m, outside the model box \(-4 to 8 m\)\. Elev"),
+        ({"OWC": -4.5}, r"depths are negative\. Write 4\.5, or enlarge the box\."),
     ],
 )  # fmt: skip
 def test_refusals(contacts, words):

@@ -189,6 +189,7 @@ def test_gentle_faults_are_stair_steps_and_a_warning_names_them():
     with pytest.warns(gs.GeosurfWarning, match="'F1' is a stair-step at 39 of the 39") as found:
         grid = gs.build_grid(faulted(2030.0, 35.0), cell=100, layers={"Top/Base": 2}, min_dip=45)
     assert found[0].message.kind == "stair-step"
+    assert found[0].filename == __file__  # the line of the user
     assert not grid.inside_out.any()
     coord = grid.coord
     np.testing.assert_array_equal(coord[..., :2], coord[..., 3:5])

@@ -10,6 +10,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import geosurf as gs
+from geosurf.errors import InputError
 from geosurf.render import palette
 from geosurf.render.compose import plotted
 from geosurf.render.diagram import draw_throw
@@ -106,6 +107,16 @@ def test_the_column_has_the_mean_thickness_of_zones(scene):
         words = f"{zone}\n{mean:.0f} m" if zone in scene.reservoir else zone
         assert words in [text.get_text() for text in ax.texts]
     assert "Base" in [text.get_text() for text in ax.texts]
+
+
+def test_a_thickness_map_may_be_of_what_lies_above_a_contact(scene):
+    z = scene.units["Top/Base"].vertices[:, 2]
+    cut = scene.replace(contacts={"OWC": float(0.5 * (z.min() + z.max()))})
+    figure = cut.plot.thickness("Top/Base", contact="above OWC")
+    titles = [text.get_text() for ax in figure.axes for text in ax.texts]
+    assert "Top/Base, above OWC: isochore map" in titles
+    with pytest.raises(InputError, match="no contact interval 'OWC'"):
+        cut.plot.thickness("Top/Base", contact="OWC")
 
 
 @pytest.mark.parametrize("suffix", [".svg", ".pdf", ".png"])

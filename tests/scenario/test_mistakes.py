@@ -95,6 +95,20 @@ def test_each_mistake_has_its_line(tmp_path, mistake):
         read_scenario(path)
 
 
+def test_a_depth_is_no_elevation_of_a_contact(tmp_path):
+    """The model would refuse it after reading all files: outside of the box."""
+    deep = (20, "elevation_m = 1700", "")
+    ((line, sentence),) = found_in(wrong(tmp_path, [deep]))
+    assert (line, "outside of the model ([box] elevation_m = [-3000, 0])" in sentence) == (20, True)
+
+    without_box = [(14, "", ""), (15, "", ""), (16, "", ""), (17, "", "")]
+    down = (1, 'positive = "down"', "")
+    ((line, sentence),) = found_in(wrong(tmp_path, [deep, down, *without_box]))
+    assert (line, "write -1700." in sentence) == (20, True)
+    assert found_in(wrong(tmp_path, [deep, *without_box])) == []  # heights, for all that is known
+    assert found_in(wrong(tmp_path, [down, *without_box])) == []
+
+
 def test_all_are_found_at_once(tmp_path, capsys):
     path = wrong(tmp_path, MISTAKES)
     found = found_in(path)

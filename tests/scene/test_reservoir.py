@@ -168,6 +168,7 @@ def test_scenarios_have_it(tmp_path):
 
 def test_ensembles_answer_for_it(scene):
     from geosurf.ensemble import ContactLevel, Uniform, quantiles, volumes_by
+    from geosurf.ensemble.results import quantile_text
 
     level = ContactLevel("OWC", shift=Uniform(-9.0, 9.0))
     result = gs.run_ensemble(scene, 10, uncertain=[level], progress=False)
@@ -180,3 +181,5 @@ def test_ensembles_answer_for_it(scene):
     base = quantiles(result, "unit").base.sum().item()
     assert base == pytest.approx(scene.volumes.sum().item(), rel=1e-12)
     assert quantiles(result, include="all").sizes["unit"] == result.sizes["unit"]
+    assert "Not shown: 6 units outside the reservoir, 12 600 million m³" in quantile_text(result)
+    assert "Not shown" not in quantile_text(result, include="all")
