@@ -78,7 +78,7 @@ MUTANTS = (
     # ---- torn horizons
     Mutant("sheets", "signal = max((double - single) / 63.0, 0.0)", "signal = max((double - single) / 1.1, 0.0)", f"tests/sheets {SAME}"),
     Mutant("sheets", "return z_minus - z_plus, t_plus - t_minus", "return z_plus - z_minus, t_plus - t_minus", "tests/sheets"),
-    Mutant("sheets", "smeared = [trim for trim in proposed if trim > USUAL]", "smeared = [trim for trim in proposed if trim < USUAL]", "tests/sheets"),
+    Mutant("sheets", "own > of_all or own <=", "own <=", "tests/sheets/test_propose_trim.py"),
     Mutant("sheets", "lost = abs(whole - along) * frame.cell", "lost = abs(whole - along)", "tests/sheets"),
     Mutant("sheets", "where=off < half) ** 2", "where=off < half)", "tests/sheets"),
     Mutant("sheets", "apart = sides[some, None] * sides[around] < 0", "apart = sides[some, None] * sides[around] < -9", "tests/sheets"),
@@ -104,7 +104,7 @@ MUTANTS = (
     Mutant("measure", "(np.nan if len(points) and points[0, 2] < 0.0 else 0.0)", "0.0", "tests/measure/test_sample.py"),
     Mutant("measure", "return int(off.argmax())", "return len(points) // 2 if len(points) < 4 else 0", "tests/measure/test_section.py"),
     Mutant("scene", "return None if strangers else found", "return found", "tests/model/test_copies.py"),
-    Mutant("sheets", "np.median(list(proposed.values()))) if several else usual)", "np.median(list(proposed.values()))) if several else 0.0)", "tests/sheets/test_propose_trim.py"),
+    Mutant("sheets", "picks.nodes_of(rows)]) * side[rows]", "picks.nodes_of(rows)])", "tests/sheets/test_propose_trim.py"),
     Mutant("sheets", "pairs = pairs[~_near_holes(band, pairs[:, 0], holes)]", "pairs = pairs[: 0 if holes else None]", "tests/field_data/test_reek.py"),
     Mutant("write", "columns = grid.values[::-1].T", "columns = grid.values.T", "tests/write"),
     Mutant("write", "first=n_written + 1)", "first=1)", "tests/write tests/read/test_gocad_lines.py"),

@@ -511,29 +511,29 @@ class TrimProposal:
         The proposal for ``tear_horizon(trim=)`` [cells of the grid].
     smear : float or None
         Half width of the smear [cells]. 0 if there is none; None if it cannot be determined,
-        because the surface misses data far from the faults as well.
-    misfit : tuple of float
-        90th percentile of the misfit of ignored data, by distance from the nearest fault: below one
-        cell, one to two, and so on [m].
+        because too few data are near the faults.
+    shares : tuple of float
+        Median distance of ignored data from the sheet of their side, towards the other wall, as
+        share of the throw, by distance from the fault: below one cell, one to two, and so on.
     of_fault : dict of str to float
-        The proposal for each fault alone [cells]; `trim` where too few data are near it.
+        The proposal for each fault [cells]: `trim`, but where it clearly shows another smear.
     """
 
     trim: float
     smear: float | None
-    misfit: tuple[float, ...]
+    shares: tuple[float, ...]
     of_fault: dict[str, float] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         # Bins of one cell each, from the fault outwards.
-        bins = ", ".join(f"{value:.3g}" for value in self.misfit)
+        bins = ", ".join(f"{value:.0%}" for value in self.shares)
         # The reason is part of the proposal: without a smear a small trim is enough.
         why = "the width of the smear cannot be determined"
         if self.smear is not None:
             why = f"data are smeared over {self.smear:g} cells"
         return (
             f"proposed trim: {self.trim:g} cells ({why})\n"
-            f"misfit of ignored data by distance from a fault in cells [m]: {bins}"
+            f"share of the throw by which data miss their wall, by cells from a fault: {bins}"
             + "".join(f"\n{name}: {trim:g} cells" for name, trim in self.of_fault.items())
         )
 

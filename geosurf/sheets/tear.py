@@ -46,7 +46,7 @@ from geosurf.sheets.mesh.finish import (
 )
 from geosurf.sheets.mesh.tear_ends import lost_throw
 from geosurf.sheets.report.describe import fault_cuts, make_report
-from geosurf.sheets.report.propose_trim import shows_smear, trims_alike, trims_of
+from geosurf.sheets.report.propose_trim import shows_smear, trims_of
 from geosurf.triangulate import triangulate_horizon
 from geosurf.triangulate.horizon import EXTRAPOLATED
 from geosurf.triangulate.neighbours import own_form
@@ -289,19 +289,16 @@ def _as_data_show(
     """The sheet with the trims that the data show at all faults, if it closes; else as it was.
 
     They may be narrower than those given: a wide trim takes the data away between faults that meet
-    at acute angles. Faults with little throw do not show how far the gridder smeared: all get the
-    trim of those that do.
+    at acute angles.
     """
-    for shown in (trims_of("auto", picks, faults), trims_alike(picks, faults)):
-        if shown is None or shown == trims:
-            continue
-        try:
-            other = search.forced(search.torn(faults, shown))
-        except GeometryError:  # a block has no data beyond them
-            continue
-        if not other.bad:
-            return other
-    return open_sheet
+    shown = trims_of("auto", picks, faults)
+    if not shows_smear(picks) or shown == trims:
+        return open_sheet
+    try:
+        other = search.forced(search.torn(faults, shown))
+    except GeometryError:  # a block has no data beyond them
+        return open_sheet
+    return open_sheet if other.bad else other
 
 
 def _what_works(
@@ -509,8 +506,8 @@ def tear_horizon(
         Default: the name of the data.
     trim : "auto", float or mapping of str to float
         Ignore data closer to a fault than this, measured at their own height [cells of the grid].
-        ``"auto"`` estimates it for each fault from data that are held out (`propose_trim`), 1.5 to
-        8 cells; it is 2 cells where the data do not show it. A mapping sets it by fault, and the
+        ``"auto"`` estimates it from data that are held out (`propose_trim`), 1.5 to 9.5 cells, for
+        all faults or for one that shows another smear; it is 2 cells where the data do not show it. A mapping sets it by fault, and the
         others are estimated.
     noise : float, optional
         Standard deviation of the data's noise [m]; 0 to meet them exactly. Default: estimated.

