@@ -78,7 +78,7 @@ MUTANTS = (
     # ---- torn horizons
     Mutant("sheets", "signal = max((double - single) / 63.0, 0.0)", "signal = max((double - single) / 1.1, 0.0)", f"tests/sheets {SAME}"),
     Mutant("sheets", "return z_minus - z_plus, t_plus - t_minus", "return z_plus - z_minus, t_plus - t_minus", "tests/sheets"),
-    Mutant("sheets", "own > of_all or own <=", "own <=", "tests/sheets/test_propose_trim.py"),
+    Mutant("sheets", "or own <= of_all - NARROWER)", ")", "tests/sheets/test_propose_trim.py"),
     Mutant("sheets", "lost = abs(whole - along) * frame.cell", "lost = abs(whole - along)", "tests/sheets"),
     Mutant("sheets", "where=off < half) ** 2", "where=off < half)", "tests/sheets"),
     Mutant("sheets", "apart = sides[some, None] * sides[around] < 0", "apart = sides[some, None] * sides[around] < -9", "tests/sheets"),

@@ -506,9 +506,9 @@ def tear_horizon(
         Default: the name of the data.
     trim : "auto", float or mapping of str to float
         Ignore data closer to a fault than this, measured at their own height [cells of the grid].
-        ``"auto"`` estimates it from data that are held out (`propose_trim`), 1.5 to 9.5 cells, for
-        all faults or for one that shows another smear; it is 2 cells where the data do not show it. A mapping sets it by fault, and the
-        others are estimated.
+        ``"auto"`` estimates it from data that are held out (`propose_trim`), 2 to 9.5 cells, for
+        all faults together and for one that shows another smear. A mapping sets it by fault, and
+        the others are estimated.
     noise : float, optional
         Standard deviation of the data's noise [m]; 0 to meet them exactly. Default: estimated.
     keep_outliers : bool, default False

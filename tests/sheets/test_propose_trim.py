@@ -9,7 +9,7 @@ import geosurf as gs
 
 
 @pytest.mark.parametrize("kind", ["normal", "Y"])
-@pytest.mark.parametrize(("smear", "trim"), [(0, 1.5), (1, 2.0), (2, 3.5), (3, 5.0)])
+@pytest.mark.parametrize(("smear", "trim"), [(0, 2.0), (1, 2.0), (2, 3.5), (3, 5.0)])
 def test_the_smear_of_a_grid_is_found(kind, smear, trim):
     world = gs.synthetic.torn(kind, 81, smear=smear)
     proposal = gs.propose_trim(world.horizons["Top"], world.faults)
@@ -30,6 +30,16 @@ def test_law_a_wide_smear_takes_no_throw_away(kind, smear):
     assert throws[0] == pytest.approx(
         throws[1], rel=0.12 if (kind, smear) == ("reverse", 4) else 0.07
     )
+
+
+def test_a_fault_that_clearly_has_another_smear_has_a_trim_of_its_own():
+    """As where the gridder knew one fault and not the other."""
+    sharp, smeared = (gs.synthetic.torn("X", 81, smear=k) for k in (0, 3))
+    top = sharp.horizons["Top"]
+    x, y = np.meshgrid(top.easting, top.northing)
+    away = [np.abs(f.along_across(x, y)[1]) for f in sharp.truth["faults"].values()]
+    mixed = smeared.horizons["Top"].where(away[0] < away[1], top)
+    assert gs.propose_trim(mixed, sharp.faults).of_fault == {"F1": 5.0, "F2": 2.0}
 
 
 def test_smear_that_cannot_be_told_is_not_guessed():

@@ -25,14 +25,14 @@ from geosurf.sheets.mesh.finish import fault_surfaces
 
 HIDDEN = 6  # cells from a fault within which data are ignored
 SMEARED = 0.05  # share of the throw that smear has, or by which it falls to the next cell
+RAMP = 0.12  # share that smear has somewhere: where all are smaller, they are drag or relief
 CLEARLY = 2.0  # standard errors by which that share is more than 0
 BESIDE = 6.0  # data side by side that say the same
 SURE = 0.05  # standard error up to which a share shows that there is no smear
 NARROWER = 2.0  # cells by which that is less than the smear of all: one cell is chance
 SHARE = 1.5  # cells of trim for each cell of smear
 SPARE = 0.5  # cells more than that
-LEAST = 1.5  # cells: the smallest trim that is chosen without being asked for
-USUAL = 2.0  # cells of trim where smear cannot be determined
+LEAST = 2.0  # cells: the smallest trim that is chosen without being asked for
 FEWEST = 10  # data that a wall has to have in a cell of distance
 
 
@@ -71,8 +71,8 @@ def propose_trim(
     Sheets are rebuilt without the data closer to a fault than six cells. Data in each cell of
     distance miss the sheet of their side, towards the other wall, by a share of the throw. The
     smear ends with the last cell whose share is 5 % of the throw, or falls by that to the next, and
-    is more than two standard errors. A fault has a trim of its own if it clearly shows a wider
-    smear, or one narrower by two cells.
+    is more than two standard errors. Shares that are below 12 % everywhere are drag. A fault has a
+    trim of its own if it clearly shows a wider smear, or one narrower by two cells.
 
     Examples
     --------
@@ -101,7 +101,7 @@ def propose_trim(
 
 def _trim(smear: float | None) -> float:
     """The trim for a smear [cells]."""
-    return USUAL if smear is None else max(SHARE * smear + SPARE, LEAST)
+    return max(SHARE * (smear or 0.0) + SPARE, LEAST)
 
 
 def trims_of(
@@ -184,8 +184,8 @@ class Seen:
         # the error of a rebuild from noisy data lowers all shares, and changes little between cells
         share, error = self.shares()
         falls = share - np.append(share[1:], 0.0)
-        smeared = np.maximum(share, falls) > SMEARED
-        smeared = np.flatnonzero(smeared & (share > CLEARLY * error))
+        clear = (share > CLEARLY * error) & (np.nanmax(share, initial=0.0) > RAMP)
+        smeared = np.flatnonzero(clear & (np.maximum(share, falls) > SMEARED))
         end = int(smeared[-1]) + 1 if len(smeared) else 0
         return float(end), bool((error[end:] < SURE).all() and np.isfinite(share[0]))
 
