@@ -237,11 +237,11 @@ def _seen(picks: Picks, faults: Sequence[TriSurface]) -> Seen:
     rows, far = rows[alone := (far < HIDDEN) & (second[rows] > HIDDEN)], far[alone]
     off = (picks.z[rows] - state.values[picks.nodes_of(rows)]) * side[rows]
     throw = np.zeros(len(rows))
-    for trace, near, walls in zip(state.network.traces, state.near, state.walls, strict=True):
+    for trace, beside_it, walls in zip(state.network.traces, state.near, state.walls, strict=True):
         if len(walls.place):
             beside = np.flatnonzero(fault[rows] == trace.fault)
-            at = near.look_up(picks.nodes_of(rows[beside]))
-            beside, place = beside[at >= 0], near.place[at[at >= 0]]
+            at = beside_it.look_up(picks.nodes_of(rows[beside]))
+            beside, place = beside[at >= 0], beside_it.place[at[at >= 0]]
             torn = (place > trace.start) & (place < trace.stop)
             throw[beside[torn]] = np.interp(place[torn], walls.place, walls.throw)
     rows, far, off, throw = (of[throw != 0.0] for of in (rows, far, off, throw))
