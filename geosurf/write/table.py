@@ -90,7 +90,8 @@ def columns_of_table(table: xr.Dataset) -> Columns:
             f"this Dataset lies along {sorted(map(str, dims))}; a table has one dimension. "
             "Write .nc instead."
         )
-    keys = [key for key, variable in table.variables.items() if set(variable.dims) == dims]
+    # names and labels first, then what is measured
+    keys = [k for k in (*table.coords, *table.data_vars) if set(table[k].dims) == dims]
     return {_head(table, str(key)): table[key].values.tolist() for key in keys}
 
 
