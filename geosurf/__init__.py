@@ -61,6 +61,7 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
         Sheet as Sheet,
         SheetReport as SheetReport,
         TetMesh as TetMesh,
+        ThrowAudit as ThrowAudit,
         ThrowReport as ThrowReport,
         TriSurface as TriSurface,
         TrimProposal as TrimProposal,

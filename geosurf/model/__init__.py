@@ -39,6 +39,7 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
     from geosurf.model.sheets import LostThrow as LostThrow
     from geosurf.model.sheets import Sheet as Sheet
     from geosurf.model.sheets import SheetReport as SheetReport
+    from geosurf.model.sheets import ThrowAudit as ThrowAudit
     from geosurf.model.sheets import ThrowReport as ThrowReport
     from geosurf.model.sheets import TrimProposal as TrimProposal
     from geosurf.model.surfaces import ROLES as ROLES

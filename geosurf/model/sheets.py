@@ -398,6 +398,62 @@ def _grouped(number: int) -> str:
     return f"{number:,}".replace(",", " ")
 
 
+TWICE = 2.0  # spreads by which a sheet may differ from its data
+OF_THROW, METRES = 0.1, 1.0  # but at least this share of the largest throw, and this
+IN_A_ROW = 3  # stations that a difference goes on for: a single one may be chance
+
+
+@dataclass(frozen=True, eq=False)
+class ThrowAudit(Noun):
+    """Throw along one fault: of the sheet, and as the data on both sides show without it.
+
+    Attributes
+    ----------
+    stations : ndarray (n, 3)
+        As in `FaultCut`, about one per cell [m].
+    along : ndarray (n,)
+        Distance along the trace [m].
+    sheet : ndarray (n,)
+        Throw between the cut-offs [m], positive where the hanging wall is down.
+    data : ndarray (n,)
+        Throw between trends of the data beyond `trim` on both sides, continued to the fault [m];
+        NaN where there are too few, or another fault is near.
+    spread : ndarray (n,)
+        How far straight and curved, short and long trends differ, and three standard errors [m].
+    trim : float
+        Cells from the fault from which on data count: beyond their smear.
+
+    Examples
+    --------
+    >>> import numpy as np, geosurf as gs
+    >>> world = gs.synthetic.torn("normal", n=61, smear=2)
+    >>> audit = gs.tear_horizon(world.horizons["Top"], world.faults).report.throw["F1"]
+    >>> bool(np.nanmedian(np.abs(audit.sheet - audit.data)) < 2.0), int(audit.differs.sum())
+    (True, 0)
+    """
+
+    stations: np.ndarray
+    along: np.ndarray
+    sheet: np.ndarray
+    data: np.ndarray
+    spread: np.ndarray
+    trim: float
+
+    @property
+    def differs(self) -> np.ndarray:
+        """Stations, bool (n,), where the sheet differs from its data by more than their spread.
+
+        By twice the spread, a tenth of the largest throw, and 1 m, at three stations in a row.
+        """
+        largest = np.abs(np.concatenate([self.sheet, self.data]))
+        least = max(OF_THROW * largest[np.isfinite(largest)].max(initial=0.0), METRES)
+        off = np.abs(self.sheet - self.data) > np.maximum(TWICE * self.spread, least)
+        from scipy.ndimage import binary_opening  # loaded by those who tear
+
+        found: np.ndarray = binary_opening(off, np.ones(IN_A_ROW))
+        return found
+
+
 @dataclass(frozen=True, repr=False)
 class SheetReport:
     """How a sheet was made, in numbers; lengths in metres, except where cells are named.
@@ -418,6 +474,8 @@ class SheetReport:
         The same at the ignored data, which test the surface: each against the wall that it is on.
     extrapolation : list of dict
         Places farthest from data of their own side: ``cells``, ``place`` (3,), ``fault``.
+    throw : dict of str to ThrowAudit
+        By fault, its throw and what the data beside it show.
     sign_changes : dict of str to int
         By fault, changes of the sign of throw beyond 5 % of the largest: nearly always a
         trim that is too small.
@@ -437,7 +495,7 @@ class SheetReport:
         Sentences for the user.
     warnings : tuple of GeosurfWarning
         What closed the sheet where its faults alone did not (kinds in `REMEDIES`), and throw that
-        the data show where a fault ends, and the sheet does not have.
+        the data show and the sheet does not have, along a fault or where it ends.
     """
 
     trim: float = 0.0
@@ -449,6 +507,7 @@ class SheetReport:
     misfit: dict[str, float] = field(default_factory=dict)
     holdout_misfit: dict[str, float] = field(default_factory=dict)
     extrapolation: list[dict[str, Any]] = field(default_factory=list)
+    throw: dict[str, ThrowAudit] = field(default_factory=dict)
     sign_changes: dict[str, int] = field(default_factory=dict)
     tips: int = 0
     declared_tips: int = 0

@@ -43,6 +43,7 @@ from geosurf.model import (
     Lattice,
     Sheet,
     SheetReport,
+    ThrowAudit,
     ThrowReport,
     TriSurface,
 )
@@ -283,6 +284,7 @@ _CLASSES: dict[str, type] = {
         Sheet,
         SheetReport,
         TearPlan,
+        ThrowAudit,
         ThrowReport,
     )
 }

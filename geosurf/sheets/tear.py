@@ -647,6 +647,7 @@ def tear_from(
 
     # heights of all nodes, a torn mesh that the faults close, cut-offs and report
     horizon = _data(picks, noise, fill_empty_blocks)
+    measured = None if trim == "auto" else trims_of("auto", picks, surfaces)
     torn = None if plan is None else torn_as_planned(horizon, surfaces, plan)
     searched = torn is None
     if torn is None:
@@ -656,7 +657,7 @@ def tear_from(
             trims = replace(trims, use=plan.use)
         torn = torn_sheet(horizon, surfaces, trims, asking)
     closed, cuts = with_needed(torn.closed, needed), torn.cuts
-    report = make_report(closed, cuts)
+    report = make_report(closed, cuts, measured or closed.given_trims)
     if wrong:
         told = warning_of(picks.name, wrong)
         report.notes.append(str(told))

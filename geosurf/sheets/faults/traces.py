@@ -92,6 +92,18 @@ class Trace:
         step = np.hypot(*np.diff(self.line[:, :2], axis=0).T)
         return np.concatenate([[0.0], np.cumsum(step)])
 
+    @property
+    def inside(self) -> tuple[float, float]:
+        """Lengths along the line between which the fault really is [cells]."""
+        first, last = np.interp([self.start, self.stop], np.arange(len(self.line)), self.along)
+        return float(first), float(last)
+
+    @property
+    def stations(self) -> np.ndarray:
+        """Lengths along the line (n,), about a cell apart, where throw is read [cells]."""
+        first, last = self.inside
+        return np.linspace(first, last, max(int(last - first), 1) + 1)
+
 
 def mesh_in_frame(surface: TriSurface, frame: Frame) -> FaultMesh:
     """A fault in the frame of a horizon; remembered by content for the last ones.

@@ -644,14 +644,14 @@ def on_base_heights(solver: Solver, plan: TearPlan) -> Rebuilt | None:
 
 def _share(trace: Trace, place: np.ndarray) -> np.ndarray:
     """Places along a trace as shares of the part on its fault."""
-    first, last = np.interp([trace.start, trace.stop], np.arange(len(trace.along)), trace.along)
+    first, last = trace.inside
     along: np.ndarray = np.interp(place, np.arange(len(trace.along)), trace.along)
     return (along - first) / (last - first)
 
 
 def _place(trace: Trace, share: np.ndarray) -> np.ndarray:
     """The inverse of `_share`."""
+    first, last = trace.inside
     vertex = np.arange(len(trace.along))
-    first, last = np.interp([trace.start, trace.stop], vertex, trace.along)
     found: np.ndarray = np.interp(first + share * (last - first), trace.along, vertex)
     return found

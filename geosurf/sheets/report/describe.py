@@ -15,13 +15,14 @@ from geosurf.kernels.sheets.link_lines import CHUNK, first_hits, undirected_line
 from geosurf.model import FaultCut, SheetReport, TriSurface
 from geosurf.sheets.faults.cut_edges import EAST, FALLING, NORTH, RISING, Cuts
 from geosurf.sheets.faults.traces import Trace, split_lines
-from geosurf.sheets.heights.state import SENSE, Heights, NearPicks
+from geosurf.sheets.heights.state import SENSE, Heights, NearPicks, Trims
 from geosurf.sheets.lattice.picks import Frame, Picks
 from geosurf.sheets.mesh.build import Built
 from geosurf.sheets.mesh.close import Closed
 from geosurf.sheets.mesh.cut import Cut
 from geosurf.sheets.mesh.finish import on_sheet
 from geosurf.sheets.mesh.torn_mesh import Torn
+from geosurf.sheets.report.audit import audit_throw, warnings_of_throw
 from geosurf.sheets.report.fault_ends import throw_at_tips
 from geosurf.sheets.report.remedies import remedies
 
@@ -137,7 +138,6 @@ OF_THROW, MOVED, FARTHEST_MOVED = 0.1, (0.1, 1.0), 10.0
 FAR = 4.0  # cells of extrapolation from which a place is listed
 OVERLAP = 0.5  # cells of overlap from which a note says that data do not show it
 LINKS = 3  # side by side that overlap: a single one at a contact may reach over the other fault
-STATION = 1.0  # cells between the stations of a profile
 
 
 def fault_cuts(frame: Frame, built: Built, faults: Sequence[TriSurface]) -> dict[str, FaultCut]:
@@ -173,12 +173,7 @@ def no_cuts(faults: Sequence[TriSurface]) -> dict[str, FaultCut]:
 
 def _stations(trace: Trace, frame: Frame) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Stations (n, 3), dip directions (n, 2) and distance along the trace (n,), in metres."""
-    vertex = np.arange(len(trace.line))
-    first, last = np.interp([trace.start, trace.stop], vertex, trace.along)
-
-    # about a cell apart, over the real part of the trace only
-    n = max(int((last - first) / STATION), 1) + 1
-    along = np.linspace(first, last, n)
+    along = trace.stations
     line = np.stack([np.interp(along, trace.along, c) for c in trace.line.T], axis=1)
     xy = frame.to_world(line[:, :2] / frame.stretch)
 
@@ -186,11 +181,11 @@ def _stations(trace: Trace, frame: Frame) -> tuple[np.ndarray, np.ndarray, np.nd
     axes = frame.step / frame.spacing[:, None]
     direction = line[:, 3:5] @ axes
     direction /= np.maximum(np.hypot(*direction.T), 1e-12)[:, None]
-    return np.column_stack([xy, line[:, 2]]), direction, (along - first) * frame.cell
+    return np.column_stack([xy, line[:, 2]]), direction, (along - along[0]) * frame.cell
 
 
-def make_report(closed: Closed, cuts: dict[str, FaultCut]) -> SheetReport:
-    """All numbers of a sheet."""
+def make_report(closed: Closed, cuts: dict[str, FaultCut], measured: Trims) -> SheetReport:
+    """All numbers of a sheet; `measured`: trims beyond which the data show no smear."""
     picks, built, solver = closed.picks, closed.built, closed.rebuilt.solver
     state = built.state
     names = list(cuts)
@@ -207,7 +202,11 @@ def make_report(closed: Closed, cuts: dict[str, FaultCut]) -> SheetReport:
     noise = None if solver.noise.weight is None else solver.noise.deviation
     misfit, moved = _misfit_in_use(picks, state, cuts, noise)
     # what closed the sheet, throw that it does not have, and data that it does not meet
-    warnings = (*remedies(closed), *throw_at_tips(picks, state, closed.faults, trim), *moved)
+    audits = audit_throw(closed, cuts, measured)
+    warnings = (
+        *remedies(closed), *warnings_of_throw(picks.name, audits, closed.trims.of_fault),
+        *throw_at_tips(picks, state, closed.faults, trim), *moved,
+    )  # fmt: skip
     notes += map(str, warnings)
     return SheetReport(
         trim=trim,
@@ -219,6 +218,7 @@ def make_report(closed: Closed, cuts: dict[str, FaultCut]) -> SheetReport:
         misfit=misfit,
         holdout_misfit=_misfit(holdout_misfit(picks, solver.inputs.nearby, built)),
         extrapolation=_far_places(picks.frame, state, names),
+        throw=audits,
         sign_changes={name: _sign_changes(cut.throw) for name, cut in cuts.items()},
         tips=count_tips(built),
         declared_tips=state.network.declared_tips,
