@@ -10,6 +10,7 @@ cutoffs.py        cut-off lines by wall; fault polygons
                   areas of zones that face each other; Allan diagrams
 closures.py       closures of horizons, spill points, leaks at faults
 throw.py          throw, heave, dip separation along a fault
+                  throw of torn horizons compared with their data
                   well tops compared with the horizons of a model
 section.py        vertical sections
                   edges -> lines and rings; lists of lines as a dataset
@@ -41,6 +42,7 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
     from geosurf.measure.section import vertical_section as vertical_section
     from geosurf.measure.thickness import thickness_map as thickness_map
     from geosurf.measure.throw import separation as separation
+    from geosurf.measure.throw import throw_audit as throw_audit
     from geosurf.measure.throw import well_misfit as well_misfit
 else:
     __getattr__, __all__ = lazily(__name__)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -33,6 +33,80 @@ _THROW_COLUMNS = {
     "easting": ("m", "easting of the middle between both cut-offs"),
     "northing": ("m", "northing of the middle between both cut-offs"),
 }
+
+
+_AUDIT = {
+    "model": "median throw of the model, above 0 where the hanging wall is down",
+    "data": "median throw that the data on both sides show",
+    "spread": "median spread of that",
+    "off": "model minus data where they differ most for their spread; nan where they agree",
+    "easting": "easting of that place",
+    "northing": "northing of that place",
+}
+
+
+def throw_audit(sheets: Mapping[str, Any]) -> xarray.Dataset:
+    """
+    Throw of torn horizons beside what the data on both sides of each fault show.
+
+    Parameters
+    ----------
+    sheets : mapping of str to Sheet
+        Torn horizons by name; those that throw moved have no data beside their faults.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``horizon`` and ``fault``: ``model``, ``data``, ``spread``, ``off`` and where [m];
+        the numbers of ``stations`` with a throw, of those where data show it (``shown``), and of
+        those where both differ by more than the spread (``differs``). Medians are over ``shown``.
+
+    Raises
+    ------
+    InputError
+        If no horizon is torn from its data.
+
+    Examples
+    --------
+    >>> import geosurf as gs
+    >>> world = gs.synthetic.torn("normal", n=61, smear=2)
+    >>> found = throw_audit({"Top": gs.tear_horizon(world.horizons["Top"], world.faults)})
+    >>> row = found.sel(horizon="Top", fault="F1")
+    >>> bool(abs(row.model - row.data) < row.spread), int(row.differs)
+    (True, 0)
+    """
+    reports = {name: sheet.report for name, sheet in sheets.items()}
+    audits = {name: report.throw for name, report in reports.items() if hasattr(report, "trims")}
+    if not audits:
+        raise InputError(
+            "no horizon is torn from data, so there is no throw to compare with them. Tear "
+            "horizons: Scene(..., tear=True), or geosurf.tear_horizon."
+        )
+    faults = list(dict.fromkeys(fault for audit in audits.values() for fault in audit))
+    shape = (len(audits), len(faults))
+    metres = {name: np.full(shape, np.nan) for name in _AUDIT}
+    counts = {name: np.zeros(shape, dtype=np.int64) for name in ("stations", "shown", "differs")}
+    for at in np.ndindex(*shape):
+        audit = list(audits.values())[at[0]].get(faults[at[1]])
+        if audit is None:
+            continue
+        there, differs = np.isfinite(audit.sheet), audit.differs
+        shown = there & np.isfinite(audit.data)
+        for name, mask in (("stations", there), ("shown", shown), ("differs", differs)):
+            counts[name][at] = mask.sum()
+        if shown.any():
+            for name, along in (("model", "sheet"), ("data", "data"), ("spread", "spread")):
+                metres[name][at] = np.median(getattr(audit, along)[shown])
+        if audit.worst is not None:
+            metres["off"][at] = audit.sheet[audit.worst] - audit.data[audit.worst]
+            metres["easting"][at], metres["northing"][at] = audit.stations[audit.worst, :2]
+    over = ("horizon", "fault")
+    variables: dict[str, Any] = {
+        name: (over, values, {"units": "m", "long_name": _AUDIT[name]})
+        for name, values in metres.items()
+    }
+    variables |= {name: (over, values) for name, values in counts.items()}
+    return xr.Dataset(variables, {"horizon": list(audits), "fault": faults})
 
 
 def separation(

@@ -400,7 +400,7 @@ def _grouped(number: int) -> str:
 
 TWICE = 2.0  # spreads by which a sheet may differ from its data
 OF_THROW, METRES = 0.1, 1.0  # but at least this share of the largest throw, and this
-IN_A_ROW = 3  # stations that a difference goes on for: a single one may be chance
+IN_A_ROW = 5  # stations that a difference goes on for: a few may be chance
 
 
 @dataclass(frozen=True, eq=False)
@@ -443,7 +443,7 @@ class ThrowAudit(Noun):
     def differs(self) -> np.ndarray:
         """Stations, bool (n,), where the sheet differs from its data by more than their spread.
 
-        By twice the spread, a tenth of the largest throw, and 1 m, at three stations in a row.
+        By twice the spread, a tenth of the largest throw, and 1 m, at five stations in a row.
         """
         largest = np.abs(np.concatenate([self.sheet, self.data]))
         least = max(OF_THROW * largest[np.isfinite(largest)].max(initial=0.0), METRES)
@@ -452,6 +452,15 @@ class ThrowAudit(Noun):
 
         found: np.ndarray = binary_opening(off, np.ones(IN_A_ROW))
         return found
+
+    @property
+    def worst(self) -> int | None:
+        """The station of those that differ where this is clearest; None if none does."""
+        differs = np.flatnonzero(self.differs)
+        if not len(differs):
+            return None
+        clear = np.abs(self.sheet - self.data)[differs] / self.spread[differs]
+        return int(differs[clear.argmax()])
 
 
 @dataclass(frozen=True, repr=False)

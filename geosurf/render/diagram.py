@@ -130,6 +130,7 @@ def draw_throw(
     throws: Mapping[str, xarray.Dataset],
     *,
     horizons: Sequence[str] = (),
+    shown: Mapping[str, np.ndarray | None] | None = None,
     title: str | None = None,
 ) -> None:
     """Draw the throw of horizons along a fault.
@@ -141,6 +142,8 @@ def draw_throw(
         Results of `Scene.throw` for one fault, by horizon.
     horizons : sequence of str
         All horizons, youngest first, for the same colours as in other pictures.
+    shown : mapping of str to ndarray (n, 3), optional
+        What data show, by horizon: distance along the strike, throw and its spread [m].
     title : str, optional
         Default: the name of the fault.
 
@@ -158,11 +161,13 @@ def draw_throw(
     # one line for each stretch of the fault on which both walls have a cut-off
     lines = {name: _stretches(found) for name, found in throws.items()}
     points = [line for parts in lines.values() for line in parts]
+    bands = {name: band for name, band in (shown or {}).items() if band is not None}
     if not points:
         raise InputError("no horizon has throw along this fault, so there is nothing to draw.")
     # no throw is in the picture, which is two metres high at least
     start = points[0][0, 0]
-    throw = np.concatenate([line[:, 1] for line in points])
+    throw = np.concatenate([a[:, 1] for a in (*points, *bands.values())])
+    throw = throw[np.isfinite(throw)]
     # a little room, or the frame would cut the line at the largest throw in half
     room = 0.03 * np.ptp([*throw, 0.0])
     low, high = min(-1.0, throw.min() - room), max(1.0, throw.max() + room)
@@ -187,6 +192,10 @@ def draw_throw(
             # the last line is the thinnest: those below are seen where throws are the same
             wide = 1.0 + 1.6 * (len(lines) - 1 - row) / max(len(lines) - 1, 1)
             axes.plot(*line.T, color=colour, linewidth=wide * width, zorder=2)
+        if name in bands:
+            along, data, spread = bands[name].T
+            axes.fill_between(along, data - spread, data + spread, color=colour, alpha=0.15, lw=0)
+            axes.plot(along, data, ":", color=colour, linewidth=width, zorder=3)
         if parts:
             low, high = (f(float(f(line[:, 1])) for line in parts) for f in (min, max))
             span = f"{round(low)} to {round(high)} m".replace("-", "\N{MINUS SIGN}")
@@ -197,6 +206,8 @@ def draw_throw(
     if "dip_azimuth" in attrs:  # the strike is 90 degrees to the left of it
         draw_ends(sheet, axes, float(attrs["dip_azimuth"]) - 90.0)
     words = "Throw: vertical offset of both cut-offs; negative where the hanging wall is higher."
+    if bands:
+        words += " Dotted: what the data on both sides show, with its spread."
     draw_words(sheet, f"{fault}: throw" if title is None else title, words)
 
 

@@ -187,7 +187,12 @@ def verdict(passed: bool, n_check: int) -> str:
         if passed
         else "A check FAILED: see the certificate"
     )
-    return f'<p class="verdict{"" if passed else " failed"}">{words}</p>'
+    return badge(passed, words)
+
+
+def badge(passed: bool, words: str) -> str:
+    """Return a sentence as a badge, green or red; nothing for an empty one."""
+    return f'<p class="verdict{"" if passed else " failed"}">{escape(words)}</p>' if words else ""
 
 
 def html_table(table: Table) -> str:

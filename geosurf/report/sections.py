@@ -117,6 +117,7 @@ def build_page(
             page.paragraph(facts),
             page.paragraph(box, "faint"),
             page.verdict(certificate.ok, len(certificate.checks)),
+            page.badge(*tables.throw_in_words(scene.sheets)),
         ]
     )
     return page.fill_page(

@@ -23,6 +23,7 @@ from geosurf.model import (
     Curves,
     Extension,
     Remnant,
+    SheetReport,
     TriSurface,
     Truncation,
     Units,
@@ -126,6 +127,29 @@ def sheet_table(sheets: Mapping[str, Any]) -> Table:
             rows.append((name, cut.fault, ", ".join(cut.ends), *(number(v, 1) for v in values)))
     head = ("Horizon", "Fault", "Ends", "Length [m]", "Min throw [m]", "Max throw [m]")
     return Table((*head, "Max heave [m]"), tuple(rows), n_label=3)
+
+
+def throw_in_words(sheets: Mapping[str, Any]) -> tuple[bool, str]:
+    """Return whether torn horizons have the throw that their data show, and a sentence or ''."""
+    audits = {
+        (name, fault): audit
+        for name, sheet in sheets.items()
+        if isinstance(sheet.report, SheetReport)
+        for fault, audit in sheet.report.throw.items()
+        if np.isfinite(audit.data).any()
+    }
+    if not audits:
+        return True, ""
+    differ = [f"{fault} at {name}" for (name, fault), one in audits.items() if one.differs.any()]
+    if not differ:
+        return (
+            True,
+            f"As the data show: throw within its spread at {counted(len(audits), 'cut-off')}",
+        )
+    return False, (
+        f"NOT as the data show: the throw of {', '.join(differ)} differs by more than its spread, "
+        f"{len(differ)} of {len(audits)}: see the warnings"
+    )
 
 
 # ---- well tables ----------------------------------------

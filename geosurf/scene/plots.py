@@ -407,9 +407,10 @@ class ScenePlots:
         return plotted(draw_allan, diagram, table, **words, leaks=leaks, **checked)
 
     def throw(self, fault: str, **look: Unpack[FlatLook]) -> Any:
-        """Draw the throw of all horizons along a fault.
+        """Draw the throw of all horizons along a fault, and what the data beside it show.
 
-        A horizon whose throw cannot be measured is left out, with a `GeosurfWarning`.
+        Of torn horizons, dotted lines with a band are what the data on both sides show. A horizon
+        whose throw cannot be measured is left out, with a `GeosurfWarning`.
 
         Parameters
         ----------
@@ -440,7 +441,8 @@ class ScenePlots:
             effect = f"The picture of the throw of {fault!r} does not show {'; '.join(missing)}."
             remedy = "All other results are complete. Set throw = false in [output] to run without."
             warn(GeosurfWarning("picture", fault, effect, remedy))
-        return plotted(draw_throw, throws, horizons=names, **checked)
+        shown = {name: _shown_along(scene, name, fault, found) for name, found in throws.items()}
+        return plotted(draw_throw, throws, horizons=names, shown=shown, **checked)
 
     def column(self, **look: Unpack[FlatLook]) -> Any:
         """Draw the stratigraphic column: zones with their mean thickness, horizons and their rules.
@@ -608,6 +610,21 @@ class ScenePlots:
         )
         note = f"{'' if gap == 0.0 else 'Exploded view. '}{given.only.left_out(units)}".strip()
         return given.draw(content, title, gap, units.box, note)
+
+
+def _shown_along(
+    scene: MeasuredModel, name: str, fault: str, throw: xarray.Dataset
+) -> np.ndarray | None:
+    """Distance along the strike, throw that data show, and its spread (n, 3); None without."""
+    sheet = scene.sheets.get(name)
+    if sheet is None or not isinstance(sheet.report, SheetReport):
+        return None
+    audit = sheet.report.throw[fault]
+    azimuth = np.radians(float(throw.attrs["dip_azimuth"]) - 90.0)
+    strike = np.array([np.sin(azimuth), np.cos(azimuth)])
+    first = np.array([throw.easting[0], throw.northing[0]]) @ strike - float(throw.along_strike[0])
+    along = audit.stations[:, :2] @ strike - first
+    return np.column_stack([along, audit.data, audit.spread])
 
 
 def _leaks_on(scene: MeasuredModel, fault: str, found: Any) -> list[tuple[str, float, float]]:

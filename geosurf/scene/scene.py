@@ -1068,6 +1068,22 @@ class Scene:
                 found = measure.separation(hanging, foot, azimuth, start=start, level=level)
         return found.assign_attrs(horizon=horizon, fault=fault, direction=direction)
 
+    def throw_audit(self) -> xarray.Dataset:
+        """Return the throw of torn horizons beside what the data on both sides of faults show.
+
+        Returns
+        -------
+        xarray.Dataset
+            Over ``horizon`` and ``fault``; see ``geosurf.measure.throw_audit``. Values along a
+            fault: ``scene.sheets["Top"].report.throw["F1"]``, a `ThrowAudit`.
+
+        Raises
+        ------
+        InputError
+            If no horizon is torn from its data.
+        """
+        return measure.throw_audit(self.sheets)
+
     def orientation(self, name: str) -> xarray.Dataset:
         """Return area, dip and azimuth of a horizon or fault, as a whole and by triangle.
 

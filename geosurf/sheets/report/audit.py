@@ -176,16 +176,16 @@ def warnings_of_throw(
     """A warning for each fault at which a sheet has another throw than its data show."""
     found = []
     for (fault, audit), trim in zip(audits.items(), used, strict=True):
-        differs = np.flatnonzero(audit.differs)
-        if not len(differs):
+        worst = audit.worst
+        if worst is None:
             continue
-        worst = differs[np.abs(audit.sheet - audit.data)[differs].argmax()]
         has, shows = (float(throw[worst]) for throw in (audit.sheet, audit.data))
         how = (
             f"Tear with a trim of {audit.trim:g} cells for {fault!r}; it is {trim:g} now"
             if audit.trim > trim
-            else f"Give points of both walls of {fault!r}, or leave the fault out"
+            else f"Look at scene.plot.throw({fault!r}), and give points of both walls there"
         )
+        n, n_shown = int(audit.differs.sum()), int(np.isfinite(audit.data).sum())
         sign = ", of the other sign," if has * shows < 0.0 else ""
         found.append(
             GeosurfWarning(
@@ -194,7 +194,7 @@ def warnings_of_throw(
                 f"Fault {fault!r} has a throw of {has:.3g} m at horizon {name!r} near "
                 f"{place(audit.stations[worst])}. Data beyond {audit.trim:g} cells on both sides "
                 f"show {shows:.3g} m{sign} with a spread of {audit.spread[worst]:.2g} m. They "
-                f"differ at {len(differs)} of {int(np.isfinite(audit.data).sum())} stations.",
+                f"differ at {n} of {n_shown} stations.",
                 f"{how}. report.throw[{fault!r}] has both along the fault.",
                 tuple(audit.stations[worst].tolist()),
             )
