@@ -50,7 +50,7 @@ def test_a_scene_with_a_longer_fault_has_all_horizons_at_it(world):
     dip = np.cross(normal, [-normal[1], normal[0], 0.0])
     points += np.maximum(deepest + 8.0 - points[:, 2], 0.0)[:, None] * dip / dip[2]
     short = gs.TriSurface("F1", "fault", points, given.triangles)
-    scene = gs.Scene({"Top": top, "Base": lower}, {"F1": short}, tear=2)
+    scene = gs.Scene({"Top": top, "Base": lower}, {"F1": short}, tear=3.5)
     with pytest.warns(gs.GeosurfWarning, match=r"'F1' ends before the cut-offs"):
         sheets = scene.sheets
     one, two = (sheet.faults[0].vertices for sheet in sheets.values())
