@@ -472,10 +472,12 @@ def parts_at_levels(
         for k, volume in enumerate(of)
     ]  # fmt: skip
     w, e, s, n, low, high = units.box
-    return Units(
+    found = Units(
         parts, (w, e, s, n, low, high), footprint=units.footprint, slivers=units.sliver_settings,
         reservoir=units.reservoir,
     )  # fmt: skip
+    found._regions = units._regions
+    return found
 
 
 def _splits(

@@ -33,6 +33,7 @@ from geosurf.errors import GeometryError, InputError, RoundingError
 from geosurf.model import Patches, Unit, frozen
 from geosurf.model.excerpt import outward_shell
 from geosurf.model.pieces import Pieces, by_unit, same_turn
+from geosurf.model.regions import RegionFinder
 from geosurf.model.units import rows_of_contacts
 
 LISTED = 110  # bytes of memory for each triangle of a unit that is listed, measured
@@ -319,6 +320,12 @@ class _Carved(Unit):
         return sides
 
     @cached_property
+    def region(self) -> str:
+        """Part of the field that it belongs to; '' where none is known."""
+        regions: RegionFinder | None = self.__dict__.get("_regions")
+        return "" if regions is None else regions.found.of(self.zone, self.block)
+
+    @cached_property
     def bounded_by(self) -> tuple[str, ...]:
         """Names of the surfaces that bound the unit, from faces: no triangle is listed."""
         if self._shell is None:  # a copy with other triangles
@@ -431,7 +438,7 @@ def build_unit(
 
 def unit_of_volume(whole: Unit, contact: str, beneath: tuple[str, ...], volume: float) -> Unit:
     """Return a part of a unit by its volume: it has labels, and no shell."""
-    return _Carved(
+    part = _Carved(
         name=unit_name(whole.zone, whole.block, contact),
         zone=whole.zone,
         zone_index=whole.zone_index,
@@ -443,6 +450,8 @@ def unit_of_volume(whole: Unit, contact: str, beneath: tuple[str, ...], volume: 
         surface_names=whole.surface_names,
         volume=volume,
     )
+    part.__dict__["_regions"] = whole.__dict__.get("_regions")
+    return part
 
 
 def _turned_inside_out(patches: Patches, shells: Shells, u: int, name: str) -> GeometryError:

@@ -19,7 +19,7 @@ from geosurf.model.sheets import TearPlan
 from geosurf.model.tops import Tops
 from geosurf.scene import Scene
 from geosurf.scene.faults import LongerFaults
-from geosurf.scene.scene import (
+from geosurf.scene.given import (
     frame_of,
     given_contacts,
     given_fault,

@@ -18,7 +18,7 @@ from geosurf.ensemble.models import add_to
 from geosurf.ensemble.record import Layers, Record, UnitKey, areas_of
 from geosurf.errors import GeosurfError, InputError
 from geosurf.scene import Scene
-from geosurf.scene.scene import keep_results_apart, volumes_by_unit
+from geosurf.scene.given import keep_results_apart, volumes_by_unit
 from geosurf.warning import silenced
 
 _BROKEN = (ArithmeticError, AssertionError, LookupError, TypeError, ValueError)

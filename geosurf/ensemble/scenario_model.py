@@ -22,9 +22,9 @@ from geosurf.scenario.keys import Scenario, ThrowInput
 from geosurf.scenario.output_keys import UncertainInput, distribution_of
 from geosurf.scenario.torn import keeps_area, torn_horizons
 from geosurf.scene import Scene
+from geosurf.scene.given import given_settings
 from geosurf.scene.memory import fingerprint
 from geosurf.scene.result_cache import ResultCache
-from geosurf.scene.scene import given_settings
 from geosurf.scene.surfaces import footprint
 from geosurf.scene.tear_rounds import Made
 

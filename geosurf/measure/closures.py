@@ -343,7 +343,7 @@ def clipped(x: np.ndarray, t: np.ndarray, level: float) -> tuple[np.ndarray, np.
     return np.concatenate([x, points]), np.concatenate([whole, *(np.stack(k, 1) for k in parts)])
 
 
-def _in_map(x: np.ndarray, t: np.ndarray) -> np.ndarray:
+def area_in_map(x: np.ndarray, t: np.ndarray) -> np.ndarray:
     """Area of triangles in the map, below 0 for those that look down, float64 (n,) [m2]."""
     (ax, ay), (bx, by) = ((x[t[:, k], :2] - x[t[:, 0], :2]).T for k in (1, 2))
     found: np.ndarray = 0.5 * (ax * by - ay * bx)
@@ -361,6 +361,7 @@ _CLOSURE = {
     "horizon": ("", "horizon above the closure"),
     "zone": ("", "zone below the crest"),
     "block": ("", "block of that zone"),
+    "region": ("", "region of that block"),
     **_spot("crest", "highest point of the horizon"),
     **_spot("spill", "spill point"),
     "spill_kind": ("", "what ends the closure: saddle, fault, horizon, edge of the model, or none"),
@@ -411,7 +412,7 @@ class _Table:
             within = np.isin(tree.basin, c.basins)
             chosen = (within & (z > level))[rock.t.T].any(axis=0)
             x, t = clipped(rock.x, rock.t[chosen], level)
-            volume = math.fsum((_in_map(x, t) * (x[t, 2].mean(axis=1) - level)).tolist())
+            volume = math.fsum((area_in_map(x, t) * (x[t, 2].mean(axis=1) - level)).tolist())
             x, t = clipped(rock.x, rock.t[chosen & roof], level)
             self.lines += [(x[ring] + self.origin, "outline", name[c]) for ring in rings_of(t, x)]
             path, fed = tree.way_up(c)
@@ -419,11 +420,12 @@ class _Table:
             spill = [math.nan] * 3 if c.kind == NONE else world[c.spill].tolist()
             unit = self.units[unit_of[c.crest]]
             self.closures.append([
-                name[c], horizon, unit.zone, unit.block, *world[c.crest].tolist(), *spill,
-                KINDS[c.kind], self.names[c.surface] if c.surface >= 0 else "",
+                name[c], horizon, unit.zone, unit.block, unit.region,
+                *world[c.crest].tolist(), *spill, KINDS[c.kind],
+                self.names[c.surface] if c.surface >= 0 else "",
                 name[fed] if fed else "", name[whole[c]] if c in whole else "",
                 level + float(self.origin[2]), float(z[c.crest]) - level,
-                math.fsum(_in_map(x, t).tolist()), volume,
+                math.fsum(area_in_map(x, t).tolist()), volume,
             ])  # fmt: skip
 
             # the highest leak on each fault where none of its parts leaks

@@ -284,6 +284,7 @@ LABELS: dict[str, tuple[str, Callable[[Unit], str]]] = {
     "unit": ("unit", lambda unit: unit.name),
     "zone": ("zone", lambda unit: unit.zone),
     "block": ("fault block", lambda unit: unit.block),
+    "region": ("part of the field through all zones", lambda unit: unit.region),
     "contact": ("interval between fluid contacts", lambda unit: unit.contact),
 }
 RULE = (
@@ -371,7 +372,7 @@ def sample_units(
     data: dict[str, Any] = {}
     for name, (meaning, read) in LABELS.items():
         words = [read(unit) for unit in listed]
-        if name == "contact" and not any(words):
+        if name in ("region", "contact") and not any(words):
             continue
         data[name] = (places.dims, *_labels(found, words, meaning, codes=bool(codes)))
     if boundaries is not None:
@@ -509,7 +510,7 @@ def well_intervals(
     listed = list(units.values())
     for name, (meaning, read) in LABELS.items():
         words = [read(unit) for unit in listed]
-        if name != "contact" or any(words):
+        if name not in ("region", "contact") or any(words):
             labels = np.array([*words, ""], dtype=object)[which]
             data[name] = ("interval", labels, {"long_name": meaning})
     return xr.Dataset(data, {"end": ["entry", "exit"]}, crs)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -10,22 +11,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import (
-    area_text,
-    counted,
-    did_you_mean,
-    is_number,
-    is_word,
-    known_names,
-    volume_text,
-)
+from geosurf.conventions import counted, is_word, known_names, volume_text
 from geosurf.conventions.card import MOST, Card
 from geosurf.conventions.colours import unit_colours
 from geosurf.errors import InputError
-from geosurf.model.base import Noun, Shown, frozen, in_crs_of, multiblock, polydata
+from geosurf.model.base import Shown, frozen, in_crs_of, multiblock, polydata
 from geosurf.model.column import Remnant
 from geosurf.model.expected import number_of
 from geosurf.model.pieces import by_unit, sides_seen
+from geosurf.model.regions import RegionFinder, Regions
+from geosurf.model.slivers import SHARE, MergedSliver, SliverSettings
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import pandas
@@ -33,126 +28,6 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
 
     from geosurf.model.pieces import Pieces
-
-
-# ---- slivers ----------------------------------------
-# Slivers: units that are too small to count, and what became of them.
-
-
-SHARE = 1e-4  # of its zone: what a smaller unit holds is lost in the rounding of most tables
-MERGE = "merge"
-KEYS = ("min_volume", "merge")
-HOW = (
-    'Write slivers="merge", a volume in m³ as in slivers=5000.0, or both: '
-    'slivers={"min_volume": 5000.0, "merge": True}'
-)
-
-
-@dataclass(frozen=True)
-class SliverSettings:
-    """Which units are slivers, and what becomes of them.
-
-    Attributes
-    ----------
-    min_volume : float or None
-        Units below this volume are slivers [m3]. None: units below 1/10 000 of their zone, and
-        units thinner than the rounding error of their vertices.
-    merge : bool
-        Whether they are merged into neighbours.
-    """
-
-    min_volume: float | None = None
-    merge: bool = False
-
-    @property
-    def rule(self) -> str:
-        """Which units are slivers, in words.
-
-        Examples
-        --------
-        >>> SliverSettings().rule, SliverSettings(5000.0).rule
-        ('below 0.01 % of the zone', 'below 5000 m³')
-        """
-        if self.min_volume is None:
-            return f"below {100 * SHARE:g} % of the zone"
-        return f"below {volume_text(self.min_volume)}"
-
-
-@dataclass(frozen=True)
-class MergedSliver(Noun):
-    """A sliver that became part of a neighbour.
-
-    Attributes
-    ----------
-    name : str
-        Of the sliver, before.
-    volume : float
-        [m3].
-    into : str
-        The unit that it is part of now.
-    across : tuple of str
-        Surfaces between the two.
-    area : float
-        Area that they shared [m2].
-    place : (easting, northing, elevation)
-        Middle of the bounds of the sliver [m].
-    """
-
-    name: str
-    volume: float
-    into: str
-    across: tuple[str, ...]
-    area: float
-    place: tuple[float, float, float]
-
-    def __str__(self) -> str:
-        surfaces = " and ".join(self.across)
-        return (
-            f"{self.name} ({volume_text(self.volume)}) is part of {self.into}, across "
-            f"{area_text(self.area)} of {surfaces}"
-        )
-
-
-def sliver_settings(slivers: Any) -> SliverSettings:
-    """
-    Return which units are slivers, or raise an error that shows what to write.
-
-    Examples
-    --------
-    >>> sliver_settings("merge")
-    SliverSettings(min_volume=None, merge=True)
-    >>> sliver_settings(5000)
-    SliverSettings(min_volume=5000.0, merge=False)
-    """
-    # Settings from an earlier call pass through, as in `Scene.replace`.
-    if slivers is None or isinstance(slivers, SliverSettings):
-        return slivers or SliverSettings()
-    if isinstance(slivers, str) and slivers == MERGE:
-        return SliverSettings(merge=True)
-    # A number alone is a volume: slivers are listed, and nothing is merged.
-    if is_number(slivers):
-        return SliverSettings(_volume(slivers))
-    if not isinstance(slivers, Mapping):
-        raise InputError(f"slivers is {slivers!r}. {HOW}.")
-    # Unknown keys first: a misspelt one would otherwise count as left out.
-    for key in slivers:
-        if key not in KEYS:
-            raise InputError(f"slivers has no option {key!r}.{did_you_mean(key, KEYS)} {HOW}.")
-    # Both keys may be left out: the default rule, and no merging.
-    volume, merge = slivers.get("min_volume"), slivers.get("merge", False)
-    if not isinstance(merge, bool):
-        raise InputError(f"slivers: merge is {merge!r}, expected True or False. {HOW}.")
-    return SliverSettings(None if volume is None else _volume(volume), merge)
-
-
-def _volume(value: Any) -> float:
-    """A volume [m3], or an error."""
-    # 0 is a limit that no unit is below: nothing counts as a sliver.
-    if not (is_number(value) and value >= 0):
-        raise InputError(
-            f"slivers: the volume is {value!r}, expected cubic metres, 0 or more. {HOW}."
-        )
-    return float(value)
 
 
 # ---- certificate ----------------------------------------
@@ -272,6 +147,9 @@ class Unit(Shown):
         elsewhere. From a unit on ``F1+`` no way leads to the back of F1 but through F1.
     compartment_of : str
         Where virtual walls continue faults: the block that it would be a part of without them.
+    region : str
+        Part of the field that it belongs to, through all zones: see `Scene.regions`. Empty above
+        and below all regions, and for units of `carve_units`.
     """
 
     name: str
@@ -289,6 +167,7 @@ class Unit(Shown):
     beneath: tuple[str, ...] = ()
     fault_sides: tuple[str, ...] = ()
     compartment_of: str = ""
+    region: str = ""
 
     @cached_property
     def vertices(self) -> np.ndarray:
@@ -339,6 +218,7 @@ class Unit(Shown):
     def _card(self) -> Card:
         """Return zone, block, volume and what bounds the unit."""
         rows = [("zone", self.zone), ("block", self.block), ("volume", volume_text(self.volume, 5))]
+        rows += [("region", self.region)] if self.region else []
         rows += [("contact", self.contact)] if self.contact else []
         rows.append(("bounded by", ", ".join(self.bounded_by)))
         return Card(f"Unit {self.name}", rows)
@@ -382,13 +262,15 @@ def volumes_of(units: Units) -> tuple[tuple[str], np.ndarray, dict[str, Any]]:
 
 
 def labels_of(units: Units) -> dict[str, tuple[str, np.ndarray]]:
-    """Return name, zone and block of each unit, and contact where there are some."""
+    """Return name, zone, block and region of each unit, and contact where there are some."""
     each = list(units.values())
     labels = {
         "zone": ("unit", np.array([u.zone for u in each], dtype=object)),
         "block": ("unit", np.array([u.block for u in each], dtype=object)),
-        "zone_index": ("unit", np.array([u.zone_index for u in each], dtype=np.int64)),
     }
+    if any(u.region for u in each):
+        labels["region"] = ("unit", np.array([u.region for u in each], dtype=object))
+    labels["zone_index"] = ("unit", np.array([u.zone_index for u in each], dtype=np.int64))
     if any(u.contact for u in each):
         labels["contact"] = ("unit", np.array([u.contact for u in each], dtype=object))
     if any(u.compartment_of for u in each):
@@ -402,11 +284,45 @@ def labels_of(units: Units) -> dict[str, tuple[str, np.ndarray]]:
     return {"unit": ("unit", np.array([u.name for u in each], dtype=object)), **labels}
 
 
+def sums_of(units: Units, by: Any) -> xarray.Dataset:
+    """Return the sums of volumes by some labels, see `Scene.table`."""
+    import xarray as xr
+
+    keys = (by,) if isinstance(by, str) else by
+    if not isinstance(keys, list | tuple) or not keys or len(set(keys)) < len(keys) or any(
+        not is_word(key, SUMMED) for key in keys
+    ):  # fmt: skip
+        raise InputError(
+            f"by is {by!r}; give one of {', '.join(SUMMED)}, or several: by=('region', 'zone')."
+        )
+    parts: dict[tuple[str, ...], list[float]] = {}
+    for unit in units.values():
+        parts.setdefault(tuple(getattr(unit, key) for key in keys), []).append(unit.volume)
+
+    # zones from the top down, regions by size, contact intervals from above to below
+    names = [list(dict.fromkeys(one)) for one in zip(*parts, strict=True)] or [[] for _ in keys]
+    order = {"region": list(units.regions), "contact": sorted(
+        dict.fromkeys(unit.contact for unit in units.values()),
+        key=lambda name: INTERVALS.get(name.partition(" ")[0], 0),
+    )}  # fmt: skip
+    for axis, key in zip(names, keys, strict=True):
+        if key in order:
+            axis.sort(key=lambda name, of=order[key]: of.index(name) if name in of else -1)  # type: ignore[misc]
+    sums = np.zeros([len(axis) for axis in names])
+    for label, volumes in parts.items():
+        place = tuple(axis.index(word) for axis, word in zip(names, label, strict=True))
+        sums[place] = math.fsum(volumes)
+    attrs = {"units": "m3", "long_name": "gross rock volume (GRV)"}
+    coords = {key: np.array(axis, dtype=object) for key, axis in zip(keys, names, strict=True)}
+    return xr.Dataset({"volume": (tuple(keys), sums, attrs)}, coords, _crs(units))
+
+
 def _crs(units: Units) -> dict[str, str]:
     """The reference system as an attribute of tables, if there is one."""
     return {} if units.crs is None else {"crs": units.crs}
 
 
+SUMMED = ("region", "zone", "block", "contact")  # what volumes are summed up by
 INCLUDE = ("reservoir", "all")  # which units tables and pictures show
 TABLE = "units.table lists them."
 INTERVALS = {"above": -1, "below": 1}  # contact intervals from the top down; others lie between
@@ -490,6 +406,7 @@ class Units(Shown, Mapping[str, Unit]):
         w, e, s, n = self.box[:4]
         self.footprint = (e - w) * (n - s) if footprint is None else float(footprint)
         self.report = dict(report or {})
+        self._regions: RegionFinder | None = None
         zones = (unit.zone for unit in self._units.values()) if reservoir is None else reservoir
         self.reservoir = tuple(dict.fromkeys(zones))
 
@@ -515,8 +432,10 @@ class Units(Shown, Mapping[str, Unit]):
         # one unit and as many decimals for all rows, as in the report: they can be compared
         scale, unit = (1e6, "million m³") if part.volume >= 1e6 else (1.0, "m³")
         volumes = [f"{u.volume / scale:,.3f}".replace(",", " ") for u in first]
-        head = ("zone", "block", "contact", f"GRV [{unit}]")
-        rows = [(u.zone, u.block, u.contact, v) for u, v in zip(first, volumes, strict=True)]
+        head = ("zone", "region", "block", "contact", f"GRV [{unit}]")
+        rows = [
+            (u.zone, u.region, u.block, u.contact, v) for u, v in zip(first, volumes, strict=True)
+        ]
         shades = [colours[unit.name] for unit in first]
         notes = [
             *filter(None, [part.slivers_in_words, part.merged_in_words, left_out(self, TABLE)])
@@ -544,14 +463,14 @@ class Units(Shown, Mapping[str, Unit]):
         return len(self._units)
 
     def __str__(self) -> str:
-        """A table of the reservoir: zone, block, contact, GRV; slivers; what is clipped."""
-        head, part = ("zone", "block", "contact", "compartment of"), self.included()
+        """A table of the reservoir: zone, region, block, contact, GRV; slivers; what is clipped."""
+        head, part = ("zone", "region", "block", "contact", "compartment of"), self.included()
         # Slivers would fill the table; they are summed up below it.
         listed = part.without_slivers
 
         # widths from all rows, volumes with their unit, as messages, report and pictures have them
-        rows = [(u.zone, u.block, u.contact, u.compartment_of) for u in listed]
-        shown = [k for k in range(4) if k < 2 or any(row[k] for row in rows)]
+        rows = [(u.zone, u.region, u.block, u.contact, u.compartment_of) for u in listed]
+        shown = [k for k in range(5) if k in (0, 2) or any(row[k] for row in rows)]
         width = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
         volumes = [volume_text(unit.volume, 4) for unit in listed]
         room = max(map(len, ["GRV", *volumes[:MOST_ROWS]]))
@@ -692,7 +611,13 @@ class Units(Shown, Mapping[str, Unit]):
             slivers=self.sliver_settings, merged=[m for m in self.merged if m.into in names],
             unmerged=self.unmerged, reservoir=self.reservoir,
         )  # fmt: skip
+        found._regions = self._regions
         return in_crs_of(found, [self])
+
+    @property
+    def regions(self) -> Regions:
+        """Regions by name, the largest first; none for units of `carve_units`."""
+        return Regions((), ()) if self._regions is None else self._regions.found
 
     @property
     def volume(self) -> float:
@@ -877,6 +802,17 @@ class Units(Shown, Mapping[str, Unit]):
         ``reservoir`` marks the units of the reservoir where others are listed, too.
         """
         return table_of(self)
+
+
+def units_in(units: Units, regions: RegionFinder) -> Units:
+    """Return copies of units, whose regions are found when they are first requested."""
+    found, each = copy.copy(units), {name: copy.copy(unit) for name, unit in units.items()}
+    for unit in each.values():
+        unit.__dict__.pop("region", None)  # of the one that it is a copy of
+        unit.__dict__["_regions"] = regions
+    by_labels = {labels: each[unit.name] for labels, unit in units._by_labels.items()}
+    found.__dict__.update(_units=each, _by_labels=by_labels, _regions=regions)
+    return found
 
 
 def left_out(units: Units, how: str, include: str = "reservoir") -> str:

@@ -31,7 +31,8 @@ from geosurf.model import (
 from geosurf.model.column import VirtualWall
 from geosurf.model.expected import expect, path_of
 from geosurf.model.protocols import ReportedModel
-from geosurf.model.units import INTERVALS, MergedSliver
+from geosurf.model.slivers import MergedSliver
+from geosurf.model.units import INTERVALS
 from geosurf.report.page import NOTHING, Table, number
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -412,7 +413,7 @@ def file_table(files: Iterable[InputFile], crs: str) -> Table:
     return Table(head, rows, n_label=4)
 
 
-SLIVERS = "slivers"  # the column that they share
+ELSEWHERE = "no region"  # the column of what lies above and below
 
 
 def surface_table(surfaces: Iterable[TriSurface], coverage: Mapping[str, float]) -> Table:
@@ -441,12 +442,11 @@ def surface_table(surfaces: Iterable[TriSurface], coverage: Mapping[str, float])
 
 
 def volume_table(units: Units, include: str = "reservoir") -> Table:
-    """Return volumes [million m3]: one row per zone and contact interval, one column per block.
+    """Return volumes [million m3]: one row per zone and contact interval, one column per region.
 
-    All slivers share a column of their own. Of the reservoir, or of all units.
+    Of the reservoir, or of all units. Units that know no regions have one column per block.
     """
     part = units.included(include)
-    table = part.table
     # the row of a zone is split where contacts split it: 'Top/Base, above OWC'
     each = list(part.values())
     names = [", ".join(filter(None, (unit.zone, unit.contact))) for unit in each]
@@ -457,17 +457,15 @@ def volume_table(units: Units, include: str = "reservoir") -> Table:
         for name, unit in zip(names, each, strict=True)
     }
     zones = sorted(rank, key=rank.__getitem__)
-    columns = [
-        SLIVERS if small else str(block)
-        for block, small in zip(table["block"].values, table["sliver"].values, strict=True)
-    ]
-    blocks = sorted(_in_order(columns), key=lambda word: word == SLIVERS)
+    regions = units.regions
+    columns = [unit.region or (ELSEWHERE if regions else unit.block) for unit in each]
+    blocks = [name for name in (*regions, ELSEWHERE) if name in columns] or _in_order(columns)
     # One cell per zone and block; several units may share it [million m³].
     volume = np.zeros((len(zones), len(blocks)))
     held = np.zeros(volume.shape, dtype=bool)
-    for zone, block, value in zip(names, columns, table["volume"].values, strict=True):
+    for zone, block, unit in zip(names, columns, each, strict=True):
         cell = zones.index(zone), blocks.index(block)
-        volume[cell] += value / 1e6
+        volume[cell] += unit.volume / 1e6
         held[cell] = True
 
     rows = tuple(
@@ -484,7 +482,8 @@ def volume_table(units: Units, include: str = "reservoir") -> Table:
     # added
     sums = [number(value, 3) for value in volume.sum(axis=0)]
     foot = ("all zones" if part is units else "reservoir", *sums, number(part.volume / 1e6, 3))
-    return Table(("Zone", *blocks, "all blocks"), rows, foot=foot)
+    every = "all regions" if regions else "all blocks"
+    return Table(("Zone", *blocks, every), rows, foot=foot)
 
 
 def _in_order(words: Iterable[Any]) -> list[str]:

@@ -388,6 +388,7 @@ def _shared(scenario: Scenario) -> dict[str, Any]:
         "compartments": scenario.compartments,
         "crs": scenario.crs,
         "reservoir": scenario.reservoir,
+        "regions": scenario.regions,
         **_tops(scenario),
     }
 

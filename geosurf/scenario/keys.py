@@ -16,8 +16,8 @@ from geosurf.conventions import METRES_PER_UNIT
 from geosurf.faults.rules import BOTH, KEEP
 from geosurf.model import RULES
 from geosurf.model.network import SIDES
+from geosurf.model.slivers import SliverSettings
 from geosurf.model.tops import RANGE, TOLERANCE, TieSettings
-from geosurf.model.units import SliverSettings
 from geosurf.scenario import values
 from geosurf.scenario.output_keys import (
     EnsembleSettings,
@@ -30,15 +30,11 @@ from geosurf.scenario.output_keys import (
     length_unit_key,
     positive_key,
 )
-from geosurf.scenario.values import KeyPath, above_zero_or_none, key, table, tables
+from geosurf.scenario.values import KeyPath, key, table, tables
 from geosurf.sheets.faults import DIRECTIONS
 
 # ---- fault keys ----------------------------------------
 # Keys of faults: files, pieces of a mesh, polygons, and how far they are continued.
-
-
-# `strike` stands for both ends along strike.
-FAULT_SIDES = ("strike", *SIDES)
 
 
 # Functions, because a dataclass field cannot be used twice.
@@ -54,16 +50,6 @@ def columns_key() -> Any:
 def decimal_key() -> Any:
     """Declare the decimal sign of a table."""
     return key("Decimal sign of a table.", values.one_of(".", ","), default=".")
-
-
-@values.check("a number above 0, or a table of sides such as {up = 50, down = 80}")
-def distances(_: KeyPath, value: Any) -> float | dict[str, float] | None:
-    """One distance, or one for each side."""
-    if not isinstance(value, Mapping):
-        return above_zero_or_none(value)
-    found = {side: above_zero_or_none(one) for side, one in value.items()}
-    right = found and all(side in FAULT_SIDES and one for side, one in found.items())
-    return {side: one for side, one in found.items() if one} if right else None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,19 +105,19 @@ class FaultInput:
     lengthen_m: float | dict[str, float] | None = key(
         "Distance by which the fault is continued along its dip and strike, before `extend`: one, "
         "or one for each side.",
-        distances,
+        values.distances,
         unit="m",
         default=None,
     )
     lengthen: tuple[str, ...] = key(
         "Sides on which the fault is continued by `lengthen_m`. Left empty: all.",
-        values.some_of(*FAULT_SIDES),
+        values.some_of(*values.FAULT_SIDES),
         default=(),
     )
     extend: tuple[str, ...] = key(
         "Sides on which the fault is continued until it leaves the model box: `strike` is both "
         "ends, `start` and `end` follow the right-hand rule.",
-        values.some_of(*FAULT_SIDES),
+        values.some_of(*values.FAULT_SIDES),
         default=(),
     )
 
@@ -559,6 +545,7 @@ class Scenario:
     positive, length_unit, crs : str or None
         Of files that do not declare them.
     reservoir : tuple of str or None
+    regions : dict of str to object, or None
     horizons : tuple of HorizonInput
         Youngest first.
     faults : tuple of FaultInput
@@ -619,6 +606,14 @@ class Scenario:
         "tables and pictures show these. Left out: all zones between the first and the last "
         "horizon.",
         values.names,
+        default=None,
+    )
+
+    regions: dict[str, Any] | None = key(
+        "Names of parts of the field that run through all zones: each with a place in it, sides of "
+        "faults, or a polygon around it. Others have letters. See "
+        "[regions](guides/regions.md).",
+        values.regions,
         default=None,
     )
 

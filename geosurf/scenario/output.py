@@ -195,6 +195,8 @@ def input_files(scenario: Scenario) -> dict[str, Path]:
     drawn = (scenario.pictures.wells, scenario.pictures.polygons, scenario.pictures.points)
     for files in drawn:
         named |= {f"picture: {name}": file for name, file in (files or {}).items()}
+    for name, one in (scenario.regions or {}).items():
+        named[f"region: {name}"] = one if isinstance(one, Path) else None
     return {"scenario": scenario.path, **{name: file for name, file in named.items() if file}}
 
 

@@ -23,8 +23,8 @@ from geosurf.scenario.validate import (
 )
 from geosurf.scene import Scene
 from geosurf.scene.faults import LongerFaults
+from geosurf.scene.given import torn_scene
 from geosurf.scene.result_cache import ResultCache
-from geosurf.scene.scene import torn_scene
 from geosurf.scene.tear_rounds import Made, Tear, needs_as_key, outcome_of, sheets_on
 from geosurf.scene.tearing import as_long_as, as_truncations, warnings_of
 from geosurf.triangulate import triangulate_horizon

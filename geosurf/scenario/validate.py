@@ -567,7 +567,7 @@ def _check_level(scenario: Scenario, entry: ContactInput, at: KeyPath) -> None:
 
 def _check_contacts(scenario: Scenario, at: KeyPath) -> None:
     """Zones and sides of faults that are named exist, before anything is read."""
-    if not scenario.contacts and scenario.reservoir is None:
+    if not scenario.contacts and scenario.reservoir is None and not scenario.regions:
         return
 
     # zones are named from the horizons before a grid is read: a misspelt zone costs no run
@@ -585,6 +585,10 @@ def _check_contacts(scenario: Scenario, at: KeyPath) -> None:
         # a block is named by sides of faults, such as 'F1+ F2-'
         faults = [entry.name for entry in scenario.faults]
         sides = [name + sign for name in faults for sign in "+-"]
+        for name, named in (scenario.regions or {}).items():
+            with at.of("regions", name).noting():
+                for side in named if isinstance(named, tuple) and isinstance(named[0], str) else ():
+                    _check_known(at.of("regions", name), f"regions.{name}", "side", side, sides)
         for entry in scenario.contacts:
             label = f"contacts[{entry.name!r}]"
             with at.of(label, "zones").noting():

@@ -18,7 +18,8 @@ from typing import Any, NoReturn, Protocol
 from geosurf.conventions import did_you_mean, is_number
 from geosurf.conventions.text import closest
 from geosurf.errors import InputError
-from geosurf.model.network import WAYS
+from geosurf.model.network import SIDES, WAYS
+from geosurf.model.regions import check_regions
 from geosurf.read._guard import is_zarr
 from geosurf.render.views import LARGEST, SMALLEST, ZOOMS, check_size
 
@@ -307,6 +308,20 @@ def trim(_: KeyPath, value: Any) -> str | float | dict[str, Any] | None:
     return "auto" if value == "auto" else above_zero_or_none(value)
 
 
+# `strike` stands for both ends along strike.
+FAULT_SIDES = ("strike", *SIDES)
+
+
+@check("a number above 0, or a table of sides such as {up = 50, down = 80}")
+def distances(_: KeyPath, value: Any) -> float | dict[str, float] | None:
+    """One distance, or one for each side."""
+    if not isinstance(value, Mapping):
+        return above_zero_or_none(value)
+    found = {side: above_zero_or_none(one) for side, one in value.items()}
+    right = found and all(side in FAULT_SIDES and one for side, one in found.items())
+    return {side: one for side, one in found.items() if one} if right else None
+
+
 @check('true, false, "lower", "upper", "pinch out", or a table such as {Middle = "lower"}')
 def filling(_: KeyPath, value: Any) -> bool | str | dict[str, Any] | None:
     """What becomes of blocks without data, for all horizons or by horizon."""
@@ -436,6 +451,20 @@ def file(at: KeyPath, value: Any) -> Path | None:
             f"the scenario.{did_you_mean(path.name, near)}"
         )
     return path
+
+
+@check(
+    'a table such as `{North = [461000.0, 5934000.0], Block = ["F1+", "F2-"], Terrace = "a.pol"}`: '
+    "a place, sides of faults, or a file or corners of a polygon"
+)
+def regions(at: KeyPath, value: Any) -> dict[str, Any] | None:
+    """Names of regions; whether they are there is known when the model is built."""
+    if not isinstance(value, Mapping):
+        return None
+    files = {
+        name: file(at.inside(name), one) for name, one in value.items() if isinstance(one, str)
+    }
+    return check_regions({**value, **files})
 
 
 def _entries(folder: Path) -> list[Path]:

@@ -2,6 +2,8 @@
 
 ==================  ======================================================================
 scene.py            `Scene`: its inputs, its results by name, its measures and views
+regions.py          regions of the field, proposed, named, or kept from the scene before
+given.py            inputs as they were given, which an ensemble varies
 inputs.py           `SceneInputs`: what it is made of, frozen and checked once
 graph.py            `Graph`: what depends on what, from surfaces to units, on one page
 surfaces.py         files, grids, points and meshes -> the surfaces of the graph; well tops

@@ -48,6 +48,8 @@ from geosurf.model.base import in_crs_of
 from geosurf.model.column import VirtualWall, fault_of
 from geosurf.model.expected import name_of
 from geosurf.model.network import Extension, Truncation
+from geosurf.model.regions import KnownRegions
+from geosurf.model.units import units_in
 from geosurf.rebuild import patches_from, trim_sheets
 from geosurf.rebuild.ghosts import warnings_of_moves
 from geosurf.scene import area
@@ -56,6 +58,7 @@ from geosurf.scene.faults import FaultStage, LongerFaults, TearPlans
 from geosurf.scene.input_warnings import warn_of_inputs
 from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory
+from geosurf.scene.regions import NamedRegions
 from geosurf.scene.surfaces import (
     InputSurfaces,
     decimated,
@@ -96,6 +99,8 @@ class Graph:
         Faults, and how long tears of another scene needed them: tears begin with these.
     plans : mapping of str to TearPlan
         How horizons of another scene were torn, which is tried first.
+    known_regions : KnownRegions or None
+        Regions that the scene had from which this one was made: names go on.
 
     Examples
     --------
@@ -112,6 +117,8 @@ class Graph:
         self.inputs, self.memory, self.prepared_by = inputs, memory, prepared_by
         self.longer: LongerFaults = {}
         self.plans: TearPlans = {}
+        self.known_regions: KnownRegions | None = None
+        self._regions: NamedRegions | None = None  # of units, with level contacts or without
         self.read = InputSurfaces(inputs, memory)
 
     # ---- inputs -> surfaces --------------------------------------------------------------
@@ -471,7 +478,33 @@ class Graph:
 
     @cached_property
     def units(self) -> Units:
-        """Closed units: zone x fault block (x fluid contact)."""
+        """Closed units: zone x fault block (x fluid contact), in regions."""
+        units = self._carved
+        self._regions, found = self.memory.stored_for(
+            units, ("regions", self.regions_key), lambda: self._in_regions(units)
+        )
+        return found
+
+    def _in_regions(self, units: Units) -> tuple[NamedRegions, Units]:
+        """What finds the regions of units, and the units that ask it."""
+        regions = NamedRegions(self.patches, units, self.inputs.regions, self.known_regions)
+        return regions, units_in(units, regions)
+
+    @cached_property
+    def regions_key(self) -> Hashable:
+        """What the names of regions depend on, beside the units."""
+        return self.memory.hold(self.inputs.regions), self.known_regions
+
+    @property
+    def found_regions(self) -> KnownRegions | None:
+        """Regions that users have seen, of this scene or of the one that it was made from."""
+        if self._regions is None or not self._regions.found_already:
+            return self.known_regions
+        return self._regions.known_as(self.units_key)
+
+    @cached_property
+    def _carved(self) -> Units:
+        """All units, without regions."""
         patches, contacts = self.patches, self.fluids[1]
         units = self.memory.get_or_compute(
             "carve", "the box" if self.aoi is None else "the area", self.units_key,
@@ -529,16 +562,17 @@ class Graph:
         without = copy.copy(inputs)
         without.__dict__["contacts"] = {}
         base = Graph(without, self.memory, self.prepared_by)
-        base.read = self.read
+        base.read, base.known_regions = self.read, self.known_regions
         for place in ("box", "aoi", "given_area", "default_area"):  # no contact changes these
             base.__dict__[place] = getattr(self, place)
         units, patches = base.units, base.patches
         if units.report["thin"]:
             return None
+        self._regions = base._regions
         fluids = tuple((one.name, one.block, one.zones, float(one.at)) for one in contacts)
         found: Units | None = self.memory.get_or_compute(
             "contacts", ", ".join(surface.name for surface in surfaces),
-            ("level parts", base.units_key, fluids),
+            ("level parts", base.units_key, base.regions_key, fluids),
             lambda: parts_at_levels(patches, units, contacts),
             lambda parts: (
                 "cut with the surfaces" if parts is None else counted(len(parts), "unit")

@@ -26,8 +26,9 @@ from geosurf.model import FaultSticks, Sheet, check_column
 from geosurf.model.column import read_compartments
 from geosurf.model.expected import box_of_sides, flag_of, name_of
 from geosurf.model.network import filling_by_horizon
+from geosurf.model.regions import check_regions
+from geosurf.model.slivers import sliver_settings
 from geosurf.model.tops import tie_settings
-from geosurf.model.units import sliver_settings
 from geosurf.triangulate.neighbours import own_form
 
 Box = tuple[float, float, float, float, float, float]
@@ -92,7 +93,7 @@ class SceneInputs:
     horizons, faults, box, column, contacts, aoi, positive, length_unit
         As for `Scene`.
     voxel_size, self_intersections, extend, truncations, tolerance, tops, tie, lengthen, slivers,
-    fill_empty_blocks, compartments, crs, reservoir
+    fill_empty_blocks, compartments, crs, reservoir, regions
         As for `Scene`.
 
     Attributes
@@ -140,6 +141,7 @@ class SceneInputs:
     compartments: Any = None
     crs: str | None = None
     reservoir: Any = None
+    regions: Mapping[str, Any] = field(default_factory=dict)
     rules: tuple[Rule, ...] = field(init=False, repr=False)
     horizon_rules: tuple[Rule, ...] = field(init=False, repr=False)
     halves: Halves = field(init=False, repr=False)
@@ -218,6 +220,7 @@ class SceneInputs:
             compartments=compartments,
             crs=crs,
             reservoir=reservoir,
+            regions=check_regions(self.regions),
             rules=tuple(rule for rule in rules if rule.main not in horizons),
             horizon_rules=at_horizons,
             halves=halves,
@@ -340,7 +343,12 @@ _OF_FAULTS = ("truncations", "extend", "lengthen", "tear", "compartments")
 _OF_HORIZONS = ("column", "fill_empty_blocks")
 # as `Scene` and `Scene.replace` call them
 INPUTS = tuple(one.name for one in fields(SceneInputs) if one.init)
-OPTIONAL = ("column", "contacts", "truncations")  # for which `Scene` takes None as well as {}
+OPTIONAL = (
+    "column",
+    "contacts",
+    "truncations",
+    "regions",
+)  # for which `Scene` takes None as well as {}
 
 
 def tear_setting(tear: Any, faults: tuple[str, ...]) -> Any:
@@ -465,7 +473,8 @@ def paths_of(inputs: SceneInputs) -> dict[str, Path]:
     """Return the inputs that were given as paths, by name."""
     area = {} if inputs.takes_rectangle else {"area": inputs.aoi}
     surfaces = {**inputs.horizons, **inputs.given_faults, **inputs.contacts}
-    files = {**surfaces, "well tops": inputs.tops, **area}.items()
+    regions = {f"region: {name}": one for name, one in inputs.regions.items()}
+    files = {**surfaces, "well tops": inputs.tops, **area, **regions}.items()
     return {name: Path(one) for name, one in files if isinstance(one, str | os.PathLike)}
 
 

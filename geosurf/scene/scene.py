@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import os
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
@@ -28,26 +29,19 @@ from geosurf.model.curves import Curves, VoxelSearch
 from geosurf.model.expected import flag_of, name_of, number_of
 from geosurf.model.network import Extension, FaultNetwork, Truncation
 from geosurf.model.protocols import View3D
-from geosurf.model.sheets import TearPlan
+from geosurf.model.regions import Regions
 from geosurf.model.tops import TieReport, Tops
+from geosurf.model.units import sums_of
 from geosurf.rebuild import trim_sheets
-from geosurf.scene.faults import LongerFaults, known_fault
+from geosurf.scene.faults import known_fault
 from geosurf.scene.graph import Graph
 from geosurf.scene.input_warnings import check_system_of_places, refuse_other_systems
-from geosurf.scene.inputs import (
-    INPUTS,
-    Box,
-    SceneInputs,
-    or_empty,
-    paths_of,
-    refuse_assignment,
-    undeclared,
-)
+from geosurf.scene.inputs import Box, SceneInputs, or_empty, paths_of, refuse_assignment
 from geosurf.scene.interactive_view import InteractiveView, checked_max_triangle
 from geosurf.scene.memory import Memory, OnStart, Step, on_start_of
 from geosurf.scene.shown import card_of
-from geosurf.scene.surfaces import opened_contacts, opened_horizon, opened_tops, warnings_of_names
-from geosurf.scene.tearing import torn_graph, warnings_of_passed
+from geosurf.scene.surfaces import opened_tops, warnings_of_names
+from geosurf.scene.tearing import torn_graph
 from geosurf.sheets.faults import DIRECTIONS
 from geosurf.triangulate.decimate import bound_of_change
 
@@ -151,6 +145,11 @@ class Scene:
         these, and `volumes`, tables and pictures show these; `units` has all. Default: the zones
         between the first and the last horizon. With fewer than two horizons nothing lies between,
         and all zones count.
+    regions : mapping of str to place, polygon or sides of faults, optional
+        Names of parts of the field that run through all zones: ``{"North": (461000.0, 5934000.0),
+        "Terrace": polygon, "Block": ("F1+", "F2-")}``. A place names the region that it lies in; a
+        polygon (corners or a file, as for `aoi`) all regions with most of their horizon area
+        inside; sides of faults those on them. Others have letters, the largest A: see `regions`.
     on_start : callable, optional
         Is called before each step: stage, subject, its number, and how many there are, as in
         ``("tear", "Top", 2, 4)``. Scenes made by `replace` call it, too; copies do not. Default:
@@ -202,13 +201,14 @@ class Scene:
         compartments: Any = None,
         crs: str | None = None,
         reservoir: Sequence[str] | None = None,
+        regions: Mapping[str, Any] | None = None,
         on_start: OnStart | None = None,
     ) -> None:
         inputs = SceneInputs(
             horizons, or_empty(faults), box, or_empty(column), or_empty(contacts), aoi, positive,
             length_unit, voxel_size, self_intersections, extend, or_empty(truncations), tolerance,
             tops, tie, lengthen, tear, slivers,
-            fill_empty_blocks, compartments, crs, reservoir,
+            fill_empty_blocks, compartments, crs, reservoir, or_empty(regions),
         )  # fmt: skip
         memory = Memory(on_start=on_start_of(on_start))
         self.__dict__.update(_inputs=inputs, _plain=Graph(inputs, memory))
@@ -249,6 +249,10 @@ class Scene:
         inputs, twin = self._inputs.replaced(**changes), object.__new__(Scene)
         plain = Graph(inputs, self._plain.memory.twin())
         plain.read.take_over(self._plain.read, changes)
+        known = vars(self).get("_graph", self._plain).found_regions
+        if known is not None and "regions" in changes:  # new names; letters stay
+            known = dataclasses.replace(known, labels=tuple((one, one) for _, one in known.labels))
+        plain.known_regions = known
         twin.__dict__.update(_inputs=inputs, _plain=plain)
         return twin
 
@@ -505,6 +509,34 @@ class Scene:
         return self._graph.units
 
     @property
+    def regions(self) -> Regions:
+        """Regions by name: parts of the field that run through all zones, the largest first.
+
+        Blocks of different zones belong together where they share the largest horizon area; each
+        zone has one block in a region. Regions below 1/1000 of the reservoir are remnants: they
+        become parts of what they share most horizon area with, or else of what they touch most.
+        Names are those of `Scene`, or letters. A scene made by `replace` keeps the names that this
+        one has shown, by the largest volume on the same sides of faults.
+
+        Raises
+        ------
+        InputError
+            If a name stands for no region, or two names for one; or for an unknown side of a fault.
+
+        Examples
+        --------
+        >>> import geosurf as gs
+        >>> world = gs.synthetic.graben(n=9)
+        >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+        >>> list(scene.regions), scene.regions["A"].blocks
+        (['A', 'B', 'C'], (('Top/Middle', 'F1+ F2+'), ('Middle/Base', 'F1+ F2+')))
+        >>> scene.replace(regions={"West": ("F1-",)}).units["Top/Middle F1-"].region
+        'West'
+        """
+        found = self._graph.units_at_levels
+        return (self.units if found is None else found).regions
+
+    @property
     def volumes(self) -> xarray.DataArray:
         """Gross rock volume (GRV) of each unit of the reservoir [m3].
 
@@ -513,18 +545,23 @@ class Scene:
         found = self._graph.units_at_levels
         return (self.units if found is None else found).included().volumes
 
-    def table(self, include: str = "reservoir") -> xarray.Dataset:
-        """Return volumes and areas of units by zone, block and contact.
+    def table(
+        self, include: str = "reservoir", by: str | Sequence[str] | None = None
+    ) -> xarray.Dataset:
+        """Return volumes and areas of units by zone, block, region and contact, or sums of volumes.
 
         Parameters
         ----------
         include : {"reservoir", "all"}
             ``"all"``: also over- and underburden, which close the model; ``reservoir`` marks units.
+        by : str or sequence of str, optional
+            ``"region"``, ``"zone"``, ``"block"`` and ``"contact"``: volumes are summed up by these.
 
         Returns
         -------
         xarray.Dataset
-            As `Units.table`: ``volume`` is the gross rock volume (GRV) [m3].
+            As `Units.table`: ``volume`` is the gross rock volume (GRV) [m3]. With `by` only the
+            volume, along these names; 0 where there is no unit.
 
         Raises
         ------
@@ -538,8 +575,11 @@ class Scene:
         >>> scene = gs.Scene(world.horizons, world.faults, world.box)
         >>> scene.table().unit.values.tolist(), scene.table(include="all").sizes["unit"]
         (['Top/Base F1+', 'Top/Base F1-'], 6)
+        >>> dict(scene.table(by=("region", "zone")).sizes)
+        {'region': 2, 'zone': 1}
         """
-        return self.units.included(include).table
+        units = self.units.included(include)
+        return units.table if by is None else sums_of(units, by)
 
     @property
     def volume_error_bound(self) -> float:
@@ -888,7 +928,7 @@ class Scene:
         found = self._measured(
             f"closures of {', '.join(names)}",
             lambda: measure.find_closures(self.patches, self.units, names, rules, least),
-            tuple(names), tuple(rules.items()), least,
+            tuple(names), tuple(rules.items()), least, self._graph.regions_key,
         )  # fmt: skip
         self._graph.memory.warn(
             *measure.warnings_of_spill(found, self.patches, self.units, self.contacts)
@@ -1350,113 +1390,3 @@ class Scene:
         """
         self._graph.prepare()
         return self._graph.warnings()
-
-
-# ---- given ----------------------------------------
-# The inputs of a scene as they were given, opened: what an ensemble varies.
-
-
-def given_horizon(scene: Scene, name: str) -> tuple[Any, dict[str, Any]]:
-    """
-    Return a horizon before it is torn and tied, and what its data do not declare.
-
-    Parameters
-    ----------
-    scene : Scene
-    name : str
-
-    Returns
-    -------
-    (TriSurface, Sheet or data, dict)
-        A surface, or the data of a horizon that is to be torn, with the keywords ``positive`` and
-        ``length_unit`` that count for them.
-    """
-    inputs = scene._inputs
-    value = inputs.horizons[name]
-    if isinstance(value, Sheet):
-        return value, {}
-    if inputs.tear is None:
-        return scene._plain.untied(name), {}
-    data = opened_horizon(value, inputs.options)
-    return data, undeclared(data, inputs.options)
-
-
-def given_fault(scene: Scene, name: str) -> TriSurface:
-    """Return a fault as given: neither extended nor truncated."""
-    return scene._plain.read.fault(name)
-
-
-def prepared_faults(scene: Scene) -> dict[str, TriSurface]:
-    """Return all faults as extended and truncated, before tears make them longer."""
-    return {name: scene._plain.faults.surface(name) for name in scene.fault_names}
-
-
-def torn_like(scene: Scene, longer: LongerFaults, plans: Mapping[str, TearPlan]) -> Scene:
-    """Return the scene, torn at faults as long as another scene needed them, first as it was."""
-    twin = scene.replace()
-    twin._plain.longer, twin._plain.plans = dict(longer), dict(plans)
-    return twin
-
-
-def frame_of(scene: Scene) -> tuple[Box, np.ndarray | None]:
-    """
-    Return the box and the area of a scene before its horizons are torn: no sheet moves them.
-
-    Parameters
-    ----------
-    scene : Scene
-
-    Returns
-    -------
-    (tuple of float, ndarray of float64 (n, 2) or None)
-        West, east, south, north, bottom and top [m]; corners of the area, None if it is the box.
-    """
-    return scene._plain.box, scene._plain.aoi
-
-
-def torn_scene(scene: Scene, horizons: Mapping[str, Sheet], **changes: Any) -> Scene:
-    """
-    Return a scene with horizons that were torn at its faults, and with faults as these ended up.
-
-    Parameters
-    ----------
-    scene : Scene
-        Its rules have made the faults ready.
-    horizons : mapping of str to Sheet
-    **changes
-        Further inputs, as `Scene.replace` takes them.
-
-    Returns
-    -------
-    Scene
-        It lists what the rules of `scene` did to the faults, and proposes for these.
-    """
-    torn = scene.replace(horizons=horizons, **changes)
-    if "faults" in changes:  # its own rules do nothing more
-        torn._plain.prepared_by = scene._plain.ruled_faults
-        passed = warnings_of_passed(scene._plain, prepared_faults(scene), changes["faults"])
-        torn._plain.memory.warn(*passed)
-    return torn
-
-
-def keep_results_apart(scene: Scene) -> None:
-    """Let a scene take results from its family, and give none to it: nobody will change it."""
-    scene._plain.memory.shares = False
-
-
-def volumes_by_unit(scene: Scene) -> dict[tuple[str, str, str, str], float]:
-    """Return the volume of each unit [m3] by name, zone, block and contact: without a table."""
-    graph = scene._graph
-    units = graph.units_at_levels or graph.units
-    return {(u.name, u.zone, u.block, u.contact): float(u.volume) for u in units.values()}
-
-
-def given_contacts(scene: Scene) -> dict[str, Any]:
-    """Return fluid contacts by name, with files and grids as surfaces."""
-    return opened_contacts(scene._inputs.contacts, scene._inputs.options)
-
-
-def given_settings(scene: Scene) -> dict[str, Any]:
-    """Return all other inputs of a scene, by name."""
-    surfaces = ("horizons", "faults", "contacts")
-    return {key: getattr(scene._inputs, key) for key in INPUTS if key not in surfaces}

@@ -80,7 +80,9 @@ def torn_graph(plain: Graph) -> Graph:
         inputs, horizons=sheets, faults=faults, extend=(), lengthen=None, tear=None, tie=None,
         truncations=as_truncations(inputs.horizon_rules), fill_empty_blocks=None, **frame,
     )  # fmt: skip
-    return Graph(torn, plain.memory, prepared_by=plain.faults)
+    graph = Graph(torn, plain.memory, prepared_by=plain.faults)
+    graph.known_regions = plain.known_regions
+    return graph
 
 
 def as_truncations(rules: Iterable[Rule]) -> dict[str, tuple[tuple[str, str], ...]]:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 
 # what spreadsheets take for the beginning of a formula, also in the wide letters of East Asia
 FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "\uff1d", "\uff0b", "\uff0d", "\uff20")
-LABELS = ("zone", "block", "contact", "zone_index", "reservoir", "sliver")
+LABELS = ("zone", "block", "region", "contact", "zone_index", "reservoir", "sliver")
 GUARDED = Loss(
     "data",
     "Texts that begin with = + - or @ start with an apostrophe in the file, so that "

@@ -14,7 +14,7 @@ from geosurf.ensemble import ContactLevel, DepthShift, FaultShift, Triangular, U
 from geosurf.ensemble.run import planned
 from geosurf.ensemble.scenario_model import ScenarioModel
 from geosurf.errors import InputError, ScenarioError
-from geosurf.scene.scene import frame_of
+from geosurf.scene.given import frame_of
 from geosurf.sheets import tear
 from tests.ensemble.worlds import AREA, fault, layer_cake, plane
 

@@ -185,6 +185,13 @@ BUILDING = {
                       [-1, "abc", [5], True, {"x": 1}, {"merge": 5}, {"min_volume": "5"}]),
     "Scene.reservoir": (lambda g, v: model(g, reservoir=v),
                         [5, "abc", "Top/Base", [], ["abc"], [5], [None], object()]),
+    "Scene.regions": (
+        lambda g, v: model(g, regions=v).regions,
+        [5, "abc", [], {"A": 5}, {"A": None}, {"A": "no.pol"}, {"A": ("F1",)}, {"A": ("F9+",)},
+         {"A": (-9e9, 0.0)}, {"A": [[0, 0], [1, 1]]}, {"": (0, 0)}, {"A": object()}],
+    ),
+    "Scene.table.by": (lambda g, v: g.scene.table(by=v),
+                       [5, "abc", [], ["abc"], ["zone", "zone"], [None], object()]),
     "Scene.table": (lambda g, v: g.scene.table(v), wrong.WORDS),
     "Scene.extend": (lambda g, v: model(g, extend=v),
                      [5, "abc", ["abc"], [5], [None], object(), {"F9": "strike"}, {"F1": 5}]),

@@ -52,7 +52,7 @@ def test_every_noun_is_shown_in_words(shown):
 def test_units_are_a_table_that_adds_up(shown):
     units = shown["units"].included()
     head, *rows, total, slivers, left = str(shown["units"]).splitlines()
-    assert head.split() == ["zone", "block", "contact", "GRV"]
+    assert head.split() == ["zone", "region", "block", "contact", "GRV"]
     assert len(rows) == len(units) - len(units.slivers) == len(units.without_slivers)
     assert slivers == units.slivers_in_words
     for row, unit in zip(rows, units.without_slivers, strict=True):

@@ -90,6 +90,7 @@ CHANGES: dict[str, tuple[Any, Any, bool]] = {
     "compartments": (start, {"E": "boundary"}, True),
     "crs": (start, "EPSG:23031", True),
     "reservoir": (start, ["Middle/Base"], True),
+    "regions": (start, {"All": [[-1e6, -1e6], [1e7, -1e6], [1e7, 1e8], [-1e6, 1e8]]}, True),
 }
 
 

@@ -99,6 +99,7 @@ def plain(result: Any) -> Any:
     """A result as what can be compared: bytes of arrays, and attributes."""
     if isinstance(result, xr.Dataset | xr.DataArray):
         parts = {**getattr(result, "data_vars", {"": result}), **result.coords}
+        parts.pop("region", None)  # names of a scene before go on
         return str(result.attrs), {
             str(name): (one.dims, str(one.attrs), plain(one.values)) for name, one in parts.items()
         }
@@ -135,7 +136,9 @@ def _units(scene: gs.Scene) -> Answers:
         (tuple(np.array(curves.names)[pair]), curves.points[chain].tobytes())
         for pair, chain in zip(curves.surfaces_of_curve, curves.curves, strict=True)
     ]
+    parts = {tuple(sorted(region.blocks)) for region in scene.regions.values()}
     return found | {
+        "regions": sorted(parts),
         "volumes": plain(scene.volumes),
         "table": plain(scene.units.table),
         "report": str(scene.units.report),

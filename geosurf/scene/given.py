@@ -1,0 +1,122 @@
+"""The inputs of a scene as they were given, opened: what an ensemble varies."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from geosurf.model import Sheet, TriSurface
+from geosurf.model.sheets import TearPlan
+from geosurf.scene.faults import LongerFaults
+from geosurf.scene.inputs import INPUTS, Box, undeclared
+from geosurf.scene.scene import Scene
+from geosurf.scene.surfaces import opened_contacts, opened_horizon
+from geosurf.scene.tearing import warnings_of_passed
+
+
+def given_horizon(scene: Scene, name: str) -> tuple[Any, dict[str, Any]]:
+    """
+    Return a horizon before it is torn and tied, and what its data do not declare.
+
+    Parameters
+    ----------
+    scene : Scene
+    name : str
+
+    Returns
+    -------
+    (TriSurface, Sheet or data, dict)
+        A surface, or the data of a horizon that is to be torn, with the keywords ``positive`` and
+        ``length_unit`` that count for them.
+    """
+    inputs = scene._inputs
+    value = inputs.horizons[name]
+    if isinstance(value, Sheet):
+        return value, {}
+    if inputs.tear is None:
+        return scene._plain.untied(name), {}
+    data = opened_horizon(value, inputs.options)
+    return data, undeclared(data, inputs.options)
+
+
+def given_fault(scene: Scene, name: str) -> TriSurface:
+    """Return a fault as given: neither extended nor truncated."""
+    return scene._plain.read.fault(name)
+
+
+def prepared_faults(scene: Scene) -> dict[str, TriSurface]:
+    """Return all faults as extended and truncated, before tears make them longer."""
+    return {name: scene._plain.faults.surface(name) for name in scene.fault_names}
+
+
+def torn_like(scene: Scene, longer: LongerFaults, plans: Mapping[str, TearPlan]) -> Scene:
+    """Return the scene, torn at faults as long as another scene needed them, first as it was."""
+    twin = scene.replace()
+    twin._plain.longer, twin._plain.plans = dict(longer), dict(plans)
+    return twin
+
+
+def frame_of(scene: Scene) -> tuple[Box, np.ndarray | None]:
+    """
+    Return the box and the area of a scene before its horizons are torn: no sheet moves them.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    (tuple of float, ndarray of float64 (n, 2) or None)
+        West, east, south, north, bottom and top [m]; corners of the area, None if it is the box.
+    """
+    return scene._plain.box, scene._plain.aoi
+
+
+def torn_scene(scene: Scene, horizons: Mapping[str, Sheet], **changes: Any) -> Scene:
+    """
+    Return a scene with horizons that were torn at its faults, and with faults as these ended up.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its rules have made the faults ready.
+    horizons : mapping of str to Sheet
+    **changes
+        Further inputs, as `Scene.replace` takes them.
+
+    Returns
+    -------
+    Scene
+        It lists what the rules of `scene` did to the faults, and proposes for these.
+    """
+    torn = scene.replace(horizons=horizons, **changes)
+    if "faults" in changes:  # its own rules do nothing more
+        torn._plain.prepared_by = scene._plain.ruled_faults
+        passed = warnings_of_passed(scene._plain, prepared_faults(scene), changes["faults"])
+        torn._plain.memory.warn(*passed)
+    return torn
+
+
+def keep_results_apart(scene: Scene) -> None:
+    """Let a scene take results from its family, and give none to it: nobody will change it."""
+    scene._plain.memory.shares = False
+
+
+def volumes_by_unit(scene: Scene) -> dict[tuple[str, str, str, str], float]:
+    """Return the volume of each unit [m3] by name, zone, block and contact: without a table."""
+    graph = scene._graph
+    units = graph.units_at_levels or graph.units
+    return {(u.name, u.zone, u.block, u.contact): float(u.volume) for u in units.values()}
+
+
+def given_contacts(scene: Scene) -> dict[str, Any]:
+    """Return fluid contacts by name, with files and grids as surfaces."""
+    return opened_contacts(scene._inputs.contacts, scene._inputs.options)
+
+
+def given_settings(scene: Scene) -> dict[str, Any]:
+    """Return all other inputs of a scene, by name."""
+    surfaces = ("horizons", "faults", "contacts")
+    return {key: getattr(scene._inputs, key) for key in INPUTS if key not in surfaces}

@@ -1,0 +1,265 @@
+"""Regions: proposed as a slow matching does it, named as users say, and kept by `replace`."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import pickle
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import geosurf as gs
+from geosurf.errors import InputError
+from geosurf.report.tables import volume_table
+from geosurf.scenario.validate import find_mistakes
+
+SIZE, N_ZONE = 1000.0, 3
+BOX = (0.0, SIZE, 0.0, SIZE, -500.0, 0.0)
+CONTACT = {"OWC": -260.0}
+
+
+def horizon(level, dice, n=6):
+    x = np.linspace(-10.0, SIZE + 10.0, n)
+    z = level + 12.0 * dice.random((n, n))
+    return xr.DataArray(z, {"northing": x, "easting": x}, ("northing", "easting"),
+                        attrs={"positive": "up", "units": "m"})  # fmt: skip
+
+
+def wall(name, start, end, low, high, lean=0.0):
+    """A plane fault along a line in the map, from one elevation to another."""
+    (ax, ay), (bx, by) = start, end
+    corners = [(ax, ay, low), (bx, by, low), (bx + lean, by, high), (ax + lean, ay, high)]
+    return gs.TriSurface(name, "fault", corners, [[0, 1, 2], [0, 2, 3]])
+
+
+def random_world(seed):
+    """Horizons, and faults of which some end above, below, or inside the model."""
+    dice = np.random.default_rng([seed, 11])
+    horizons = {f"H{k}": horizon(-100.0 - 90.0 * k, dice) for k in range(N_ZONE + 1)}
+    faults = {}
+    for k in range(int(dice.integers(1, 4))):
+        low, high = sorted(dice.choice([-510.0, -330.0, -240.0, -150.0, 10.0], 2, replace=False))
+        turn, shift = dice.uniform(0.0, math.pi), dice.uniform(0.25, 0.75, 2) * SIZE
+        along = np.array([math.cos(turn), math.sin(turn)]) * 2.0 * SIZE
+        end = shift + along * (0.0 if dice.random() < 0.2 else 1.0) + 1.0
+        lean = float(dice.uniform(-60.0, 60.0))
+        faults[f"F{k + 1}"] = wall(f"F{k + 1}", shift - along, end, low, high, lean)
+    if dice.random() < 0.5:  # a corner of less than 1/1000, in some zones
+        a = 15.0 + 20.0 * dice.random()
+        low = float(dice.choice([-510.0, -240.0]))
+        faults["C"] = wall("C", (-5.0, a + 5.0), (a + 5.0, -5.0), low, 10.0)
+    return horizons, faults
+
+
+def slow_regions(scene):
+    """Regions by a matching that lists every triangle and asks for the best pair each time."""
+    units, patches = list(scene.units.values()), scene.patches
+    names = scene.horizon_names
+    inner = {f"{a}/{b}" for a, b in itertools.pairwise(names)}
+    blocks = list(dict.fromkeys((u.zone, u.block) for u in units if u.zone in inner))
+    shared: dict[bool, dict] = {True: {}, False: {}}
+    for t, row, (front, back) in zip(
+        patches.triangles, patches.surface_of_triangle, scene.units.sides, strict=True
+    ):
+        pair = tuple(sorted(
+            blocks.index((units[u].zone, units[u].block))
+            for u in (front, back) if u >= 0 and units[u].zone in inner
+        ))  # fmt: skip
+        if len(pair) == 2 and pair[0] != pair[1]:
+            a, b, c = patches.local[t]
+            area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a)))
+            is_horizon = patches.sources[row].role == "horizon"
+            shared[is_horizon].setdefault(pair, []).append(area)
+    volume = [math.fsum(u.volume for u in units if (u.zone, u.block) == b) for b in blocks]
+
+    def between(one, two, *kinds):
+        parts = [
+            area for kind in kinds for (p, q), areas in shared[kind].items() for area in areas
+            if (p in one and q in two) or (p in two and q in one)
+        ]  # fmt: skip
+        return float(f"{math.fsum(parts):.9g}")
+
+    regions, tried = [{k} for k in range(len(blocks))], set()
+    while True:
+        best = max(
+            (p for p in shared[True] if p not in tried), default=None,
+            key=lambda p: (between({p[0]}, {p[1]}, True), -p[0], -p[1]),
+        )  # fmt: skip
+        if best is None:
+            break
+        tried.add(best)
+        one, two = (next(r for r in regions if k in r) for k in best)
+        plain = {(z, b.split(" #")[0]) for z, b in (blocks[k] for k in one | two)}
+        if one is not two and len({z for z, _ in plain}) == len(plain):
+            regions = [r for r in regions if r not in (one, two)] + [one | two]
+
+    def size(region):
+        return math.fsum(volume[k] for k in region)
+
+    for kinds in ((True,), (True, False)):
+        while True:  # what touches large ones goes to them, then what touches those
+            small = [r for r in regions if size(r) < 1e-3 * math.fsum(volume)]
+            large = [r for r in regions if r not in small]
+            moves = []
+            for region in small:
+                to = max(large, key=lambda r, of=region: (between(of, r, *kinds), -min(r)))
+                if between(region, to, *kinds) > 0.0:
+                    moves.append((region, to))
+            if not moves:
+                break
+            for region, to in moves:
+                regions.remove(region)
+                to |= region
+    return {frozenset(blocks[k] for k in region) for region in regions}
+
+
+@pytest.fixture(scope="module")
+def worlds():
+    return {seed: gs.Scene(*random_world(seed), BOX, contacts=CONTACT) for seed in range(40)}
+
+
+def test_proposals_are_those_of_a_slow_matching_and_nothing_is_lost(worlds):
+    n_region = n_remnant = 0
+    for seed, scene in worlds.items():
+        found = scene.regions
+        assert {frozenset(one.blocks) for one in found.values()} == slow_regions(scene), seed
+        assert [*found] == [chr(ord("A") + k) for k in range(len(found))]
+        sizes = [one.volume for one in found.values()]
+        assert sizes == pytest.approx(sorted(sizes, reverse=True), rel=1e-9)
+        n_region += len(found)
+        n_remnant += sum(len(one.remnants) for one in found.values())
+
+        # sums by any labels are sums of the units
+        total = math.fsum(u.volume for u in scene.units.included().values())
+        for by in ("region", ("region", "zone"), ("zone", "contact", "region")):
+            assert float(scene.table(by=by).volume.sum()) == pytest.approx(total, rel=1e-12)
+        table = scene.table(by=("zone", "region", "contact")).volume
+        for unit in scene.units.included().values():
+            same = [
+                u.volume for u in scene.units.values()
+                if (u.zone, u.region, u.contact) == (unit.zone, unit.region, unit.contact)
+            ]  # fmt: skip
+            at = table.sel(zone=unit.zone, region=unit.region, contact=unit.contact)
+            assert float(at) == pytest.approx(math.fsum(same), rel=1e-12)
+    assert n_region > 60
+    assert n_remnant > 20
+
+
+def test_the_order_of_faults_does_not_matter(worlds):
+    for seed in range(0, 40, 8):
+        horizons, faults = random_world(seed)
+        again = gs.Scene(horizons, dict(reversed(faults.items())), BOX, contacts=CONTACT)
+        assert dict(again.regions) == pytest.approx(dict(worlds[seed].regions)), seed
+
+
+def halves(middle, **more):
+    """Two zones in two halves of a box, and a fault between that the upper zone alone ends at."""
+    dice = np.random.default_rng(1)
+    horizons = {name: horizon(z, dice) for name, z in (("T", -100.0), ("M", -200), ("B", -300))}
+    fault = wall("F", (middle, -10.0), (middle, SIZE + 10.0), -510.0, 10.0)
+    return gs.Scene(horizons, {"F": fault}, BOX, **more)
+
+
+def test_names_survive_a_chain_of_replace():
+    scene = halves(450.0)
+    west, east = (50.0, 500.0, -150.0), (950.0, 500.0, -150.0)
+    assert scene.sample([west, east]).region.values.tolist() == ["B", "A"]
+    for middle in (520.0, 560.0, 640.0):  # the west is the larger one from here on
+        scene = scene.replace(faults={"F": halves(middle).surface("F")})
+        assert scene.sample([west, east]).region.values.tolist() == ["B", "A"]
+    assert list(scene.regions) == ["B", "A"]
+    assert list(halves(640.0).regions) == ["A", "B"]
+    assert halves(640.0).sample([west]).region.item() == "A"
+
+    # a fault more: the larger part keeps the name, the other has a new one, and it comes back
+    cross = wall("G", (-10.0, 300.0), (SIZE + 10.0, 300.0), -510.0, 10.0)
+    more = scene.replace(faults={"G": cross}, contacts=CONTACT)
+    assert set(more.volumes.region.values) == {"A", "B", "C", "D"}
+    assert more.sample([(50.0, 900.0, -150.0)]).region.item() == "B"
+    back = more.replace(faults={"G": None}, horizons={"M": None})
+    assert back.sample([west, east]).region.values.tolist() == ["B", "A"]
+    assert pickle.loads(pickle.dumps(back)).sample([west]).region.item() == "B"
+
+    # user's names go on as well, and new ones leave the others their letters
+    named = more.replace(regions={"North": (50.0, 900.0)})
+    assert named.sample([(50.0, 900.0, -150.0)]).region.item() == "North"
+    assert {"A", "C", "D"} < set(named.regions)
+    moved = named.replace(faults={"F": halves(600.0).surface("F")})
+    assert moved.sample([(50.0, 900.0, -150.0)]).region.item() == "North"
+    one = named.replace(faults={"F": None, "G": None})
+    assert list(one.regions) == ["North"] or "North" in {w.subject for w in one.warnings}
+
+
+def test_names_of_users(tmp_path):
+    scene = halves(450.0)
+    left = [[-9, -9], [-9, 1009], [400, 1009], [400, -9]]
+    lines = [f"{x} {y} 0.0\n" for x, y in (*left, left[0])]
+    (tmp_path / "left.pol").write_text("".join(lines) + "999.0 999.0 999.0\n")
+    for name in ((100.0, 50.0), ("F-",), left, np.array(left), tmp_path / "left.pol"):
+        found = scene.replace(regions={"West": name, "East": (900.0, 1.0)})
+        assert found.regions["West"].blocks == (("T/M", "F-"), ("M/B", "F-")), name
+        assert list(found.regions) == ["East", "West"]
+    whole = [[-9, -9], [1009, -9], [1009, 1009], [-9, 1009]]
+    both = scene.replace(regions={"All": whole})
+    assert list(both.regions) == ["All"]
+    assert len(both.regions["All"].blocks) == 4
+    assert both.table(by="region").volume.item() == pytest.approx(both.volumes.sum().item())
+
+    for wrong, words in (
+        ({"W": (9e9, 0.0)}, "no region is at"),
+        ({"W": np.array(left) * 0.1}, "no region is in the polygon"),
+        ({"W": ("G+",)}, "no unit is on 'G\\+'"),
+        ({"W": (9.0, 9.0), "X": (9.0, 500.0)}, "name one region.*names split nothing"),
+        ({"W": ("F",)}, "no side of a fault. Write 'F\\+'"),
+        ({"W": 5}, "Give {name: "),
+    ):
+        with pytest.raises(InputError, match=words):
+            _ = scene.replace(regions=wrong).volumes
+    with pytest.raises(InputError, match="by is 'fluid'"):
+        scene.table(by="fluid")
+
+
+def test_tables_samples_wells_closures_and_files_have_it(worlds, tmp_path):
+    scene = worlds[3]
+    for unit in scene.units.values():
+        assert (unit.region == "") == (unit.zone not in scene.reservoir)
+        assert unit.region == "" or (unit.zone, unit.block) in scene.regions[unit.region].blocks
+    levels = scene.replace(contacts={"OWC": -265.0})
+    at_levels = dict(zip(levels.volumes.unit.values, levels.volumes.region.values, strict=True))
+    assert at_levels == {u.name: u.region for u in levels.units.included().values()}
+
+    well = scene.well_intervals([[300, 400, 0], [700, 600, -500]])
+    for found in (scene.sample(cell=(90.0, 90.0, 30.0)), well):
+        names = (found[key].values.ravel() for key in ("unit", "region"))
+        for unit, region in zip(*names, strict=True):
+            assert region == (scene.units[unit].region if unit else "")
+    gs.write(scene.units, tmp_path / "units.csv")
+    head, *rows = (tmp_path / "units.csv").read_text().splitlines()
+    column = head.split(",").index("region")
+    assert [row.split(",")[column] for row in rows] == [u.region for u in scene.units.values()]
+    closed = scene.replace(contacts=None).closures(min_height=0.1)
+    places = zip(closed.zone.values, closed.block.values, closed.region.values, strict=True)
+    assert closed.sizes["closure"]
+    assert all((z, b) in scene.regions[r].blocks for z, b, r in places)
+    table = volume_table(scene.units)
+    assert table.head == ("Zone", *scene.regions, "all regions")
+
+
+def test_scenarios_name_them(tmp_path):
+    world = gs.synthetic.tilted_planes(n=5)
+    for name, one in world.horizons.items():
+        gs.write(one, tmp_path / f"{name}.nc")
+    gs.write(gs.triangulate_fault(world.faults["F1"], name="F1"), tmp_path / "F1.ts")
+    tables = "".join(f'[[horizons]]\nname = "{n}"\nfile = "{n}.nc"\n' for n in world.horizons)
+    tables += '[[faults]]\nname = "F1"\nfile = "F1.ts"\n'
+    path = tmp_path / "scenario.toml"
+    for value, words in (('["F2+"]', "unknown side"), ('"no.pol"', "not there"), ("5", "Give {")):
+        path.write_text(f"{tables}[regions]\nHigh = {value}\n")
+        (mistake,) = find_mistakes(path)
+        assert words in mistake.sentence
+    path.write_text(f'{tables}[regions]\nHigh = ["F1-"]\n')
+    scene = gs.run_scenario(path, tmp_path / "out", pictures=False)
+    assert set(scene.regions) == {"High", "A"} or set(scene.regions) == {"High", "B"}
+    assert ",High," in (tmp_path / "out" / "volumes.csv").read_text()
