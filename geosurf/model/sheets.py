@@ -398,7 +398,7 @@ def _grouped(number: int) -> str:
     return f"{number:,}".replace(",", " ")
 
 
-TWICE = 2.0  # spreads by which a sheet may differ from its data
+SPREADS = 2.0  # by which a sheet may differ from its data
 OF_THROW, METRES = 0.1, 1.0  # but at least this share of the largest throw, and this
 IN_A_ROW = 5  # stations that a difference goes on for: a few may be chance
 
@@ -447,7 +447,7 @@ class ThrowAudit(Noun):
         """
         largest = np.abs(np.concatenate([self.sheet, self.data]))
         least = max(OF_THROW * largest[np.isfinite(largest)].max(initial=0.0), METRES)
-        off = np.abs(self.sheet - self.data) > np.maximum(TWICE * self.spread, least)
+        off = np.abs(self.sheet - self.data) > np.maximum(SPREADS * self.spread, least)
         from scipy.ndimage import binary_opening  # loaded by those who tear
 
         found: np.ndarray = binary_opening(off, np.ones(IN_A_ROW))
@@ -456,11 +456,15 @@ class ThrowAudit(Noun):
     @property
     def worst(self) -> int | None:
         """The station of those that differ where this is clearest; None if none does."""
-        differs = np.flatnonzero(self.differs)
-        if not len(differs):
+        return self.clearest(self.differs)
+
+    def clearest(self, some: np.ndarray) -> int | None:
+        """The station of `some`, bool (n,), that differs most in spreads; None of none."""
+        rows = np.flatnonzero(some)
+        if not len(rows):
             return None
-        clear = np.abs(self.sheet - self.data)[differs] / self.spread[differs]
-        return int(differs[clear.argmax()])
+        spreads = np.abs(self.sheet - self.data)[rows] / self.spread[rows]
+        return int(rows[spreads.argmax()])
 
 
 @dataclass(frozen=True, repr=False)

@@ -353,7 +353,7 @@ def test_the_field_is_on_its_faults_between_its_walls():
 def test_the_field_is_torn_where_it_is_faulted():
     """The cut-offs of F1 are found again on both walls, to a fiftieth of the throw."""
     world = synthetic.faulted_reservoir(n=61)
-    sheet = tear_horizon(world.horizons["Middle"], world.faults, name="Middle", trim=3)
+    sheet = tear_horizon(world.horizons["Middle"], world.faults, name="Middle")
     assert sheet.report.tips == sheet.report.declared_tips == 3
     for sign in "+-":
         line = np.concatenate(sheet.cuts["F1"].cutoffs[sign])

@@ -184,12 +184,11 @@ def warnings_of_throw(
     """
     name, found = picks.name, []
     for (fault, audit), trim in zip(audits.items(), used, strict=True):
-        worst = audit.worst
-        if worst is None:
-            continue
         short = [tip.place[:2] for tip in tips if tip.subject == fault and tip.place is not None]
-        far = np.hypot(*(np.reshape(short, (-1, 2)) - audit.stations[worst, :2]).T)
-        if far.min(initial=np.inf) < AT_TIP * picks.frame.cell:
+        far = np.hypot(*(audit.stations[:, None, :2] - np.reshape(short, (-1, 2))).T)
+        away = far.min(axis=0, initial=np.inf) > AT_TIP * picks.frame.cell
+        worst = audit.clearest(audit.differs & away)
+        if worst is None:
             continue
         has, shows = (float(throw[worst]) for throw in (audit.sheet, audit.data))
         how = (
