@@ -26,7 +26,6 @@ from geosurf.scene.given import given_settings
 from geosurf.scene.memory import fingerprint
 from geosurf.scene.result_cache import ResultCache
 from geosurf.scene.surfaces import footprint
-from geosurf.scene.tear_rounds import Made
 
 
 class ScenarioModel(SceneModel):
@@ -60,7 +59,7 @@ class ScenarioModel(SceneModel):
         # Without tearing: that is repeated in each realisation.
         scene, self._values = untorn_scene(self.scenario)
         super().__init__(scene)
-        self._sheets: dict[str, tuple[tuple[str, ...], Made]] = {}
+        self._sheets: dict[str, tuple[tuple[str, ...], Sheet]] = {}
         self._cache = cache
         self.uncertain = tuple(uncertainty_of(entry) for entry in self.scenario.uncertain)
 
@@ -103,8 +102,8 @@ class ScenarioModel(SceneModel):
         scenario = replace(self.scenario, throws=throws)
 
         def remember(
-            name: str, faults: dict[str, TriSurface], fill: bool | Sheet, make: Callable[[], Made]
-        ) -> Made:
+            name: str, faults: dict[str, TriSurface], fill: bool | Sheet, make: Callable[[], Sheet]
+        ) -> Sheet:
             """The sheet of a horizon; that of the last realisation if nothing has changed."""
             if name in change.up:
                 return make()

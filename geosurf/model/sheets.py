@@ -309,6 +309,8 @@ class TearPlan:
         Whether remedies were searched for; False if a given plan closed the sheet.
     base : BaseHeights or None
         None for scattered points, and where blocks without data were filled.
+    extensions : tuple of Extended
+        By how much its faults became longer.
 
     Examples
     --------
@@ -332,6 +334,7 @@ class TearPlan:
     loss: float = 0.0
     searched: bool = True
     base: BaseHeights | None = None
+    extensions: tuple[Extended, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -722,21 +725,3 @@ class Extended:
     fault: str
     lengths: Mapping[str, float]
     place: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
-class NeededFaults:
-    """Faults as long as one horizon needs them.
-
-    Attributes
-    ----------
-    extensions : tuple of Extended
-    faults : dict of str to TriSurface
-        Those that are longer, by name.
-    trims : dict of str to float
-        Of all its faults, as given or as the data showed before these were longer [cells].
-    """
-
-    extensions: tuple[Extended, ...]
-    faults: dict[str, TriSurface]
-    trims: dict[str, float]

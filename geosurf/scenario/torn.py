@@ -25,12 +25,12 @@ from geosurf.scene import Scene
 from geosurf.scene.faults import LongerFaults
 from geosurf.scene.given import torn_scene
 from geosurf.scene.result_cache import ResultCache
-from geosurf.scene.tear_rounds import Made, Tear, needs_as_key, outcome_of, sheets_on
+from geosurf.scene.tear_rounds import Tear, outcome_of, sheets_on
 from geosurf.scene.tearing import as_long_as, as_truncations, warnings_of
 from geosurf.triangulate import triangulate_horizon
 from geosurf.warning import warn
 
-Remember = Callable[[str, dict[str, TriSurface], bool | Sheet, Callable[[], Made]], Made]
+Remember = Callable[[str, dict[str, TriSurface], bool | Sheet, Callable[[], Sheet]], Sheet]
 RememberThrown = Callable[[str, Sequence[ThrowInput], Callable[[], Sheet]], Sheet]
 
 
@@ -91,14 +91,14 @@ def torn_horizons(
     filling = filling_of(scenario, picked)
 
     # tearing may extend faults: sheets and scene must have the same ones
-    def one(tear: Tear) -> Made:
+    def one(tear: Tear) -> Sheet:
         """One horizon at the faults that reach it."""
         name, plan = tear.name, plans.get(tear.name)
         some = {key: tear.faults[key] for key in reaching[name]}
         made = partial(_as_picked, scenario, scene, tear, horizons[name], some, plan, cache)
         return remember(name, some, tear.fill, made)
 
-    def make(tear: Tear) -> Made:
+    def make(tear: Tear) -> Sheet:
         """One horizon; a picture where it cannot be torn."""
         start = time.perf_counter()
         with pictured(scene, out, (tear.name, *scene.fault_names)):
@@ -106,7 +106,7 @@ def torn_horizons(
         done(tear.name, found, time.perf_counter() - start)
         return found
 
-    def done(name: str, found: Made, seconds: float | None = None) -> None:
+    def done(name: str, found: Sheet, seconds: float | None = None) -> None:
         """Report a tear; a second line where longer faults tear a horizon again."""
         on_step("tear", name, outcome_of(found), seconds)
 
@@ -185,10 +185,9 @@ def _as_picked(
     faults: dict[str, TriSurface],
     plan: TearPlan | None,
     cache: ResultCache | None,
-) -> Made:
-    """A sheet from data that smear the horizon over its faults, or the faults that it needs."""
-    from geosurf.sheets.mesh.tear_ends import TooShort  # loaded by those who tear
-    from geosurf.sheets.tear import tear_from
+) -> Sheet:
+    """A sheet from data that smear the horizon over its faults."""
+    from geosurf.sheets.tear import tear_from  # loaded by those who tear
     from geosurf.sheets.tie import tied_sheet
 
     settings = scenario.tear
@@ -206,15 +205,11 @@ def _as_picked(
     def make(data: Any) -> Sheet:
         """Tear these data as the scenario has it."""
         # A tie makes another mesh of the sheet, of which its model shows nothing.
-        how = {**words, "asking": tear.asking, "needed": tear.needed}
-        return tear_from(plan, data, surfaces, name=name, **how)
+        return tear_from(plan, data, surfaces, name=name, before=tear.before, **words)
 
-    def torn() -> Made:
+    def torn() -> Sheet:
         """The sheet, tied to its tops."""
-        try:
-            return tied_sheet(name, horizon, make, surfaces, scene.tops, tie)
-        except TooShort as short:
-            return short.longer
+        return tied_sheet(name, horizon, make, surfaces, scene.tops, tie)
 
     # A plan comes from another model, which the name of a stored result would have to state.
     if cache is None or plan is not None:
@@ -225,7 +220,7 @@ def _as_picked(
         settings.keep_outliers,
         *_contents(tear.fill),
         *(() if tops is None else (repr(tie), tops.wells, tops.horizons, tops.points)),
-        *(("asking",) if tear.asking else ()), *needs_as_key(tear.needed),
+        *tear.key,
     )  # fmt: skip
     return cache.get_or_compute("sheet", inputs, torn)
 

@@ -48,7 +48,7 @@ from geosurf.model import (
     TriSurface,
 )
 from geosurf.model.expected import path_of
-from geosurf.model.sheets import BaseHeights, DataUse, Extended, LostThrow, NeededFaults, TearPlan
+from geosurf.model.sheets import BaseHeights, DataUse, Extended, LostThrow, TearPlan
 from geosurf.model.surfaces import Sector
 from geosurf.model.units import Check
 from geosurf.scene.memory import fingerprint
@@ -279,7 +279,6 @@ _CLASSES: dict[str, type] = {
         FaultCut,
         Lattice,
         LostThrow,
-        NeededFaults,
         Sector,
         Sheet,
         SheetReport,

@@ -1,14 +1,13 @@
 """Horizons that are torn until all of them end on the same faults, in as few tears as possible.
 
-A tear may need a longer fault. First the outermost horizons, one after the other, give up where a
-fault is too short for them, and the fault is made longer. Then all horizons are torn.
-Those that need still longer faults make them so, and others are torn again where these come near.
-Each horizon takes its faults without what others have added far away from it.
+A tear may need a longer fault. The outermost horizons come first, one after the other, then all
+others. Those that came before a fault became longer near them are torn again, with what closed them
+then. Each horizon takes its faults without what others have added far away from it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,7 +15,7 @@ import numpy as np
 from geosurf.errors import GeosurfError, InvariantError
 from geosurf.model import Sheet, TriSurface
 from geosurf.model.network import in_order
-from geosurf.model.sheets import NeededFaults
+from geosurf.model.sheets import TearPlan
 from geosurf.scene.memory import OnStart, silent
 from geosurf.warning import collected
 
@@ -37,25 +36,31 @@ class Tear:
     faults : dict of str to TriSurface
     fill : bool or Sheet
         What becomes of blocks without data; a sheet: the horizon is pinched out onto it.
-    asking : bool
-        Whether the tear ends where it needs longer faults.
-    needed : NeededFaults or None
-        What it needed when it asked; faults are as long now.
+    before : TearPlan or None
+        What closed it at shorter faults.
 
     See Also
     --------
-    geosurf.sheets.tear.tear_from : takes the last two.
+    geosurf.sheets.tear.tear_from : takes the last one.
     """
 
     name: str
     faults: Faults
     fill: bool | Sheet
-    asking: bool = False
-    needed: NeededFaults | None = None
+    before: TearPlan | None = None
+
+    @property
+    def key(self) -> tuple[Hashable, ...]:
+        """What it takes from an earlier tear of its horizon, as part of a key of results."""
+        one = self.before
+        if one is None:
+            return ()
+        lengths = [(x.fault, *sorted(x.lengths.items())) for x in one.extensions]
+        tears = (one.traces, one.early, one.rings, one.level, one.left_out, one.loss)
+        return (repr((one.trims, one.given_trims, one.order, *tears, lengths)),)
 
 
-Made = Sheet | NeededFaults
-Make = Callable[[Tear], Made]
+Make = Callable[[Tear], Sheet]
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,8 +87,7 @@ def sheets_on(
     filling : mapping of str to bool or str
         Horizons, and what becomes of blocks without data: see `filling_by_horizon`.
     make : callable
-        Makes a tear: the sheet, or the faults that one needs that asks. Warnings of a sheet are its
-        own.
+        Makes a tear. Warnings of a sheet are its own.
     untorn : callable
         Gives a horizon as it is before it is torn.
     on_start : callable, optional
@@ -91,61 +95,32 @@ def sheets_on(
     """
     order = in_order(_outermost_first(filling))
     torn: dict[str, _Torn] = {}
-    needed: dict[str, NeededFaults] = {}
     lengths = _Lengths(faults)
     n_torn = 0
-
-    def made(tears: Sequence[Tear], count: int) -> list[Made]:
-        """Make some tears, of so many that are known to be left."""
-        nonlocal n_torn
-        before, found = n_torn, []
-        for tear in tears:
-            n_torn += 1
-            on_start("tear", tear.name, n_torn, before + count)
-            with collected():
-                found.append(make(tear))
-        return found
-
-    # faults as long as the outermost horizons need them, before any horizon is torn in vain
-    for name in order[:OUTERMOST] if len(order) > 1 else ():
-        if isinstance(fill := filling[name], bool):
-            found: Made | None = None
-            for some in (lengths.near(name, untorn), lengths.now):
-                (found,) = made([Tear(name, some, fill, asking=True)], len(order) - len(torn))
-                if isinstance(found, NeededFaults):
-                    found = lengths.added(some, found)
-                if found is not None:
-                    break
-            if isinstance(found, Sheet):
-                torn[name] = _Torn(found, some, fill)
-            else:
-                assert found is not None
-                needed[name] = found
-                lengths.take({**lengths.now, **found.faults})
-
     for _ in range(ROUNDS + len(order)):
         faults = lengths.now
         again = [name for name in order if not _is_valid(torn, name, filling[name], faults)]
         if not again:
             return {name: _ending_on(torn[name], faults) for name in filling}, faults
+
+        # those that are pinched out onto a sheet wait for it; outermost ones show how long faults
+        # have to be, before others are torn in vain
+        ready = [name for name in again if filling[name] not in again]
+        first = [name for name in ready if name in order[:OUTERMOST] and name not in torn]
         tears = []
-        for name in again:
-            # those that are pinched out onto a sheet wait for it
-            if filling[name] not in again:
-                own = needed.get(name)
-                some = faults if name in torn else lengths.near(name, untorn, own)
-                tears.append(Tear(name, some, _fill(torn, filling[name]), needed=own))
-        for tear, sheet in zip(tears, made(tears, len(again)), strict=True):
-            assert isinstance(sheet, Sheet)  # none of these asks
-            longer = _as_needed(tear.faults, sheet)
-            torn[tear.name] = _Torn(sheet, longer, tear.fill)
-            # of two that make a fault longer the first one does: the other is torn again at that
-            lengths.take(
-                {
-                    name: longer[name] if one is tear.faults[name] else one
-                    for name, one in lengths.now.items()
-                }
-            )
+        for name in first[:1] or ready:
+            known = torn.get(name)
+            some = lengths.near(name, untorn) if known is None else faults
+            before = None if known is None else known.sheet.plan
+            tears.append(Tear(name, some, _fill(torn, filling[name]), before))
+        count = n_torn + len(again)
+        for tear in tears:
+            n_torn += 1
+            on_start("tear", tear.name, n_torn, count)
+            with collected():
+                sheet = make(tear)
+            torn[tear.name] = _Torn(sheet, _as_needed(tear.faults, sheet), tear.fill)
+            lengths.add(tear, torn[tear.name])
     raise InvariantError(f"horizons {again} were torn {ROUNDS} times, each time at longer faults.")
 
 
@@ -156,50 +131,38 @@ class _Lengths:
         self.now = faults
         self._known = {name: [fault] for name, fault in faults.items()}
 
-    def take(self, faults: Faults) -> None:
-        """Take faults, of which some are longer."""
-        self.now = faults
-        for name, fault in faults.items():
-            if fault is not self._known[name][-1]:
-                self._known[name].append(fault)
-
-    def added(self, some: Faults, needed: NeededFaults) -> NeededFaults | None:
-        """What a horizon needs that had some of the faults, added to the faults as they are now.
-
-        None where one cannot be continued as it is now.
-        """
+    def add(self, tear: Tear, torn: _Torn) -> None:
+        """Take the faults that a tear has made longer."""
         from geosurf.sheets.mesh.tear_ends import extended  # loaded by those who tear
 
-        longer = {}
-        for one in needed.extensions:
-            name = one.fault
-            if some[name] is self.now[name]:
-                longer[name] = needed.faults[name]
+        plan = torn.sheet.plan
+        by_name = {} if plan is None else {one.fault: one.lengths for one in plan.extensions}
+        for name, fault in torn.faults.items():
+            now = self.now[name]
+            if fault is tear.faults[name]:
                 continue
-            try:
-                longer[name] = extended(self.now[name], one.lengths)
-            except GeosurfError:  # the horizon finds another remedy if it asks at this fault
-                return None
-        return replace(needed, faults=longer)
+            # of two that make one longer at a time the second continues it, or is torn again
+            if now is not tear.faults[name]:
+                if tear.before is not None or name not in by_name:
+                    continue
+                try:
+                    fault = extended(now, by_name[name])
+                except GeosurfError:
+                    continue
+            self.now = {**self.now, name: fault}
+            self._known[name].append(fault)
 
-    def near(
-        self, horizon: str, untorn: Callable[[str], TriSurface], needed: NeededFaults | None = None
-    ) -> Faults:
-        """Faults for a horizon, as short as it can take them, but as long as it has needed them.
+    def near(self, horizon: str, untorn: Callable[[str], TriSurface]) -> Faults:
+        """Faults for a horizon, as short as it can take them.
 
         What another horizon needs far away then makes no difference: a sheet is found in memory
         whatever that is.
         """
-        own = {} if needed is None else needed.faults
-        some = {
-            name: known[known.index(own[name]) if name in own else 0 :]
-            for name, known in self._known.items()
-        }
-        if all(len(known) == 1 for known in some.values()):
+        if all(len(known) == 1 for known in self._known.values()):
             return self.now
         from geosurf.sheets.faults.tips import as_near  # loaded by those who tear
 
-        return as_near(untorn(horizon), some)
+        return as_near(untorn(horizon), self._known)
 
 
 def _outermost_first(filling: Mapping[str, bool | str]) -> dict[str, bool | str]:
@@ -246,19 +209,9 @@ def _ending_on(torn: _Torn, faults: Faults) -> Sheet:
     return replace(sheet, faults=tuple(faults[fault.name] for fault in sheet.faults))
 
 
-def outcome_of(found: Made) -> str:
+def outcome_of(sheet: Sheet) -> str:
     """Return in words what came of a tear."""
-    if isinstance(found, Sheet):
-        return f"at {', '.join(found.cuts)}" if found.cuts else "without faults"
-    return f"needs longer {', '.join(found.faults)}"
-
-
-def needs_as_key(needed: NeededFaults | None) -> tuple[Hashable, ...]:
-    """Return what a tear takes from an earlier one of its horizon, as part of a key of results."""
-    if needed is None:
-        return ()
-    longer = [(one.fault, *sorted(one.lengths.items())) for one in needed.extensions]
-    return (repr((longer, [*needed.trims.items()])),)
+    return f"at {', '.join(sheet.cuts)}" if sheet.cuts else "without faults"
 
 
 def same(one: TriSurface, other: TriSurface) -> bool:

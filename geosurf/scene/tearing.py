@@ -25,7 +25,7 @@ from geosurf.scene.faults import LongerFaults
 from geosurf.scene.graph import Graph
 from geosurf.scene.inputs import undeclared
 from geosurf.scene.surfaces import opened_horizon
-from geosurf.scene.tear_rounds import Faults, Made, Tear, needs_as_key, outcome_of, same, sheets_on
+from geosurf.scene.tear_rounds import Faults, Tear, outcome_of, same, sheets_on
 from geosurf.warning import collected
 
 
@@ -165,7 +165,7 @@ def warnings_of_passed(plain: Graph, given: Faults, faults: Faults) -> list[Geos
     return warnings_of_passed_faults(rules, given, faults)
 
 
-def _torn(plain: Graph, tear: Tear) -> Made:
+def _torn(plain: Graph, tear: Tear) -> Sheet:
     """One sheet, from memory if it is there; one that was given stays as it is."""
     inputs, memory, name = plain.inputs, plain.memory, tear.name
     value = inputs.horizons[name]
@@ -180,29 +180,25 @@ def _torn(plain: Graph, tear: Tear) -> Made:
         "torn", name, plain.read.content(name, value), *map(memory.key_of, faults),
         _as_key(inputs.tear), *inputs.options.values(), tied, plain.plans.get(name),
         tear.fill if isinstance(tear.fill, bool) else memory.key_of(tear.fill.surface),
-        tear.asking, *needs_as_key(tear.needed),
+        *tear.key,
     )  # fmt: skip
 
-    def make() -> Made:
+    def make() -> Sheet:
         """Read the data and tear them."""
-        from geosurf.sheets.mesh.tear_ends import TooShort  # loaded by those who tear
-        from geosurf.sheets.tear import tear_from
+        from geosurf.sheets.tear import tear_from  # loaded by those who tear
         from geosurf.sheets.tie import tied_sheet
 
         plain.read.unchanged(name)
         data = opened_horizon(value, inputs.options)
         words = {"name": name, "trim": inputs.tear, **undeclared(data, inputs.options)}
-        words |= {"fill_empty_blocks": tear.fill, "asking": tear.asking, "needed": tear.needed}
+        words |= {"fill_empty_blocks": tear.fill, "before": tear.before}
 
         def torn(some: Any) -> Sheet:
             """A sheet of these data."""
             return tear_from(plain.plans.get(name), some, faults, **words)
 
         with collected():  # those of the sheet are enough: this one may not be the last
-            try:
-                return tied_sheet(name, data, torn, faults, tops, inputs.tie)
-            except TooShort as short:
-                return short.longer
+            return tied_sheet(name, data, torn, faults, tops, inputs.tie)
 
     return memory.get_or_compute("tear", name, key, make, outcome_of, again=False, reports=False)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -17,7 +18,7 @@ from geosurf.errors import GeometryError, GeosurfError, GeosurfWarning, InputErr
 from geosurf.model import FaultCut, Sheet, SheetReport, TriSurface
 from geosurf.model.expected import flag_of
 from geosurf.model.lattice import Lattice
-from geosurf.model.sheets import NeededFaults, TearPlan
+from geosurf.model.sheets import TearPlan
 from geosurf.sheets.faults.network import faults_in_words
 from geosurf.sheets.heights.missing import StandIn, parts_of
 from geosurf.sheets.heights.state import Trims
@@ -25,14 +26,15 @@ from geosurf.sheets.heights.wrong_side import warning_of, without_wrong_picks
 from geosurf.sheets.lattice.data import Scattered, has_fewer_nodes, picks_or_points
 from geosurf.sheets.lattice.picks import Picks, frame_of_lattice
 from geosurf.sheets.mesh.close import (
+    MOST_ROUNDS,
     Closed,
     Data,
     close,
+    close_again,
     close_as_planned,
     close_at_any_cost,
     fits,
     plan_of,
-    with_needed,
 )
 from geosurf.sheets.mesh.finish import (
     close_up,
@@ -44,7 +46,7 @@ from geosurf.sheets.mesh.finish import (
     remedy_of_overlap,
     sheet_of,
 )
-from geosurf.sheets.mesh.tear_ends import lost_throw
+from geosurf.sheets.mesh.tear_ends import added_up, early_parts, lost_throw
 from geosurf.sheets.report.describe import fault_cuts, make_report
 from geosurf.sheets.report.propose_trim import shows_smear, trims_of
 from geosurf.triangulate import triangulate_horizon
@@ -54,7 +56,9 @@ from geosurf.warning import warn
 
 TRIM_CHANGES = (1.0, -0.5, 2.0)  # cells by which trims are changed where a sheet stays open
 FORCED = 1  # other trims with which a sheet is closed at a loss, if it closes without them
-MOST_CUTS = 150  # of the meshes of one horizon, after which no other trims are tried at a loss
+MOST_CUTS = 70  # of the meshes of one horizon, after which one that is open is refused
+FEW = 16  # for each of the other trims, before it is closed at a loss
+ENOUGH = 20  # after which one that is closed at a loss stays as it is
 SINGLE = 3  # open faults that are left out one by one for a remedy, before all of them are
 EARLY = 1  # links by which a tear may end early before third differences are tried
 WIDER = 0.5  # cells: measured trims count where they are wider than those given by this much
@@ -87,7 +91,8 @@ class Torn:
     def loss(self) -> float:
         """Throw that is lost where it is not torn [m times cells]; infinite if it is open."""
         built = self.closed.built
-        return np.inf if self.bad else lost_throw(built.state, built.repairs.untorn)
+        early = early_parts(built.state, built.repairs.shortened, built.triangles.rising)
+        return np.inf if self.bad else lost_throw(built.state, (*built.repairs.untorn, *early))
 
     @property
     def most_early(self) -> int:
@@ -112,77 +117,88 @@ class Search:
 
     def torn(self, faults: Sequence[TriSurface], used: Trims, **options: Any) -> Torn:
         """The sheet of some faults with some trims, without any loss; it may stay open."""
-        return self._counted(self.close(faults, used, **options))
+        trims = ", ".join(f"{trim:g}" for trim in sorted(set(used.of_fault)))
+        with running(f"{len(faults)} faults, trim {trims}"):
+            return self._counted(self.close(faults, used, **{"most": FEW, **options}))
 
     def forced(self, one: Torn) -> Torn:
         """The same sheet, closed at a loss where it is open; it may stay open."""
         if not one.bad or one.closed.built.is_hopeless:
             return one
-        return self._counted(Torn.of(close_at_any_cost(one.closed)))
+        with running("at a loss"):
+            return self._counted(Torn.of(close_at_any_cost(one.closed)))
+
+    def is_over(self, best: Torn) -> bool:
+        """Whether no more is tried, after so many cuts."""
+        return self.n_cut >= (MOST_CUTS if best.bad else ENOUGH)
 
     def _counted(self, one: Torn) -> Torn:
         self.n_cut += one.closed.n_cut
         return one
 
 
-def torn_sheet(
-    data: Data, faults: Sequence[TriSurface], trims: Trims, asking: bool = False
-) -> Torn:
+def torn_sheet(data: Data, faults: Sequence[TriSurface], trims: Trims) -> Torn:
     """A closed mesh with cut-offs on all faults: with the trims as given, or those that lose least.
 
     Raises
     ------
     GeometryError
         If none of them does. The message has the faults, the place, and a remedy that works.
-    TooShort
-        If `asking`, where the first attempts need longer faults.
     """
     search = Search(partial(_torn, data, given=trims))
-    first = _first(search, faults, trims, asking)
+    first = _first(search, faults, trims)
     best = search.forced(first)
     bad = first.bad or best.bad
-    if best.loss == 0.0 or not bad:  # no fault to change the trim of: a loss stays
-        return best
-
-    # other trims may do without a loss; if not, the smallest loss of all
-    others: list[Torn] = []
-    for used in _other_trims(trims, bad, data.picks, faults):
-        try:
-            other = search.torn(faults, used)
-        except GeometryError:  # a block has no data beyond them
-            continue
+    # other trims may do without a loss; if not, the smallest loss of all within the limit
+    for other in _others(search, faults, trims, bad, data.picks) if bad and best.loss > 0.0 else ():
         best = min(best, other, key=lambda one: one.loss)
-        if best.loss == 0.0:
-            return best
-        if other.bad and not other.closed.built.is_hopeless:
-            others.append(other)
-    others.sort(key=lambda one: len(one.closed.built.cut.holes))
-    for other in others[:FORCED]:
-        best = min(best, search.forced(other), key=lambda one: one.loss)
-
-    # for a sheet that would be refused: trims that the data show, then all others
-    if best.bad:
-        best = _as_data_show(best, trims, data.picks, faults, search)
-    untried = 0
-    for other in others[FORCED:]:
-        if not best.bad:
+        if best.loss == 0.0 or search.is_over(best):
             break
-        if search.n_cut < MOST_CUTS:
-            best = min(best, search.forced(other), key=lambda one: one.loss)
-        else:
-            untried += 1
     if best.bad:
-        _refuse(best, faults, search, untried)
+        _refuse(best, faults, search)
     return best
 
 
-def torn_as_planned(data: Data, faults: Sequence[TriSurface], plan: TearPlan) -> Torn | None:
+def _others(
+    search: Search,
+    faults: Sequence[TriSurface],
+    trims: Trims,
+    bad: frozenset[int],
+    picks: Picks | Scattered,
+) -> Iterator[Torn]:
+    """What is tried after the trims as given, the smallest change first; each when it is asked for.
+
+    Other trims without a loss; the most promising of them at a loss; trims that the data show at
+    all faults, which may be narrower than those given: a wide trim takes the data away between
+    faults that meet at acute angles; at last all others at a loss.
+    """
+    others: list[Torn] = []
+    for used in _other_trims(trims, bad, picks, faults):
+        with suppress(GeometryError):  # a block has no data beyond them
+            others.append(search.torn(faults, used))
+            yield others[-1]
+    others = [one for one in others if one.bad and not one.closed.built.is_hopeless]
+    others.sort(key=lambda one: len(one.closed.built.cut.holes))
+    yield from map(search.forced, others[:FORCED])
+    shown = trims_of("auto", picks, faults)
+    if shows_smear(picks) and shown != trims:
+        with suppress(GeometryError):
+            yield search.forced(search.torn(faults, shown))
+    yield from map(search.forced, others[FORCED:])
+
+
+def torn_as_planned(
+    data: Data,
+    faults: Sequence[TriSurface],
+    plan: TearPlan,
+    close: Callable[..., Closed | None] = close_as_planned,
+) -> Torn | None:
     """The sheet with the trims and remedies of another one, if these close it; else None.
 
     None as well where it loses throw, and the sheet of the plan lost none.
     """
     try:
-        closed = close_as_planned(data, faults, plan)
+        closed = close(data, faults, plan)
     except GeosurfError:  # other trims may do: they are searched for
         return None
     found = None if closed is None or closed.built.is_open else Torn.of(closed)
@@ -191,17 +207,17 @@ def torn_as_planned(data: Data, faults: Sequence[TriSurface], plan: TearPlan) ->
     return found
 
 
-def _first(search: Search, faults: Sequence[TriSurface], trims: Trims, asking: bool) -> Torn:
+def _first(search: Search, faults: Sequence[TriSurface], trims: Trims) -> Torn:
     """The sheet with the trims as given; it may stay open.
 
     Exact data go on with the change of their curvature (fourth differences). That is kept only if
     it closes, and if no tear has to end earlier than with third differences.
     """
-    found = search.torn(faults, trims, highest=4, asking=asking)
+    found = search.torn(faults, trims, highest=4, most=MOST_ROUNDS)
     is_fourth = found.closed.rebuilt.solver.noise.order == 4
     if not is_fourth or (found.loss == 0.0 and found.most_early <= EARLY):
         return found
-    plain = search.torn(faults, trims)
+    plain = search.torn(faults, trims, most=MOST_ROUNDS)
     is_better = plain.loss == 0.0 and plain.most_early < found.most_early
     return plain if found.loss > 0.0 or is_better else found
 
@@ -213,10 +229,10 @@ def _torn(
     *,
     given: Trims,
     highest: int = 3,
-    asking: bool = False,
+    most: int = MOST_ROUNDS,
 ) -> Torn:
     """The sheet with some faults and trims, without any loss of throw; it may stay open."""
-    again = partial(close, data, faults, used, given, highest=highest, asking=asking)
+    again = partial(close, data, faults, used, given, highest=highest, most=most)
     found = Torn.of(again())
     if found.bad and not found.closed.built.is_open:  # a wall passes above or below its fault
         longer = again(known_short=found.bad)
@@ -242,11 +258,8 @@ def _other_trims(
         yield trims.changed(bad, change)
 
 
-def _refuse(torn: Torn, faults: Sequence[TriSurface], search: Search, untried: int) -> None:
-    """Refuse a sheet that stays open: where, by how much, and which fault to leave out.
-
-    `untried` counts other trims that the limit of cuts left out.
-    """
+def _refuse(torn: Torn, faults: Sequence[TriSurface], search: Search) -> None:
+    """Refuse a sheet that stays open: where, by how much, and which fault to leave out."""
     closed, bad = torn.closed, sorted(torn.bad)
     built, picks = closed.built, closed.picks
     seen, names = None, [faults[k].name for k in bad]
@@ -267,8 +280,8 @@ def _refuse(torn: Torn, faults: Sequence[TriSurface], search: Search, untried: i
         at = stations[len(stations) // 2]
         what = f"a wall does not reach the fault near {place(at)}"
     tried = f"other trims than {closed.given_trims.widest:g} cells of {picks.frame.cell:.3g} m"
-    if untried:
-        tried += f" (all but {untried}: a search ends after {MOST_CUTS} cuts)"
+    if search.is_over(torn):
+        tried += f" (until {MOST_CUTS} cuts)"
     remedy = remedy_of_overlap(picks, built) or _what_works(bad, faults, closed, search)
     raise GeometryError(
         f"horizon {picks.name!r} could not be cut at {faults_in_words(names)}: {what}. Longer "
@@ -277,28 +290,6 @@ def _refuse(torn: Torn, faults: Sequence[TriSurface], search: Search, untried: i
         surfaces=(picks.name, *names),
         close_up=seen,
     )
-
-
-def _as_data_show(
-    open_sheet: Torn,
-    trims: Trims,
-    picks: Picks | Scattered,
-    faults: Sequence[TriSurface],
-    search: Search,
-) -> Torn:
-    """The sheet with the trims that the data show at all faults, if it closes; else as it was.
-
-    They may be narrower than those given: a wide trim takes the data away between faults that meet
-    at acute angles.
-    """
-    shown = trims_of("auto", picks, faults)
-    if not shows_smear(picks) or shown == trims:
-        return open_sheet
-    try:
-        other = search.forced(search.torn(faults, shown))
-    except GeometryError:  # a block has no data beyond them
-        return open_sheet
-    return open_sheet if other.bad else other
 
 
 def _what_works(
@@ -587,8 +578,7 @@ def tear_from(
     fill_empty_blocks: bool | Sheet = False,
     positive: str | None = None,
     length_unit: str | None = None,
-    asking: bool = False,
-    needed: NeededFaults | None = None,
+    before: TearPlan | None = None,
 ) -> Sheet:
     """
     Tear a horizon first with what closed a sheet of slightly other data.
@@ -603,10 +593,8 @@ def tear_from(
     data, faults, name, trim, noise, keep_outliers, spacing, fill_empty_blocks, positive,
     length_unit
         As for `tear_horizon`.
-    asking : bool, optional
-        Whether to stop where a fault would be extended.
-    needed : NeededFaults, optional
-        What this horizon needed when it asked. Faults are as long now; its trims stay.
+    before : TearPlan, optional
+        `Sheet.plan` of this horizon at shorter faults: its trims stay, and its remedies come first.
 
     Returns
     -------
@@ -617,8 +605,6 @@ def tear_from(
     ------
     GeosurfError
         As `tear_horizon`.
-    TooShort
-        If `asking`, where a fault would be extended.
 
     Examples
     --------
@@ -648,15 +634,22 @@ def tear_from(
     # heights of all nodes, a torn mesh that the faults close, cut-offs and report
     horizon = _data(picks, noise, fill_empty_blocks)
     measured = None if trim == "auto" else trims_of("auto", picks, surfaces)
-    torn = None if plan is None else torn_as_planned(horizon, surfaces, plan)
+    torn = None
+    if before is not None:
+        torn = torn_as_planned(horizon, surfaces, before, close_again)
+    elif plan is not None:
+        torn = torn_as_planned(horizon, surfaces, plan)
     searched = torn is None
     if torn is None:
-        trims = trims_of(trim if needed is None else needed.trims, picks, surfaces)
+        trims = Trims(before.given_trims) if before is not None else trims_of(trim, picks, surfaces)
         # data that were ignored are as little trusted now
         if plan is not None and fits(plan, picks, surfaces):
             trims = replace(trims, use=plan.use)
-        torn = torn_sheet(horizon, surfaces, trims, asking)
-    closed, cuts = with_needed(torn.closed, needed), torn.cuts
+        torn = torn_sheet(horizon, surfaces, trims)
+    closed, cuts = torn.closed, torn.cuts
+    if before is not None:
+        searched = before.searched
+        closed = replace(closed, extensions=added_up((*before.extensions, *closed.extensions)))
     report = make_report(closed, cuts, measured or closed.given_trims)
     if wrong:
         told = warning_of(picks.name, wrong)

@@ -13,7 +13,6 @@ from geosurf.faults import lengthen_fault
 from geosurf.scene.tear_rounds import same, sheets_on
 from geosurf.sheets.faults.tips import is_unchanged
 from geosurf.sheets.mesh import tear_ends
-from geosurf.sheets.mesh.tear_ends import TooShort
 from geosurf.sheets.tear import tear_from
 
 BOX = (100.0, 1400.0, 100.0, 1400.0, -2000.0, -1600.0)
@@ -64,16 +63,13 @@ def lowered(horizon, by):
 
 
 def make_sheets(horizons, log):
-    """A function that tears horizons, and lists them; those that ask in brackets."""
+    """A function that tears horizons, and lists them; those that were torn before in brackets."""
 
     def make(tear):
-        log.append(f"({tear.name})" if tear.asking else tear.name)
+        log.append(f"({tear.name})" if tear.before is not None else tear.name)
         words = {"name": tear.name, "trim": 2, "fill_empty_blocks": tear.fill}
-        words |= {"asking": tear.asking, "needed": tear.needed}
-        try:
-            return tear_from(None, horizons[tear.name], [*tear.faults.values()], **words)
-        except TooShort as short:
-            return short.longer
+        words["before"] = tear.before
+        return tear_from(None, horizons[tear.name], [*tear.faults.values()], **words)
 
     return make
 
@@ -127,22 +123,40 @@ def test_what_another_horizon_needs_far_away_tears_nothing(world, fault):
 
 
 @pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
-def test_who_asked_at_a_shorter_fault_asks_again_where_this_one_cannot_grow(
-    world, fault, monkeypatch
-):
+@pytest.mark.parametrize("can_grow", [True, False])
+def test_what_two_horizons_need_far_from_each_other_adds_up(world, fault, monkeypatch, can_grow):
+    """Each is torn at the fault as given; where the second cannot add to the first, it is again."""
     top = world.horizons["Top"]
     horizons = {"Top": lowered(top, -40.0), "Base": lowered(top, 40.0)}
 
     def refuse(*_):
         raise GeometryError("it folds over")
 
-    monkeypatch.setattr(tear_ends, "extended", refuse)
+    if not can_grow:
+        monkeypatch.setattr(tear_ends, "extended", refuse)
     log = []
     sheets, faults = sheets_on(
         {"F1": fault}, dict.fromkeys(horizons, False), make_sheets(horizons, log), untorn(horizons)
     )
-    assert log == ["(Top)", "(Base)", "(Base)", "Top", "Base"]
+    assert log[:2] == ["Top", "Base"]
+    assert set(log[2:]) <= {"(Top)", "(Base)"}
     assert all(same(sheet.faults[0], faults["F1"]) for sheet in sheets.values())
+    low, high = faults["F1"].bounds[4:]
+    assert low < fault.bounds[4]
+    assert high > fault.bounds[5]
+
+
+@pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
+def test_what_closed_a_horizon_closes_it_at_a_longer_fault(world, fault):
+    """The second tear is that of the first, without a search, and says what both needed."""
+    top, longer = world.horizons["Top"], lengthen_fault(fault, {"down": 30.0, "up": 30.0}).surface
+    first = gs.tear_horizon(top, [fault], name="Top", trim=2)
+    again = tear_from(None, top, [longer], name="Top", trim=2, before=first.plan)
+    assert again.plan.early == first.plan.early
+    assert again.plan.extensions == first.plan.extensions
+    for wall in "+-":
+        for one, two in zip(*(x.cuts["F1"].cutoffs[wall] for x in (first, again)), strict=True):
+            assert np.abs(one[[0, -1]] - two[[0, -1]]).max() < 1e-3
 
 
 def test_a_horizon_is_torn_again_where_the_longer_fault_comes_near(world, whole, fault):
@@ -161,5 +175,5 @@ def test_a_horizon_is_torn_again_where_the_longer_fault_comes_near(world, whole,
     sheets, faults = sheets_on(
         {"F1": short}, dict.fromkeys(horizons, False), make, untorn(horizons)
     )
-    assert log == ["(Top)", "(Base)", "Middle", "Top", "Base"]  # who asks and needs nothing is torn
+    assert log == ["Top", "Base", "Middle", "(Top)", "(Base)"]
     assert all(same(sheet.faults[0], faults["F1"]) for sheet in sheets.values())

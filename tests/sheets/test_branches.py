@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
+from geosurf.faults import lengthen_fault
 from geosurf.sheets.mesh import close
 from geosurf.synthetic.torn_horizon import Fault
 from tests.sheets.table import measure
@@ -61,3 +62,38 @@ def test_a_branch_that_was_truncated_is_torn_up_to_its_main_fault(acute):
         found = measure(acute, sheet, name)
         assert found.throw.mean() < 1.0
         assert found.throw.max() < 2.5
+
+
+@pytest.mark.parametrize("past", [200.0, 350.0])
+@pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
+def test_a_branch_that_goes_far_past_its_main_fault_is_torn_up_to_it(past):
+    """Data show no throw of it there: one sheet, whatever the interpreter has drawn beyond."""
+    through = {"half": np.inf, "profile": "constant"}
+    faults = {
+        "F1": Fault(1000, 1000, strike=20.0, dip=70.0, throw=50.0, **through),
+        "F2": Fault(1000, 1000, strike=95.0, dip=75.0, throw=36.0, branch=("F1", -1), **through),
+    }
+    world = gs.synthetic.torn(faults, 81)
+    drawn = {name: gs.triangulate_fault(one, name=name) for name, one in world.faults.items()}
+    drawn["F2"] = lengthen_fault(drawn["F2"], {"strike": past}).surface
+    sheet = gs.tear_horizon(world.horizons["Top"], drawn, name="Top", trim=2.25)
+    assert "branch of F1" in sheet.cuts["F2"].ends
+    (note,) = (one for one in sheet.warnings if one.kind == "fault ends at another")
+    assert "'F2' goes on past 'F1'" in note.effect
+    assert sheet.report.remedies == ()
+    for name in faults:
+        found = measure(world, sheet, name)
+        assert found.throw.mean() < 1.0
+        assert found.throw.max() < 5.0
+
+
+def test_faults_that_cross_keep_their_throw_past_each_other():
+    """A quarter of F2 lies past F1, with half of its throw."""
+    faults = {
+        "F1": Fault(1000, 1000, strike=10.0, dip=75.0, half=np.inf, profile="constant", throw=50.0),
+        "F2": Fault(800, 1000, strike=95.0, dip=75.0, half=600.0, profile="ellipse", throw=60.0),
+    }
+    world = gs.synthetic.torn(faults, 81)
+    sheet = gs.tear_horizon(world.horizons["Top"], world.faults, name="Top", trim=2.25)
+    assert sheet.cuts["F2"].ends == ("tip", "tip")
+    assert measure(world, sheet, "F2").throw.max() < 5.0

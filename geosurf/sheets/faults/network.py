@@ -7,7 +7,7 @@ the data, so that it does not heal there.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Iterator, Sequence
 from copy import copy
 from functools import cached_property
 
@@ -17,7 +17,7 @@ from geosurf.arrangement.threads import map_threads
 from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.kernels.sheets.fault_trace import block_bounds
 from geosurf.kernels.sheets.link_lines import UNIT, line_crossings
-from geosurf.sheets.faults.cut_edges import Cuts, Joint, cut_at_joints, cuts_of, whole_units
+from geosurf.sheets.faults.cut_edges import Cuts, Joint, Walls, cut_at_joints, cuts_of, whole_units
 from geosurf.sheets.faults.fault_distance import NearTrace, mesh_blocks, side_at_own_height
 from geosurf.sheets.faults.traces import FaultMesh, Trace, extended, sample, trace_lines
 from geosurf.sheets.lattice.picks import Frame
@@ -27,6 +27,8 @@ EXTENSION = 3.0  # cells that every end is drawn out by, to see what it runs int
 TIP = 1.0  # cells past a free tip that the solve tears: less, and the last link may be whole
 REACHES = 1.0  # cells that a branch may stop short of its main fault
 OVERSHOOT = 6.0  # cells that a branch may run past its main fault
+SHARE_PAST = 0.3  # of its length that a branch may run past its main fault
+NO_THROW_PAST = 0.25  # of the throw before another fault, below which the part past it shows none
 SHORTEST = 1.5  # cells: shorter traces tear nothing
 
 
@@ -66,6 +68,7 @@ class Network:
             self._add(number, lines, stretch)
         self.on: list[TraceContact] = []
         self.joints: list[Joint] = []
+        self._names = [mesh.name for mesh in meshes]
         if filled is not None:
             self._trace_branches(meshes, drape, frame, filled)
 
@@ -74,7 +77,7 @@ class Network:
         self.solve = np.array([[0.0, len(t.line) - 1] for t in self.traces]).reshape(-1, 2)
         self.mesh = np.array([[t.start, t.stop] for t in self.traces]).reshape(-1, 2)
         self._at_rims(drape, stretch)
-        self._at_faults([mesh.name for mesh in meshes])
+        self._at_faults()
         self._at_tips()
 
     def _add(self, number: int, lines: list[np.ndarray], stretch: np.ndarray) -> None:
@@ -154,19 +157,22 @@ class Network:
                     trace.ends[k] = "rim"
                     self.mesh[i, k] = self.solve[i, k]
 
-    def _at_faults(self, names: list[str]) -> None:
-        """An end that runs into another fault's trace, or a little past it, is a branch."""
-        # every crossing of two traces, listed for each of both: number, other, place, place on that
+    @cached_property
+    def _crossed(self) -> list[tuple[int, int, float, float]]:
+        """Each crossing of two traces, for each of both: number, other, place, place on that."""
         found = []
         for i in range(len(self.traces)):
             for j in range(i + 1, len(self.traces)):
                 for p, q in crossings(self.traces[i], self.traces[j]):
                     found += [(i, j, p, q), (j, i, q, p)]
+        return found
 
+    def _at_faults(self) -> None:
+        """An end that runs into another fault's trace, or a little past it, is a branch."""
         # ends that were led to their main fault by the mesh itself
         for i, k, main in self.on:
-            met = [p for a, j, p, _ in found if a == i and self.traces[j].fault == main]
-            self.traces[i].ends[k] = f"branch of {names[main]}"
+            met = [p for a, j, p, _ in self._crossed if a == i and self.traces[j].fault == main]
+            self.traces[i].ends[k] = f"branch of {self._names[main]}"
             if met:  # torn up to the main fault, through the gap between both walls of that
                 self.solve[i, k] = self.mesh[i, k] = min(met) if k == 0 else max(met)
                 continue
@@ -175,10 +181,12 @@ class Network:
                 tip = self.traces[i].line[-k, :2]
                 (_, place), j = min((nearest(tip, self.traces[j]), j) for j in mains)
                 self.joints.append((i, k, float(self.mesh[i, k]), j, place))
+        # an end counts as a branch if it runs past the other fault by OVERSHOOT at most
+        self._end([one for one in self._past() if one[-1] <= OVERSHOOT])
 
-        # an end counts as a branch if it crosses a trace of another fault near that one's real
-        # part, stops short of it by REACHES at most, or runs past it by OVERSHOOT at most
-        for i, j, p, q in found:
+    def _past(self) -> Iterator[Past]:
+        """Ends that cross another fault near its real part, or stop short of it by REACHES."""
+        for i, j, p, q in self._crossed:
             one, two = self.traces[i], self.traces[j]
             if one.fault == two.fault:
                 continue
@@ -186,30 +194,80 @@ class Network:
             # the other trace is only an extension there
             if not two.start - 0.5 * EXTENSION <= q <= two.stop + 0.5 * EXTENSION:
                 continue
+            at, *ends = np.interp([q, two.start, two.stop], np.arange(len(two.along)), two.along)
+            rest = float(np.abs(at - ends).min())
             along = np.interp([p, one.start, one.stop], np.arange(len(one.along)), one.along)
             gap = along[1] - along[0], along[0] - along[2]  # beyond the real ends if positive
             for k in range(2):
                 if (i, k, two.fault) in self.on:
                     continue
-                if gap[k] > REACHES:
-                    continue  # it stops short of the other fault: a tip
-                if gap[k] > -min(OVERSHOOT, 0.3 * (along[2] - along[1])):
-                    if not one.ends[k].startswith("branch"):
-                        one.ends[k] = f"branch of {names[two.fault]}"
-                        self.solve[i, k] = p
+                # farther short of it the end is a tip; the longer part is none past the other
+                if not -SHARE_PAST * (along[2] - along[1]) < gap[k] <= REACHES:
+                    continue
+                # it goes far past the other fault, which ends itself there
+                if -gap[k] > OVERSHOOT and rest < OVERSHOOT:
+                    continue
+                yield i, k, j, p, -gap[k]
 
-                    # of several faults that it crosses, the first one met from inside ends it
-                    inner = max if k == 0 else min
-                    self.solve[i, k] = inner(self.solve[i, k], p)
-                    self.mesh[i, k] = inner(self.mesh[i, k], self.solve[i, k])
+    def _end(self, parts: Sequence[Past]) -> None:
+        """End traces at others instead of past them."""
+        for i, k, j, p, _ in parts:
+            one = self.traces[i]
+            if not one.ends[k].startswith("branch"):
+                one.ends[k] = f"branch of {self._names[self.traces[j].fault]}"
+                self.solve[i, k] = p
+
+            # of several faults that it crosses, the first one met from inside ends it
+            inner = max if k == 0 else min
+            self.solve[i, k] = inner(self.solve[i, k], p)
+            self.mesh[i, k] = inner(self.mesh[i, k], self.solve[i, k])
 
         # where links may go around the end: see `cut_at_joints`
-        self.joints += [
+        more = [
             (i, k, p, j, q)
-            for i, j, p, q in found
+            for i, j, p, q in self._crossed
             for k in range(2)
             if p == self.solve[i, k] and self.traces[i].ends[k].startswith("branch")
         ]
+        self.joints += [joint for joint in more if joint not in self.joints]
+
+    def end_at(self, mains: Collection[tuple[int, int]], meshes: Sequence[FaultMesh]) -> None:
+        """End faults at others, by the numbers of both, however far they go past them."""
+        self._end([one for one in self._past() if self._faults(one) in mains])
+        for fault, main in sorted(mains):
+            mine = [i for i, trace in enumerate(self.traces) if trace.fault == fault]
+            if len(mine) < 2:
+                continue
+            # traces on the other side than the longest one are wholly past the other fault
+            side = {i: _side_of_trace(self.traces[i], meshes[main]) for i in mine}
+            longest = max(mine, key=lambda i: float(self.traces[i].along[-1]))
+            for i in mine:
+                if side[i] * side[longest] < 0:
+                    self.traces[i].ends[:] = [f"branch of {self._names[main]}"] * 2
+                    self.solve[i] = self.mesh[i] = np.inf, -np.inf
+
+    def ended(self, walls: Sequence[Walls]) -> set[tuple[int, int]]:
+        """Faults that end at others, by the numbers of both: they go past them by little, or show
+        next to no throw there, or one of the other sense.
+        """
+        found = set()
+        for one in self._past():
+            i, k, _, p, past = one
+            trace, place = self.traces[i], walls[i].place
+            # as far before the other fault as past it, or a few cells
+            far = np.interp(place, np.arange(len(trace.along)), trace.along)
+            far = (far - np.interp(p, np.arange(len(trace.along)), trace.along)) * (-1) ** k
+            inside, beyond = (far > 0.0) & (far < max(past, OVERSHOOT)), far < 0.0
+            if past > OVERSHOOT and inside.any() and beyond.any():
+                before, after = (np.median(walls[i].throw[some]) for some in (inside, beyond))
+                if after * np.sign(before) >= NO_THROW_PAST * abs(before):
+                    continue
+            found.add(self._faults(one))
+        return found
+
+    def _faults(self, past: Past) -> tuple[int, int]:
+        """The fault that goes past another one, and that."""
+        return self.traces[past[0]].fault, self.traces[past[2]].fault
 
     def _at_tips(self) -> None:
         for i, trace in enumerate(self.traces):
@@ -286,6 +344,8 @@ MOST = 4000  # of them on an edge
 PAST = 0.5  # cells that a branch is led past the trace of its main fault
 # trace number, end (0 or 1), main fault
 TraceContact = tuple[int, int, int]
+# trace number, end, trace that it crosses, place of that, and how far it goes on [cells]
+Past = tuple[int, int, int, float, float]
 
 
 def contacts(traces: list[Trace], meshes: list[FaultMesh]) -> list[TraceContact]:
@@ -376,6 +436,13 @@ def wall_field(
     # nodes in no gap that the drape may fill stay absent
     fill = fill[np.isfinite(drape[fill])]
     return _carried(out, fill, frame).reshape(frame.shape)
+
+
+def _side_of_trace(trace: Trace, main: FaultMesh) -> float:
+    """Side of a fault on which most of a trace is near it: above 0 hanging wall, below 0, 0 far."""
+    first, last = int(np.ceil(trace.start)), int(trace.stop) + 1
+    places = trace.line[first:last, :3]
+    return float(side_at_own_height(main, mesh_blocks(main, FAR), places, FAR)[1].sum())
 
 
 def _side_of(branch: FaultMesh, main: FaultMesh) -> float:

@@ -566,7 +566,9 @@ def _retraced(solver: Solver, selection: Selection, evidence: Evidence, state: H
     frame = solver.inputs.picks.frame
 
     lost = distinct(bridged_nodes(state), state.unknown[np.isnan(state.values[state.unknown])])
+    mains = state.network.ended(state.walls)
     network = solver.network_on(state.values, lost)
+    network.end_at(mains, solver.inputs.meshes)
     near = near_traces(frame, network.traces, MAP_REACH)
     tears = Tears(network, near, network.cuts).between(network.solve)
     return solver.solve(selection, tears, evidence).with_walls(frame)
@@ -626,6 +628,11 @@ def on_base_heights(solver: Solver, plan: TearPlan) -> Rebuilt | None:
     nothing = np.zeros(len(picks.z), dtype=bool)
     lost = distinct(base.bridged, base.nodes[np.isnan(grid.values[base.nodes])])
     network = solver.network_on(grid.values, lost)
+    numbers = {f"branch of {mesh.name}": k for k, mesh in enumerate(inputs.meshes)}
+    mains = {
+        (fault, numbers[end]) for fault, *ends in plan.traces for end in ends if end in numbers
+    }
+    network.end_at(mains, inputs.meshes)
     if plan.traces != tuple((int(t.fault), *map(str, t.ends)) for t in network.traces):
         return None
 

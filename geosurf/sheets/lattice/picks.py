@@ -8,6 +8,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from geosurf.arrangement.threads import map_threads
+from geosurf.conventions import rising_diagonal
 from geosurf.errors import HorizonError
 from geosurf.kernels.lattices.decimate import third_differences
 from geosurf.kernels.sheets.node_bands import places_of_nodes
@@ -53,6 +54,11 @@ class Frame:
     def stretch(self) -> np.ndarray:
         """Cells per column and per row."""
         return frozen(self.spacing / self.cell, np.float64)
+
+    @cached_property
+    def rising(self) -> bool:
+        """Whether the diagonals of cells rise to the north-east, as those of gridded horizons."""
+        return rising_diagonal(self.easting, self.northing)
 
     @cached_property
     def places(self) -> np.ndarray:

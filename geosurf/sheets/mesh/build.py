@@ -123,7 +123,8 @@ def repaired(built: Built, stuck: Collection[Hole], at_any_cost: bool) -> Repair
 
         # at a tip 0 comes first: the tear ends where it did, but throw dies at its last link
         is_tip = state.network.traces[end[0]].ends[end[1]] == "tip"
-        shortened[end] = shortened.get(end, -1) + (1 if is_tip else 3)
+        n = shortened.get(end, -1)
+        shortened[end] = n + max(1 if is_tip else 3, n // 2)  # farther each time: each costs a cut
     # One ring per attempt, at all holes that ask for one.
     if plan.links:
         rings.append(frozenset(plan.links))
@@ -357,6 +358,7 @@ def build(
     start: Repairs = NO_REPAIRS,
     needs_more: NeedsMore | None = None,
     is_solved: bool = False,
+    most: int | None = None,
 ) -> Built:
     """Tear the mesh of one horizon, and repair it until its faults close it.
 
@@ -376,6 +378,8 @@ def build(
         Whether holes that attempts have not changed need a longer fault: then the attempts end.
     is_solved : bool
         Whether the heights are those of the ends of tears in `start`.
+    most : int, optional
+        Attempts at most, fewer than usual.
 
     Returns
     -------
@@ -389,7 +393,7 @@ def build(
         solved_for = start.shortened, start.untorn
     fewest, since = attempts.frame.shape[0] * attempts.frame.shape[1], 0
     before: list[Sequence[Hole]] = []
-    for n_before in range(ROUNDS):
+    for n_before in range(ROUNDS if most is None else min(most, ROUNDS)):
         # heights change with the ends of tears only: rings and level ghosts need no new solve
         if (repairs.shortened, repairs.untorn) != solved_for:
             solved_for = repairs.shortened, repairs.untorn

@@ -13,11 +13,10 @@ from functools import cache, partial
 
 import numpy as np
 
-from geosurf.conventions import rising_diagonal
 from geosurf.errors import GeosurfError
 from geosurf.kernels.lattices.sets import distinct
 from geosurf.model import TriSurface, frozen
-from geosurf.model.sheets import DataUse, Extended, NeededFaults, TearPlan
+from geosurf.model.sheets import DataUse, Extended, TearPlan
 from geosurf.sheets.faults.cut_edges import Part, last_link, on_own_side
 from geosurf.sheets.faults.network import Network
 from geosurf.sheets.faults.traces import FaultMesh, mesh_in_frame
@@ -56,7 +55,7 @@ from geosurf.sheets.mesh.build import (
 from geosurf.sheets.mesh.cut import Hole
 from geosurf.sheets.mesh.finish import ghosts_by_points
 from geosurf.sheets.mesh.ghosts import carry_on_by, ghosts_by_picks
-from geosurf.sheets.mesh.tear_ends import VERTICAL, Short, TooShort, added_up, extended, too_short
+from geosurf.sheets.mesh.tear_ends import VERTICAL, Short, extended, too_short
 
 # ---- last links ----------------------------------------
 # Where a tear ends early, both nodes of its last link go to their own sides of the fault.
@@ -97,6 +96,8 @@ REACH = 4.0  # cells from the rim of a fault within which a hole is a matter of 
 LEAST = 0.5  # of its height by which a fault is extended along its dip at first
 MOST = 4.0  # and at most
 LEAST_ALONG, MOST_ALONG = 3.0, 6.0  # cells by which a branch is extended along strike
+
+MOST_ROUNDS = 72  # attempts in all, at longer and longer faults
 
 Longer = dict[int, tuple[Extended, TriSurface]]  # by fault: the list entry and the surface
 
@@ -153,20 +154,17 @@ def close(
     given_trims: Trims,
     known_short: Collection[int] = (),
     highest: int = 4,
-    asking: bool = False,
+    most: int = MOST_ROUNDS,
 ) -> Closed:
     """Rebuild heights, tear the mesh, and close it without any loss of throw; it may stay open.
 
     `known_short` are numbers of faults that are extended up and down from the start; `highest` is
-    the order of small differences at most. Who is `asking` is told which faults are too short
-    instead.
+    the order of small differences at most, `most` how often the mesh is cut.
 
     Raises
     ------
     GeometryError
         If a block has no data.
-    TooShort
-        If `asking`, where a fault would be extended.
     """
     # faults that are known to be short are extended before the first attempt
     surfaces = given = tuple(faults)
@@ -177,8 +175,6 @@ def close(
     n_cut = 0
     first: Closed | None = None
     while True:
-        if more and asking:
-            raise TooShort(_as_needed(more, given, given_trims))
         # each round extends faults next to holes, twice as far as before; MOST ends it
         extensions.found |= {k: one for k, (one, _) in more.items()}
         surfaces = tuple(more[k][1] if k in more else one for k, one in enumerate(surfaces))
@@ -194,14 +190,14 @@ def close(
         ends = _branch_ends(rebuilt.state)
         # Which faults the holes ask for is tested during the attempts too, so that these end early.
         asked = partial(extensions.longer_at, surfaces, ends)
-        built = built_of(rebuilt, surfaces, needs_more=asked)
+        built = built_of(rebuilt, surfaces, needs_more=asked, most=most - n_cut)
         n_cut += built.n_cut
         found = tuple(extensions.found.values())
         closed = Closed(rebuilt, built, surfaces, found, trims, given_trims, n_cut)
         # so many holes are a matter of the data, not of a fault that is too short
         more = asked(built.cut.holes) if built.is_open and not built.is_hopeless else {}
         # Closed, or no fault can be extended any further.
-        if not more:
+        if not more or n_cut >= most:
             break
         first = first or closed
     # longer faults that have closed no hole stay as they were: other horizons would end on them
@@ -220,13 +216,6 @@ def close_at_any_cost(closed: Closed) -> Closed:
     # From the repairs that were found: they hold at any cost too.
     built = built_of(closed.rebuilt, closed.faults, True, closed.built.repairs)
     return replace(closed, built=built, n_cut=built.n_cut)
-
-
-def with_needed(closed: Closed, needed: NeededFaults | None) -> Closed:
-    """The same with extensions that came before its faults were given."""
-    if needed is None:
-        return closed
-    return replace(closed, extensions=added_up((*needed.extensions, *closed.extensions)))
 
 
 def _narrower(trims: Trims, state: Heights) -> Trims | None:
@@ -313,13 +302,6 @@ class Extensions:
         return length if length <= most else None
 
 
-def _as_needed(more: Longer, given: Sequence[TriSurface], trims: Trims) -> NeededFaults:
-    """Longer faults, and the trims of all, for those who know faults by their names."""
-    faults = {one.fault: surface for one, surface in more.values()}
-    by_name = {fault.name: trim for fault, trim in zip(given, trims.of_fault, strict=True)}
-    return NeededFaults(tuple(one for one, _ in more.values()), faults, by_name)
-
-
 def rebuilt_of(data: Data, surfaces: Sequence[TriSurface], trims: Trims, highest: int) -> Rebuilt:
     """Heights of all nodes, once more where blocks at a fault without data were filled."""
     picks, other = data.picks, data.other
@@ -358,11 +340,10 @@ def built_of(
     start: Repairs = NO_REPAIRS,
     needs_more: NeedsMore | None = None,
     is_solved: bool = False,
+    most: int | None = None,
 ) -> Built:
     """The torn mesh, with ghosts on the sheets of their walls; see `build`."""
     picks = rebuilt.picks
-    # The diagonal rule of gridded horizons, so that a torn sheet equals its untorn part.
-    rising = rising_diagonal(picks.frame.easting, picks.frame.northing)
     solver, weight = rebuilt.solver, rebuilt.solver.noise.weight
     # Points lie between nodes and share their heights; grids have a height at each node.
     if isinstance(picks, Scattered):
@@ -371,19 +352,21 @@ def built_of(
         assert isinstance(solver, GridSolver)
         known, order = ghosts_by_picks(picks, weight, solver.grid.mark), solver.noise.order
     carry_on = carry_on_by(picks.frame, weight, known, order)
-    attempts = Attempts(picks, rebuilt.state, surfaces, rising, carry_on)
+    # The diagonal rule of gridded horizons, so that a torn sheet equals its untorn part.
+    attempts = Attempts(picks, rebuilt.state, surfaces, picks.frame.rising, carry_on)
     again = solved_again(rebuilt)
-    return build(attempts, rebuilt.state, again, at_any_cost, start, needs_more, is_solved)
+    return build(attempts, rebuilt.state, again, at_any_cost, start, needs_more, is_solved, most)
 
 
 def solved_again(rebuilt: Rebuilt) -> SolveAgain:
     """Gives heights in which throw dies where tears end early."""
     frame, meshes = rebuilt.picks.frame, rebuilt.solver.inputs.meshes
-    rising = rising_diagonal(frame.easting, frame.northing)
 
     def again(state: Heights, limits: np.ndarray, untorn: Sequence[Part]) -> Heights:
         """The second pass, torn between other places; see `with_last_links`."""
-        return with_last_links(rebuilt.torn_between(state, limits, untorn), limits, meshes, rising)
+        return with_last_links(
+            rebuilt.torn_between(state, limits, untorn), limits, meshes, frame.rising
+        )
 
     return again
 
@@ -425,7 +408,33 @@ def plan_of(closed: Closed, loss: float, searched: bool) -> TearPlan:
         loss=float(loss),
         searched=searched,
         base=None if rebuilt.filled or len(rebuilt.pinched) else base_heights(rebuilt),
+        extensions=closed.extensions,
     )
+
+
+def close_again(data: Data, faults: Sequence[TriSurface], before: TearPlan) -> Closed | None:
+    """The mesh at longer faults, with trims and repairs that closed it before; it may stay open.
+
+    None if its traces are others.
+
+    Raises
+    ------
+    GeometryError
+        If a block has no data.
+    """
+    surfaces, trims = tuple(faults), Trims(before.trims)
+    rebuilt = rebuilt_of(data, surfaces, trims, before.order)
+    refuse_empty_blocks(rebuilt.picks, rebuilt.state, [surface.name for surface in surfaces])
+    if traces_of(rebuilt.state.network) != before.traces:
+        return None
+    start = Repairs(
+        {(i, k): n for i, k, n in before.early},
+        tuple(frozenset(ring) for ring in before.rings),
+        before.level,
+        before.left_out,
+    )
+    built = built_of(rebuilt, surfaces, start=start)
+    return Closed(rebuilt, built, surfaces, (), trims, Trims(before.given_trims), built.n_cut)
 
 
 def close_as_planned(data: Data, faults: Sequence[TriSurface], plan: TearPlan) -> Closed | None:
@@ -481,8 +490,7 @@ def _on_base_heights(
     start = None if known is None else repairs_of(plan, known.state.network)
     if known is None or start is None:
         return None
-    rising = rising_diagonal(picks.frame.easting, picks.frame.northing)
-    state = die_at_tips(known.state, start, rising, solved_again(known))
+    state = die_at_tips(known.state, start, picks.frame.rising, solved_again(known))
     state = state.with_walls(picks.frame)
     if len(state.stray) or state.filled_blocks or missing_blocks(picks, state, meshes):
         return None

@@ -12,7 +12,7 @@ from geosurf.errors import GeosurfError
 from geosurf.faults import lengthen_fault
 from geosurf.faults.rim import find_rim
 from geosurf.model import TriSurface
-from geosurf.model.sheets import Extended, NeededFaults
+from geosurf.model.sheets import Extended
 from geosurf.sheets.faults.cut_edges import FALLING, RISING, Part, Walls
 from geosurf.sheets.faults.traces import Trace
 from geosurf.sheets.heights.state import Heights
@@ -22,9 +22,11 @@ End = tuple[int, int]  # a trace, and 0 for its first or 1 for its last end
 
 NEAR_HOLE = 5.0  # cells from a hole within which a trace may be left out
 LEFT_OUT = 3.0  # cells of a trace to each side of a hole that are left out at first
+LONGER = 0.25  # of its length by which a part that is left out becomes longer, or a cell
 AGAIN = 8.0  # cells from a part that was left out, within which a hole asks for more of it
 MOST_LEFT_OUT = 24.0  # cells: the longest part with throw that is left out
 NO_THROW = 0.05  # cells of throw up to which the heights on both sides of a fault agree
+USUAL = 3  # links by which a tear may end early at a tip: throw has died there anyway
 LITTLE = 0.1  # of the largest throw of a trace: where it has less, it is left out as a whole
 
 
@@ -49,6 +51,18 @@ def torn_limits(
         else:
             high[trace] = place[-1 - n]
     return low, high
+
+
+def early_parts(state: Heights, shortened: dict[End, int], rising: bool) -> list[Part]:
+    """Parts of traces past the ends of tears that end early by more than a few links."""
+    limits, found = torn_limits(state, shortened, rising), []
+    for (number, end), n in shortened.items():
+        trace = state.network.traces[number]
+        if n > USUAL:
+            at = np.clip([limits[end][number], state.network.mesh[number, end]], 0, len(trace.line))
+            first, last = np.sort(np.interp(at, np.arange(len(trace.line)), trace.along))
+            found.append((number, float(first), float(last)))
+    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +138,7 @@ def is_overlapping(state: Heights, at: np.ndarray) -> bool:
 def longer_part(
     untorn: tuple[Part, ...], state: Heights, at: np.ndarray, reach: float
 ) -> tuple[Part, ...] | None:
-    """The parts that are left out, one of them a cell longer at its end near a place [cells].
+    """The parts that are left out, one of them longer at its end near a place [cells].
 
     None if there is no such end within reach, or the part is as long as it may be.
     """
@@ -139,7 +153,8 @@ def longer_part(
             # Ends of the trace itself cannot be moved further.
             inside = 0.0 < end < trace.along[-1]
             if inside and np.hypot(*(at - tip)) <= reach:
-                longer = (number, end - 1.0, ends[1]) if k == 0 else (number, ends[0], end + 1.0)
+                step = max(1.0, LONGER * (ends[1] - ends[0]))
+                longer = (number, end - step, ends[1]) if k == 0 else (number, ends[0], end + step)
                 return tuple(longer if one is part else one for one in untorn)
     return None
 
@@ -261,14 +276,6 @@ class Short:
 
     sides: frozenset[str]
     place: np.ndarray
-
-
-class TooShort(Exception):
-    """A sheet needs longer faults. Raised only for those who ask, and who go on from there."""
-
-    def __init__(self, longer: NeededFaults) -> None:
-        super().__init__(", ".join(longer.faults))
-        self.longer = longer
 
 
 def added_up(extensions: Sequence[Extended]) -> tuple[Extended, ...]:

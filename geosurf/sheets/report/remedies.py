@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -13,11 +13,12 @@ from geosurf.faults.rim import find_rim
 from geosurf.model import TriSurface
 from geosurf.model.network import SIDES
 from geosurf.model.sheets import Extended
+from geosurf.sheets.faults.network import OVERSHOOT
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.picks import Frame
 from geosurf.sheets.mesh.build import LEVEL_REACH, Built
 from geosurf.sheets.mesh.close import Closed
-from geosurf.sheets.mesh.tear_ends import LATERAL, NO_THROW, distance_to
+from geosurf.sheets.mesh.tear_ends import LATERAL, NO_THROW, USUAL, distance_to
 
 # ---- lengthening ----------------------------------------
 # What to type so that a fault is continued: for scripts and for scenarios.
@@ -82,7 +83,6 @@ WAYS = {
     "start": "along strike at its start",
     "end": "along strike at its end",
 }
-USUAL = 3  # links by which a tear may end early at a tip: throw has died there anyway
 
 
 def remedies(closed: Closed) -> list[GeosurfWarning]:
@@ -91,6 +91,8 @@ def remedies(closed: Closed) -> list[GeosurfWarning]:
     names = [fault.name for fault in closed.faults]
     found = [_extension(picks.name, one) for one in closed.extensions]
     found += _trims_changed(closed, names)
+    longer = {one.fault for one in closed.extensions if set(one.lengths) & set(LATERAL)}
+    found += _ended_at_others(picks.name, picks.frame, built.state, names, longer)
     found += _early_ends(closed, names)
     found += _parts_left_out(picks.name, picks.frame, built, names)
     found += _level_places(picks.name, picks.frame, built, names)
@@ -126,6 +128,40 @@ def _trims_changed(closed: Closed, names: Sequence[str]) -> Iterator[GeosurfWarn
                 f"Set it yourself: trim={{{name!r}: {used:g}}}; in a scenario, "
                 f"trim_cells = {{{name} = {used:g}}} in [tear].",
                 None,
+            )
+
+
+def _ended_at_others(
+    horizon: str, frame: Frame, state: Heights, names: Sequence[str], longer: Collection[str]
+) -> Iterator[GeosurfWarning]:
+    """Parts of faults past others where the data show no throw: they tear nothing.
+
+    Faults in `longer` were continued to the other one, as another remedy says.
+    """
+    network = state.network
+    for trace, limits in zip(network.traces, network.mesh, strict=True):
+        vertex = np.arange(len(trace.line))
+        real = np.interp([trace.start, trace.stop], vertex, trace.along)
+        torn = np.interp(limits, vertex, trace.along)
+        for end, (whole, last) in enumerate(zip(real, torn, strict=True)):
+            past = (last - whole) * (-1) ** end
+            if not trace.ends[end].startswith("branch of ") or past <= OVERSHOOT:
+                continue
+            name, main = names[trace.fault], trace.ends[end].removeprefix("branch of ")
+            if name in longer or (end and limits[0] == np.inf):  # all of it is past: once
+                continue
+            x, y, z = (float(np.interp(whole, trace.along, c)) for c in trace.line[:, :3].T)
+            at = (*frame.to_world(np.array([[x, y]]) / frame.stretch)[0], z)
+            yield GeosurfWarning(
+                "fault ends at another",
+                name,
+                f"Fault {name!r} goes on past {main!r} by {past * frame.cell:.0f} m on horizon "
+                f"{horizon!r}, to {place(at)}. That part is taken to have no throw: the horizon is "
+                f"torn up to {main!r}.",
+                f"End {name!r} at {main!r}: truncations={{{name!r}: ({main!r}, side)}}, with the "
+                "side to keep (scene.propose_fault_network() lists it); in a scenario, "
+                "[[truncations]].",
+                at,
             )
 
 
