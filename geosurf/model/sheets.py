@@ -459,11 +459,7 @@ class ThrowAudit(Noun):
     @property
     def worst(self) -> int | None:
         """The station of those that differ where this is clearest; None if none does."""
-        return self.clearest(self.differs)
-
-    def clearest(self, some: np.ndarray) -> int | None:
-        """The station of `some`, bool (n,), that differs most in spreads; None of none."""
-        rows = np.flatnonzero(some)
+        rows = np.flatnonzero(self.differs)
         if not len(rows):
             return None
         spreads = np.abs(self.sheet - self.data)[rows] / self.spread[rows]

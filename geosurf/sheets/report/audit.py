@@ -22,7 +22,6 @@ from geosurf.model.sheets import ThrowAudit
 from geosurf.sheets.faults.fault_distance import NearTrace
 from geosurf.sheets.faults.traces import Trace
 from geosurf.sheets.heights.state import NearPicks, Trims, near_picks
-from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.mesh.close import Closed
 
 BESIDE = 2  # stations before and after one whose data count for it
@@ -31,7 +30,6 @@ TRENDS = ((7, 2), (10, 2), (6, 1))
 LONGEST = 10  # cells beyond the trim that any trend takes
 FEWEST = (8, 16)  # places with data that trends of degree 1 and 2 need on each side
 ERRORS = 3.0  # standard errors in the spread
-AT_TIP = 20.0  # cells from a tip within which throw is less because the fault is too short
 CLEAR = 1.0  # cells beyond the trim of another fault, from which on its smear is not met
 
 
@@ -173,22 +171,20 @@ def _shown(strip: Strip) -> np.ndarray:
 
 
 def warnings_of_throw(
-    picks: Picks,
+    name: str,
     audits: Mapping[str, ThrowAudit],
     used: Sequence[float],
     tips: Sequence[GeosurfWarning],
 ) -> list[GeosurfWarning]:
     """A warning for each fault at which a sheet has another throw than its data show.
 
-    Not near tips of faults that are too short: `tips` name these and what to do.
+    Throw dies towards the tips of a fault that is too short: `tips` name these and what to do.
     """
-    name, found = picks.name, []
+    too_short = {tip.subject for tip in tips}
+    found = []
     for (fault, audit), trim in zip(audits.items(), used, strict=True):
-        short = [tip.place[:2] for tip in tips if tip.subject == fault and tip.place is not None]
-        far = np.hypot(*(audit.stations[:, None, :2] - np.reshape(short, (-1, 2))).T)
-        away = far.min(axis=0, initial=np.inf) > AT_TIP * picks.frame.cell
-        worst = audit.clearest(audit.differs & away)
-        if worst is None:
+        worst = audit.worst
+        if worst is None or (fault in too_short and audit.trim <= trim):
             continue
         has, shows = (float(throw[worst]) for throw in (audit.sheet, audit.data))
         how = (
