@@ -96,7 +96,7 @@ def unit_colours(units: Iterable[tuple[str, int]]) -> dict[str, RGB]:
     Parameters
     ----------
     units : iterable of (str, int)
-        Name and row of the zone of each unit.
+        Name and row of the zone of each unit; units with one name have one colour.
 
     Examples
     --------
@@ -105,7 +105,7 @@ def unit_colours(units: Iterable[tuple[str, int]]) -> dict[str, RGB]:
     True
     """
     blocks_of_zone: dict[int, list[str]] = {}
-    for name, zone in units:
+    for name, zone in dict.fromkeys(units):
         blocks_of_zone.setdefault(zone, []).append(name)
     return {
         name: _block_colour(zone, i, len(names))

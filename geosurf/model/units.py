@@ -426,7 +426,8 @@ class Units(Shown, Mapping[str, Unit]):
         """Return a table of the reservoir with the colours of pictures, slivers summed up below."""
         part = self.included()
         listed = [*part.without_slivers]
-        colours = unit_colours((unit.name, unit.zone_index) for unit in listed)
+        labels = self.labels
+        colours = unit_colours((labels[unit.name], unit.zone_index) for unit in listed)
         first = listed[:MOST]
 
         # one unit and as many decimals for all rows, as in the report: they can be compared
@@ -436,7 +437,7 @@ class Units(Shown, Mapping[str, Unit]):
         rows = [
             (u.zone, u.region, u.block, u.contact, v) for u, v in zip(first, volumes, strict=True)
         ]
-        shades = [colours[unit.name] for unit in first]
+        shades = [colours[labels[unit.name]] for unit in first]
         notes = [
             *filter(None, [part.slivers_in_words, part.merged_in_words, left_out(self, TABLE)])
         ]
@@ -613,6 +614,17 @@ class Units(Shown, Mapping[str, Unit]):
         )  # fmt: skip
         found._regions = self._regions
         return in_crs_of(found, [self])
+
+    @cached_property
+    def labels(self) -> dict[str, str]:
+        """What legends call each unit: zone, region where there are several, contact interval."""
+        if len(self.regions) < 2:
+            return {name: name for name in self}
+        return {
+            unit.name: " ".join(filter(None, (unit.zone, unit.region, unit.contact)))
+            if unit.region else unit.name
+            for unit in self.values()
+        }  # fmt: skip
 
     @property
     def regions(self) -> Regions:

@@ -51,6 +51,7 @@ from geosurf.read.resqml.representations import (
 
 LABELS = (
     "name", "zone", "zone_index", "block", "contact", "beneath", "fault_sides", "compartment_of",
+    "region",
 )  # fmt: skip
 
 
@@ -138,7 +139,7 @@ def labels_of(path: Path, own: Sequence[Any], n_region: int, where: str) -> list
 def _are_labels(one: dict[str, Any]) -> bool:
     """Whether labels are of the kinds that a unit has."""
     lists = (one["beneath"], one["fault_sides"])
-    words = [one[key] for key in ("name", "zone", "block", "contact", "compartment_of")]
+    words = [one[key] for key in ("name", "zone", "block", "contact", "compartment_of", "region")]
     if not all(isinstance(values, list) for values in lists):
         return False
     words += [word for values in lists for word in values]

@@ -60,7 +60,7 @@ class Selection:
         """Whether each unit is selected; outside the reservoir by its own name or its zone only."""
         inside, named = units.included(self.include), self.names or ()
         return [
-            self.holds(unit.name, unit.zone, unit.block)
+            self.holds(unit.name, unit.zone, unit.block, unit.region)
             if unit.name in inside
             else unit.name in named or unit.zone in named
             for unit in units.values()
@@ -203,18 +203,28 @@ def colour_units(
 def _by_word(units: Units, shown: Sequence[Unit], by: str, style: PictureStyle) -> Colouring:
     """Colours of units, or of what they have in common."""
     if by == "unit":
-        shades = unit_colours((unit.name, unit.zone_index) for unit in units.without_slivers)
+        labels = units.labels
+        shades = unit_colours((labels[u.name], u.zone_index) for u in units.without_slivers)
         colours = {
-            unit.name: style.colour((unit.name, unit.zone), shades[unit.name]) for unit in shown
+            unit.name: style.colour(
+                (unit.name, labels[unit.name], unit.region, unit.zone), shades[labels[unit.name]]
+            )
+            for unit in shown
         }
-        return Colouring(colours, tuple(_entry(unit, colours[unit.name]) for unit in shown))
+        of_label: dict[str, list[Unit]] = {}
+        rank = {name: k for k, name in enumerate(units.regions)}
+        for unit in sorted(shown, key=lambda u: (u.zone_index, rank.get(u.region, -1))):
+            of_label.setdefault(labels[unit.name], []).append(unit)
+        return Colouring(colours, tuple(_entry(*one, colours) for one in of_label.items()))
 
     # kinds of the whole model: their colours do not depend on what is shown
     def kind(unit: Unit) -> str:
         """What a unit is coloured by."""
-        return {"zone": unit.zone, "block": unit.block, "contact": unit.contact}[by]
+        return str(getattr(unit, by))
 
     kinds = list(dict.fromkeys(kind(unit) for unit in units.without_slivers))
+    if by == "region":  # the largest first
+        kinds.sort(key=lambda name: [*units.regions, name].index(name))
     index = {unit.zone: unit.zone_index for unit in units.values()} if by == "zone" else {}
     of_kind = {
         name: style.colour(name, palette.stratum(index.get(name, i)) if name else palette.WALL)
@@ -225,7 +235,7 @@ def _by_word(units: Units, shown: Sequence[Unit], by: str, style: PictureStyle) 
         parts = [unit for unit in shown if kind(unit) == name]
         if parts:
             total = volume_text(math.fsum(unit.volume for unit in parts))
-            words = name or ("no contact" if by == "contact" else "no fault")
+            words = name or f"no {by}"
             legend.append(Entry(words, of_kind[name], f"{counted(len(parts), 'unit')}, {total}"))
     return Colouring({unit.name: of_kind[kind(unit)] for unit in shown}, tuple(legend))
 
@@ -306,12 +316,13 @@ def shades_of(bar: Bar, values: np.ndarray) -> np.ndarray:
     return found
 
 
-def _entry(unit: Unit, colour: RGB) -> Entry:
-    """The legend entry of a unit: the end of a long name moves to the second line."""
-    volume = volume_text(unit.volume)
+def _entry(label: str, units: Sequence[Unit], colours: Mapping[str, RGB]) -> Entry:
+    """The legend entry of units: the end of a long name moves to the second line."""
+    volume = volume_text(math.fsum(unit.volume for unit in units))
 
-    # a name that does not fit is split at its zone: the block moves to the second line
-    end = unit.name[len(unit.zone) :].strip()
-    if len(unit.name) <= LABEL_ROOM or not end:
-        return Entry(unit.name, colour, volume)
-    return Entry(unit.zone, colour, f"{end}, {volume}")
+    # a name that does not fit is split at its zone: what follows moves to the second line
+    zone, colour = units[0].zone, colours[units[0].name]
+    end = label[len(zone) :].strip()
+    if len(label) <= LABEL_ROOM or not end:
+        return Entry(label, colour, volume)
+    return Entry(zone, colour, f"{end}, {volume}")

@@ -290,7 +290,8 @@ def view_of_units(units: Units, max_triangle: int = MAX_VIEW_TRIANGLE) -> View3D
     -------
     View3D
     """
-    shades = unit_colours((unit.name, unit.zone_index) for unit in units.without_slivers)
+    labels, solid = units.labels, {unit.name for unit in units.without_slivers}
+    shades = unit_colours((labels[u.name], u.zone_index) for u in units.without_slivers)
     stretch = choose_exaggeration(units.box)
     mesh = mesh_to_draw(units, max_triangle)
     few = mesh.n_drawn <= max_triangle
@@ -305,13 +306,14 @@ def view_of_units(units: Units, max_triangle: int = MAX_VIEW_TRIANGLE) -> View3D
     for unit, shell, (east, north, up) in drawn:
         inside = unit.zone in units.reservoir
         facts = [("Zone", unit.zone), ("Block", unit.block)]
+        facts += [("Region", unit.region)] if unit.region else []
         facts += [("Contact", unit.contact)] if unit.contact else []
         facts += [("Volume", volume_text(unit.volume)), ("Bounded by", ", ".join(unit.bounded_by))]
         bodies.append(
             Body(
                 unit.name,
-                OUTSIDE if not inside else unit.zone if unit.name in shades else SLIVERS,
-                shades.get(unit.name, palette.FAINT) if inside else palette.WALL,
+                OUTSIDE if not inside else unit.zone if unit.name in solid else SLIVERS,
+                shades.get(labels[unit.name], palette.FAINT) if inside else palette.WALL,
                 shell.points,
                 shell.triangles,
                 shell.surface,

@@ -160,7 +160,7 @@ def _luminance(colour: RGB) -> float:
 
 FONT = "DejaVu Sans"  # matplotlib ships it, so pictures do not depend on the machine
 THEMES = ("light", "dark")
-COLOUR_BY = ("unit", "zone", "block", "contact", "z")  # of units in exploded views
+COLOUR_BY = ("unit", "zone", "region", "block", "contact", "z")  # of units in exploded views
 OWN_MAPS = {"elevation": palette.ELEVATION, "thickness": palette.THICKNESS}
 N_COLOUR = 32  # of a colour map of matplotlib, which is linear in between
 

@@ -100,11 +100,11 @@ def explosion(units: Units, explode: float) -> list[np.ndarray]:
     zones = sorted({unit.zone_index for unit in units.values()})
     centres: dict[str, list[np.ndarray]] = {}
     for unit in units.values():
-        centres.setdefault(unit.block, []).append(np.array(unit.middle[:2]))
+        centres.setdefault(unit.region or unit.block, []).append(np.array(unit.middle[:2]))
     shifts = []
     for unit in units.values():
         # blocks sideways, away from the centre; zones up and down, the middle one stays
-        aside = explode * (np.mean(centres[unit.block], axis=0) - middle)
+        aside = explode * (np.mean(centres[unit.region or unit.block], axis=0) - middle)
         step = (len(zones) - 1) / 2.0 - zones.index(unit.zone_index)
         shifts.append(np.array([*aside, explode * (top - bottom) * step]))
     return shifts

@@ -129,11 +129,11 @@ def warn_of_colours(scene: MeasuredModel, style: PictureStyle) -> None:
         return
     known = {*scene.horizon_names, *scene.fault_names}
     for unit in scene.units.values():
-        known |= {unit.name, unit.zone, unit.block, unit.contact}
+        known |= {unit.name, unit.zone, unit.block, unit.region, unit.contact}
     for name in style.colours:
         if name not in known:
             guess = did_you_mean(name, known)
-            effect = f"No surface, zone, block or unit is called {name!r}: its colour is not used."
+            effect = f"Nothing in the model is called {name!r}: its colour is not used."
             warn(GeosurfWarning("picture", "colours", effect, f"Correct the name.{guess}"))
 
 
@@ -184,13 +184,14 @@ class ViewLook(TypedDict, total=False):
     zoom : float
         2 shows the middle of the model at twice the scale.
     only : sequence of str
-        Names of the surfaces and units that are drawn; units also by zone or block. Default: all
-        surfaces, and the units of the reservoir.
+        Names of the surfaces and units that are drawn; units also by zone, region
+        or block. Default: all surfaces, and the units of the reservoir.
     include : {"reservoir", "all"}
         ``"all"``: also the units of over- and underburden.
     colour_by : str, mapping of str to float, or array_like of float
-        Colours of units: ``"unit"``, ``"zone"``, ``"block"``, ``"contact"``, or numbers, one per
-        unit or by name, with a colour bar. ``"z"`` colours units and horizons by elevation.
+        Colours of units: ``"unit"``, ``"zone"``, ``"region"``, ``"block"``, ``"contact"``, or
+        numbers, one per unit or by name, with a colour bar. ``"z"`` colours units and horizons by
+        elevation.
     title : str
         Default: what is shown.
     style : PictureStyle
@@ -597,9 +598,9 @@ class ScenePlots:
         given, gap = _View(view, **look), number_of(explode, "explode", _GAP)
         by, words = check_colour_by(given.by)
         units = self._scene.units
-        names = ((unit.name, unit.zone, unit.block) for unit in units.values())
+        names = ((u.name, u.zone, u.block, u.region) for u in units.values())
         given.only.check(filter(None, chain.from_iterable(names)))
-        words = "zone and block" if isinstance(by, str) and by == "unit" else words
+        words = "zone and region" if isinstance(by, str) and by == "unit" else words
         title = f"Units by {'elevation' if words == 'z' else words}"
         content = show_units(
             units,
@@ -646,7 +647,7 @@ def _names_of(scene: DrawnModel, show: Sequence[str]) -> list[str]:
         names += [surface.name for surface in scene.surfaces]
     if "units" in show:
         for unit in scene.units.values():
-            names += [unit.name, unit.zone, unit.block]
+            names += [unit.name, unit.zone, unit.block, unit.region]
     return [name for name in names if name]
 
 

@@ -313,8 +313,9 @@ def gltf_of_unit(unit: Unit, name: str, suffix: str) -> tuple[bytes, list[Loss]]
 
 def gltf_of_units(units: Units, name: str | None, suffix: str) -> tuple[bytes, list[Loss]]:
     """Return all units: one colour for each zone, shades of it for blocks."""
-    colours = unit_colours((unit.name, unit.zone_index) for unit in units.values())
-    bodies = [_body(unit, colours[unit.name], unit.name) for unit in units.values()]
+    labels = units.labels
+    colours = unit_colours((labels[unit.name], unit.zone_index) for unit in units.values())
+    bodies = [_body(unit, colours[labels[unit.name]], unit.name) for unit in units.values()]
     data, lost = _encode_gltf(bodies, units.crs, suffix)
     return data, [_SURFACES, *lost]
 
@@ -326,6 +327,8 @@ _SURFACES = Loss(
 
 def _body(unit: Unit, colour: RGB, name: str) -> Body:
     words = {"zone": unit.zone, "block": unit.block}
+    if unit.region:
+        words["region"] = unit.region
     if unit.contact:
         words["contact"] = unit.contact
     return Body(name, colour, unit.vertices, unit.triangles, words)

@@ -407,6 +407,7 @@ def unit_labels(unit: Unit) -> list[object]:
         list(unit.beneath),
         list(unit.fault_sides),
         unit.compartment_of,
+        unit.region,
     ]
 
 

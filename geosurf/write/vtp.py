@@ -154,6 +154,7 @@ def vtp_of_unit(unit: Unit, name: str) -> tuple[bytes, list[Loss]]:
         "name": [name],
         "zone": [unit.zone],
         "block": [unit.block],
+        **({"region": [unit.region]} if unit.region else {}),
         **({"contact": [unit.contact]} if unit.contact else {}),
         "surface_names": list(unit.surface_names),
         **_crs(unit),
