@@ -44,6 +44,8 @@ MUTANTS = (
     Mutant("measure", "up = vectors[:, 2] < 0", "up = vectors[:, 2] > 0", "tests/measure"),
     Mutant("measure", "for k, unit in enumerate(chosen) if unit.block == block]", "for k, unit in enumerate(chosen) if block in unit.block]", f"{SAME} tests/measure"),
     Mutant("measure", "for u, p in zip(chosen, found, strict=True) if u.block == block]", "for u, p in zip(chosen, found, strict=True)]", f"{SAME} tests/measure"),
+    Mutant("measure", "for k in (2, 1))", "for k in (1, 1))", "tests/measure"),
+    Mutant("measure", "lambda sw: 1.0 - sw", "lambda sw: sw", "tests/measure"),
     Mutant("kernels/location", "while high - low > 1:", "while high - low > 2:", SAME),
     # ---- carving
     Mutant("carve", "return zone in zones and sides <= set(on)", "return sides <= set(on)", f"tests/carve {SAME}"),

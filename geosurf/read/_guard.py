@@ -91,7 +91,9 @@ def is_zarr(path: str | Path) -> bool:
     >>> is_zarr("/")
     False
     """
-    return any((Path(path) / mark).is_file() for mark in ("zarr.json", ".zgroup", ".zmetadata"))
+    with contextlib.suppress(OSError):  # the name is too long for a file
+        return any((Path(path) / mark).is_file() for mark in ("zarr.json", ".zgroup", ".zmetadata"))
+    return False
 
 
 def size_of_store(path: Path) -> int:

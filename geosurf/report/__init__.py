@@ -17,7 +17,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from geosurf.conventions.packages import warning_without_pictures
 from geosurf.conventions.running import running
@@ -29,6 +29,9 @@ from geosurf.model.protocols import ReportedModel, missing_members
 from geosurf.report.sections import build_page
 from geosurf.report.tables import input_files
 from geosurf.warning import warn
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
 
 __all__ = ["report_scene"]
 
@@ -46,6 +49,7 @@ def report_scene(
     inputs: Mapping[str, str | os.PathLike[str]] | None = None,
     relative_to: str | os.PathLike[str] | None = None,
     include: str = "reservoir",
+    volumetrics: xarray.Dataset | None = None,
 ) -> Path:
     """Write ``index.html``: volumes, pictures, certificate, inputs and run log of a model.
 
@@ -80,6 +84,8 @@ def report_scene(
         Paths of files are printed relative to this folder. Default: the current folder.
     include : {"reservoir", "all"}
         ``"all"``: volumes and pictures also of over- and underburden.
+    volumetrics : xarray.Dataset, optional
+        Result of `Scene.volumetrics`.
 
     Returns
     -------
@@ -130,7 +136,7 @@ def report_scene(
     # last: the check of a large model is the most expensive step of the page
     certificate = certificate or getattr(scene, "certificate", None) or scene.check()
     words = str(title), str("" if made is None else made)
-    html = build_page(scene, files, *words, certificate, regions, sources, include)
+    html = build_page(scene, files, *words, certificate, regions, sources, include, volumetrics)
     return _write(folder / "index.html", html)
 
 

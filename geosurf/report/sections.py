@@ -11,6 +11,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from html import escape
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from geosurf.conventions import counted
 from geosurf.conventions.crs import label
@@ -18,9 +21,12 @@ from geosurf.model import Certificate
 from geosurf.model.protocols import ReportedModel
 from geosurf.model.units import left_out
 from geosurf.report import page, tables
-from geosurf.report.page import Section, Table, number
+from geosurf.report.page import NOTHING, Section, Table, number
 from geosurf.report.tables import InputFile
 from geosurf.report.viewer import viewer_part
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
 
 # ---- fault parts ----------------------------------------
 # One part of the page per fault: Allan diagram, throw profile, juxtaposition, what was changed.
@@ -93,6 +99,7 @@ def build_page(
     regions: Mapping[str, tuple[float, str]] | None = None,
     files: Iterable[InputFile] = (),
     include: str = "reservoir",
+    volumetrics: xarray.Dataset | None = None,
 ) -> str:
     """Return the whole page as text."""
     surfaces, units, curves = tuple(scene.surfaces), scene.units, scene.curves
@@ -120,9 +127,13 @@ def build_page(
             page.badge(*tables.throw_in_words(scene.sheets)),
         ]
     )
-    return page.fill_page(
-        title, header, _sections(scene, pictures, certificate, regions or {}, tuple(files), include)
-    )
+    sections = _sections(scene, pictures, certificate, regions or {}, tuple(files), include)
+    if volumetrics is not None:
+        where = [section.name for section in sections].index("volumes") + 1
+        sections[where:where] = _listed(
+            "Fluids in place [millions]", volumetrics_table(volumetrics)
+        )
+    return page.fill_page(title, header, sections)
 
 
 def _sections(
@@ -164,6 +175,25 @@ def _volumes(scene: ReportedModel, include: str) -> str:
     words = [*filter(None, [left]), tables.balance(scene.units), *tables.accuracy(scene)]
     table = page.html_table(tables.volume_table(scene.units, include))
     return "\n".join([table, *map(page.paragraph, words)])
+
+
+def volumetrics_table(found: xarray.Dataset) -> Table:
+    """Return what `Scene.volumetrics` found, in millions: one row per zone, region and fluid."""
+    keys = [str(key) for key in found.data_vars]
+    head = [
+        f"{found[key].attrs['long_name']} [{found[key].attrs['units'].replace('m3', 'm³')}]"
+        for key in keys
+    ]
+    values = np.stack([found[key].values for key in keys], axis=1) / 1e6
+    labels = [key for key in ("zone", "region", "fluid") if key in found.coords]
+    names = list(zip(*(found[key].values.tolist() for key in labels), strict=True))
+    rows = []
+    for name in dict.fromkeys(names):
+        sums = values[[one == name for one in names]].sum(axis=0)
+        rows.append((*(word or NOTHING for word in name), *(number(value, 3) for value in sums)))
+    foot = ("all", *[""] * (len(labels) - 1), *(number(v, 3) for v in values.sum(axis=0)))
+    words = (key.capitalize() for key in labels)
+    return Table((*words, *head), tuple(rows), n_label=len(labels), foot=foot)
 
 
 def _view(scene: ReportedModel, pictures: Mapping[str, Path]) -> tuple[str, dict[str, Path]]:

@@ -15,6 +15,7 @@ from geosurf.conventions.packages import (
     warning_without_pictures,
 )
 from geosurf.errors import DependencyError
+from geosurf.measure.volumetrics import totals_in_words
 from geosurf.model import Certificate
 from geosurf.model.column import CONFORMABLE
 from geosurf.model.expected import flag_of
@@ -24,6 +25,7 @@ from geosurf.scenario.build import build_scene, unit_of_body
 from geosurf.scenario.keys import Scenario
 from geosurf.scenario.output import (
     NO_NETCDF,
+    VOLUMETRICS,
     draw_grid,
     drawn_wells,
     in_words,
@@ -45,9 +47,12 @@ from geosurf.scene import Scene
 from geosurf.scene.result_cache import ResultCache, check_with_cache
 from geosurf.stopping import temporary_folder
 from geosurf.warning import warn
+from geosurf.write import write
 from geosurf.write.written import commit
 
 if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
+
     from geosurf.render.overlay import PictureOverlay
 
 
@@ -311,6 +316,7 @@ def run(
     # all results appear together at the end, or those of the run before stay
     with new_results(out) as folder:
         scene = compute(scenario, log, None if choice is None else Path(out), cache)
+        fluids = fluids_of(scenario, scene, log)
         log.begin("check")
         certificate = check_with_cache(scene, cache)
         log.step("check", "certificate", "valid" if certificate.ok else "FAILED")
@@ -320,6 +326,8 @@ def run(
                 warn(NO_NETCDF)
         scenario = without_lists(scenario, scene)
         write_files(scene, scenario, folder)
+        if fluids is not None:
+            write(fluids, folder / VOLUMETRICS)
         listed = ", ".join([*scenario.output.formats, *write_wells(scene, wells, folder)])
         log.step("write", listed, "")
 
@@ -340,7 +348,7 @@ def run(
         # last, with the pictures that could be drawn
         if report:
             log.begin("report")
-            _write_report(scene, scenario, folder / "report", drawn, certificate)
+            _write_report(scene, scenario, folder / "report", drawn, certificate, fluids)
             log.step("report", scenario.title)
     return Outcome(scene, certificate, Path(out), tuple(notes))
 
@@ -374,6 +382,7 @@ def write_report(
     log = StepLog(progress)
     cache = None if cache_dir is None else ResultCache(cache_dir)
     scene = compute(scenario, log, None if choice is None else Path(folder), cache)
+    fluids = fluids_of(scenario, scene, log)
     certificate = check_with_cache(scene, cache)
 
     # pictures go into the page: their files are not results
@@ -381,7 +390,7 @@ def write_report(
         drawn = _draw(scene, choice, Path(scratch), log, asked=pictures)
         notes = model_notes(scene)
         log.begin("report")
-        path = _write_report(scene, scenario, folder, drawn, certificate)
+        path = _write_report(scene, scenario, folder, drawn, certificate, fluids)
     return certificate, path, tuple(notes)
 
 
@@ -391,6 +400,7 @@ def _write_report(
     folder: str | os.PathLike[str],
     drawn: dict[str, Path],
     certificate: Certificate,
+    fluids: xarray.Dataset | None,
 ) -> Path:
     """Write the page into a folder."""
     return report_scene(
@@ -403,7 +413,18 @@ def _write_report(
         inputs=input_files(scenario),
         relative_to=scenario.path.parent,
         include=scenario.output.include,
+        volumetrics=fluids,
     )
+
+
+def fluids_of(scenario: Scenario, scene: Scene, log: StepLog) -> xarray.Dataset | None:
+    """Return what ``[volumetrics]`` asks for, and log the totals."""
+    if scenario.volumetrics is None:
+        return None
+    log.begin("volumetrics")
+    found = scene.volumetrics(**vars(scenario.volumetrics), include=scenario.output.include)
+    log.step("volumetrics", "reservoir", totals_in_words(found))
+    return found
 
 
 def compute(

@@ -21,6 +21,7 @@ from geosurf.model.tops import RANGE, TOLERANCE, TieSettings
 from geosurf.scenario import values
 from geosurf.scenario.output_keys import (
     EnsembleSettings,
+    FluidsInput,
     GridInput,
     OutputSettings,
     PictureSettings,
@@ -561,6 +562,7 @@ class Scenario:
     tops : TopsInput or None
     wells : WellsInput or None
     slivers : SliversInput
+    volumetrics : FluidsInput or None
     grid : GridInput or None
     aoi : AreaOfInterest or None
     box : BoxRanges or None
@@ -652,6 +654,7 @@ class Scenario:
     slivers: SliversInput = key(
         "Units that are too small to count.", table(SliversInput), default=SliversInput()
     )
+    volumetrics: FluidsInput | None = key("Fluids in place.", table(FluidsInput), default=None)
     grid: GridInput | None = key("A simulation grid.", table(GridInput), default=None)
     aoi: AreaOfInterest | None = key(
         "A polygon that the model fills.", table(AreaOfInterest), default=None

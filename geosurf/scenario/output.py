@@ -91,7 +91,7 @@ def in_words(grid: CornerPointGrid) -> str:
 # Paths of wells of a scenario: read, drawn on pictures, and listed with the units they cross.
 
 
-FILE, CLOSURES = "wells.csv", "closures.csv"
+FILE, CLOSURES, VOLUMETRICS = "wells.csv", "closures.csv", "volumetrics.csv"
 WORDS = ("positive", "length_unit")
 
 
@@ -192,6 +192,11 @@ def input_files(scenario: Scenario) -> dict[str, Path]:
     if scenario.wells is not None:
         named |= {f"wells: {file.name}": file for file in scenario.wells.files}
         named["heads of wells"] = scenario.wells.heads
+    if scenario.volumetrics is not None:
+        for word, value in vars(scenario.volumetrics).items():
+            by_words = value.items() if isinstance(value, dict) else [((), value)]
+            found = {" ".join((word, *of)): one for of, one in by_words if isinstance(one, Path)}
+            named |= found
     drawn = (scenario.pictures.wells, scenario.pictures.polygons, scenario.pictures.points)
     for files in drawn:
         named |= {f"picture: {name}": file for name, file in (files or {}).items()}
@@ -209,6 +214,8 @@ def output_files(scenario: Scenario, *, pictures: bool = True, report: bool = Tr
         files.append("surfaces.h5")
     if scenario.output.closures is not None:
         files.append(CLOSURES)
+    if scenario.volumetrics is not None:
+        files.append(VOLUMETRICS)
     if scenario.wells is not None:
         files.append(FILE)
     if scenario.grid is not None:
@@ -315,7 +322,7 @@ FOLDERS = ("units", "pictures", "report")
 FILES = (
     *("units.vtm", "curves.vtp", "curves.pl", "volumes.csv", "volumes.nc"),
     *("units.ml", "surfaces.epc", "surfaces.h5"),
-    *("certificate.txt", "closures.csv", "wells.csv", "grid.grdecl", "grid.inc"),
+    *("certificate.txt", "closures.csv", "volumetrics.csv", "wells.csv", "grid.grdecl", "grid.inc"),
 )
 # what runs write, as patterns of paths relative to the output folder
 OURS = Names(
@@ -327,7 +334,7 @@ OURS = Names(
             r"units/\d{3,}_[^/]*\.vtp",
             r"curves\.(vtp|pl)",
             r"volumes\.(csv|nc)",
-            r"(closures|wells)\.csv",
+            r"(closures|volumetrics|wells)\.csv",
             r"certificate\.txt",
             r"grid\.(grdecl|inc)",
             r"failure\.png",

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -239,6 +239,70 @@ class GridInput:
         values.dip,
         unit="degrees",
         default=15.0,
+    )
+
+
+# ---- volumetrics keys ----------------------------------------
+# The keys of ``[volumetrics]``.
+
+
+def _leaves(at: values.KeyPath, value: Any, leaf: Callable[[values.KeyPath, Any], Any]) -> Any:
+    """A value, or a table of these by the words of each: names in tables inside it add up."""
+    if not isinstance(value, dict):
+        return leaf(at, value)
+    found: dict[tuple[str, ...], Any] = {}
+    for word, inner in value.items():
+        one = _leaves(at.inside(word), inner, leaf)
+        many = one if isinstance(one, dict) else {(): one}
+        found |= {(word, *words): last for words, last in many.items()}
+    return None if not found or None in found.values() else found
+
+
+@values.check(
+    "a number, the file of a grid, or a table of these by zone, region, contact interval or "
+    "fluid, such as "
+    '`{"Top/Base" = 0.25, elsewhere = 0.2}` or `{"Top/Base" = {oil = 0.25, gas = 0.22}}`'
+)
+def ratio(at: values.KeyPath, value: Any) -> Any:
+    """Numbers and files, by names that are checked when all units are known."""
+
+    def leaf(at: values.KeyPath, value: Any) -> Any:
+        if isinstance(value, str):
+            return values.file(at, value)
+        return float(value) if is_number(value) else None
+
+    return _leaves(at, value, leaf)
+
+
+@values.check('"oil", "gas" or "water", or a table such as `{"above FWL" = "oil"}`')
+def fluids(at: values.KeyPath, value: Any) -> Any:
+    """Fluids of units."""
+    return _leaves(at, value, lambda _, one: one if isinstance(one, str) else None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FluidsInput:
+    """``[volumetrics]``: rock and fluids in place, as `volumetrics.csv` and in the report. Each of
+    the first four keys needs those before it. See [volumetrics](guides/volumetrics.md).
+    """
+
+    net_to_gross: Any = key("Share of net rock.", ratio)
+    porosity: Any = key("Share of pores in net rock.", ratio, default=None)
+    water_saturation: Any = key("Share of water in the pores.", ratio, default=None)
+    formation_volume_factor: Any = key(
+        "Volume in the reservoir over volume at surface conditions, of oil or gas.",
+        ratio,
+        default=None,
+    )
+    fluids: Any = key(
+        "What units hold, where contacts are not called `OWC`, `GOC` or `GWC`.",
+        fluids,
+        default=None,
+    )
+    units: str = key(
+        "`metric`: m³ and Sm³. `field`: acre-ft, bbl, stb and scf.",
+        values.one_of("metric", "field"),
+        default="metric",
     )
 
 

@@ -13,11 +13,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from geosurf.carve.column import names_of_zones, reservoir_of
 from geosurf.carve.fluids import parse_sides
 from geosurf.conventions import did_you_mean, shared_name
 from geosurf.errors import InputError, ScenarioError
 from geosurf.faults.rules import Rule, faults_at, halves_of, read_truncations
+from geosurf.measure.volumetrics import factors_of, fluids_rule
+from geosurf.model import Lattice
 from geosurf.model.column import ELSEWHERE, read_compartments
 from geosurf.model.expected import path_of
 from geosurf.model.network import filling_by_horizon
@@ -455,6 +459,7 @@ def _check_names(scenario: Scenario, at: KeyPath) -> None:
     with at.of("compartments").noting():
         read_compartments(scenario.compartments, [entry.name for entry in scenario.faults])
     _check_contacts(scenario, at)
+    _check_volumetrics(scenario, at)
     _check_grid(scenario, at)
     with at.of("truncations").noting():
         rules_of(scenario)
@@ -601,6 +606,16 @@ def _check_contacts(scenario: Scenario, at: KeyPath) -> None:
                         f"{label}: unknown block {entry.block!r}. Name sides of faults: {known}."
                         f"{did_you_mean(entry.block, sides)}"
                     )
+
+
+def _check_volumetrics(scenario: Scenario, at: KeyPath) -> None:
+    """Numbers of ``[volumetrics]`` can be, and none needs another key; maps are not read."""
+    if scenario.volumetrics is None:
+        return
+    any_map = Lattice(np.arange(2.0), np.arange(2.0), np.full((2, 2), 0.5))
+    with at.of("volumetrics").noting():
+        factors_of(vars(scenario.volumetrics), lambda *_: any_map)
+        fluids_rule(scenario.volumetrics.fluids)
 
 
 def _check_grid(scenario: Scenario, at: KeyPath) -> None:

@@ -18,10 +18,11 @@ from geosurf.arrangement import search_voxels
 from geosurf.carve.certificate import certify_repeated
 from geosurf.conventions import HORIZON_DIMS, counted, did_you_mean, is_word
 from geosurf.conventions.running import running
-from geosurf.errors import GeometryError, GeosurfWarning, InputError
+from geosurf.errors import GeosurfWarning, InputError
 from geosurf.measure.locate import boundaries_of, locator_of
 from geosurf.measure.places import intervals_of_wells, well_intervals, wells_of
 from geosurf.measure.section import check_line
+from geosurf.measure.volumetrics import fluids_in_place
 from geosurf.model import Certificate, FluidContact, Patches, Sheet, TriSurface, Units
 from geosurf.model.base import multiblock, need_pyvista
 from geosurf.model.column import VirtualWall
@@ -38,6 +39,7 @@ from geosurf.scene.graph import Graph
 from geosurf.scene.input_warnings import check_system_of_places, refuse_other_systems
 from geosurf.scene.inputs import Box, SceneInputs, or_empty, paths_of, refuse_assignment
 from geosurf.scene.interactive_view import InteractiveView, checked_max_triangle
+from geosurf.scene.measured import factors_of_rock, throw_along
 from geosurf.scene.memory import Memory, OnStart, Step, on_start_of
 from geosurf.scene.shown import card_of
 from geosurf.scene.surfaces import opened_tops, warnings_of_names
@@ -935,6 +937,71 @@ class Scene:
         )
         return found
 
+    def volumetrics(
+        self, *, net_to_gross: Any = None, porosity: Any = None, water_saturation: Any = None,
+        formation_volume_factor: Any = None, fluids: Any = None, units: str = "metric",
+        include: str = "reservoir",
+    ) -> xarray.Dataset:  # fmt: skip
+        """Return rock and fluids in place of each unit: GRV to STOIIP and GIIP.
+
+        Each of the first four arguments is a number, a map, or a mapping of these by zone, region,
+        contact interval, fluid, or several of them: ``{"Top/Middle": 0.25, ("Top/Middle", "gas"):
+        0.23, "elsewhere": 0.2}``. The entry with most names counts. Each needs those before it;
+        columns that need one left out are left out.
+
+        Parameters
+        ----------
+        net_to_gross, porosity, water_saturation : number, map or mapping
+            Fractions, from 0 to 1. A map is an `xarray.DataArray` as of a horizon, or a path, and
+            is bilinear between its nodes.
+        formation_volume_factor : number, map or mapping
+            Volume in the reservoir over volume at surface conditions, of oil (such as 1.3) or gas
+            (0.005). Of a map the reciprocal is bilinear.
+        fluids : {"oil", "gas", "water"} or mapping to these, optional
+            What units hold. Contacts named OWC, GOC and GWC state it; a mapping, as in ``{"above
+            FWL": "oil"}``, counts before them, and one word where no contact states it.
+        units : {"metric", "field"}
+            Metric: m3, and Sm3 at surface conditions. Field: acre-ft of rock, bbl of pores, stb,
+            scf. Standard conditions are those of the formation volume factor.
+        include : {"reservoir", "all"}
+            ``"all"``: also over- and underburden.
+
+        Returns
+        -------
+        xarray.Dataset
+            Along ``unit``, with labels as in `table` and ``fluid``: ``bulk`` (GRV), ``net``,
+            ``pore``, ``hydrocarbon_pore``, ``stoiip`` (oil) and ``giip`` (free gas). Water holds
+            none. Sums over units are those of the reservoir. Maps are integrated over the unit
+            itself: exact but for rounding.
+
+        Raises
+        ------
+        InputError
+            For an unknown or ambiguous name, a value out of range, a unit without a value or
+            fluid, or a map that does not cover a unit, with place and area.
+
+        Examples
+        --------
+        >>> import geosurf as gs
+        >>> world = gs.synthetic.tilted_planes()
+        >>> scene = gs.Scene(world.horizons, world.faults, world.box, contacts={"OWC": -2100.0})
+        >>> found = scene.volumetrics(
+        ...     net_to_gross=0.8, porosity={"oil": 0.25, "water": 0.2}, water_saturation=0.3,
+        ...     formation_volume_factor=1.25,
+        ... )
+        >>> oil = found.groupby("fluid").sum().sel(fluid="oil")
+        >>> round((oil.stoiip / oil.bulk).item(), 12), found.stoiip.attrs["units"]
+        (0.112, 'Sm3')
+        """
+        values = net_to_gross, porosity, water_saturation, formation_volume_factor
+        factors, words = factors_of_rock(values, self.crs), (fluids, units, include)
+        if all(factor.is_constant for factor in factors):  # volumes will do: nothing is cut
+            found = self._graph.units_at_levels
+            return fluids_in_place(self.units if found is None else found, factors, *words)
+        run = lambda: fluids_in_place(self.units, factors, *words)  # noqa: E731
+        key = self._graph.memory.hold((values, fluids))
+        return self._measured("volumetrics", run, key, units, include)
+
     def juxtaposition(self, fault: str) -> xarray.Dataset:
         """Return the areas of all pairs of units that face each other across a fault [m2].
 
@@ -1078,35 +1145,8 @@ class Scene:
         if not is_word(direction, DIRECTIONS):
             raise InputError(f"direction is {direction!r}, expected one of {DIRECTIONS}.")
         horizon, fault = name_of(horizon, "horizon"), name_of(fault, "fault")
-        run = lambda: self._throw(horizon, fault, direction)  # noqa: E731
+        run = lambda: throw_along(self, horizon, fault, direction)  # noqa: E731
         return self._measured(f"throw {horizon} x {fault}", run, horizon, fault, direction)
-
-    def _throw(self, horizon: str, fault: str, direction: str) -> xarray.Dataset:
-        """Compare the cut-offs of both walls across the mean strike, then down the local dip."""
-        from geosurf.sheets.faults.fault_profile import cell_of, to_level
-
-        # distance along strike counts from the end of the fault, in world coordinates
-        faces = measure.faces_of(self.patches, self.units, fault, "fault")
-        hanging, foot = (self.cutoffs(horizon, fault, side) for side in ("+", "-"))
-        azimuth = math.degrees(math.atan2(*faces.strike[1].tolist())) % 360.0
-        start = -float(faces.along(-faces.origin[None])[0])
-
-        # first across the mean strike; its elevations say at which level walls are compared
-        found = measure.separation(hanging, foot, azimuth, start=start)
-        if direction == "local" and found.sizes["point"]:
-            # cut-offs are compared at their mean elevation, down lines of steepest dip
-            sources = {source.name: source for source in self.patches.sources}
-            cell = cell_of(self.sheets.get(horizon, sources[horizon]))
-            walls = found.hanging_wall_elevation, found.footwall_elevation
-            mean, largest = 0.5 * sum(float(wall.mean()) for wall in walls), abs(found.throw).max()
-            try:
-                level = to_level(sources[fault], float(largest), cell, mean, hanging, foot)
-            except GeometryError as error:
-                error.add_note("With direction='mean' throw is read across the mean strike.")
-                raise
-            if level is not None:  # None where the fault is straight
-                found = measure.separation(hanging, foot, azimuth, start=start, level=level)
-        return found.assign_attrs(horizon=horizon, fault=fault, direction=direction)
 
     def throw_audit(self) -> xarray.Dataset:
         """Return the throw of torn horizons beside what the data on both sides of faults show.

@@ -133,6 +133,7 @@ def horizon_over(
     positive: str | None = None,
     length_unit: str | None = None,
     tolerance: float = 0.0,
+    noun: str = "horizon",
 ) -> TriSurface:
     """Return the surface of `triangulate_horizon`, over one of some maps if it has the same.
 
@@ -143,11 +144,13 @@ def horizon_over(
         theirs, and to what is known of them.
     own : bool
         Whether to copy what others can write to.
+    noun : str
+        What messages call it.
     """
     if name is not None:
         name = name_of(name, "horizon")
     title = str(name or getattr(da, "name", None) or "horizon")
-    what = f"horizon {title!r}"
+    what = f"{noun} {title!r}"
     if not (is_number(tolerance) and tolerance >= 0):
         raise HorizonError(
             f"{what}: tolerance is {tolerance!r}. Give a length in metres, or 0 for all nodes."

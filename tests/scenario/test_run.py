@@ -7,6 +7,7 @@ import hashlib
 from pathlib import Path
 
 import pytest
+import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import (
@@ -104,6 +105,34 @@ def test_results_of_an_earlier_run_do_not_survive_and_other_files_do(scenario, t
         *("units/000_above_Top.vtp", "units/001_Top_Base.vtp", "units/002_below_Base.vtp"),
         *("notes.txt", "pictures/mine.png"),
     }
+
+
+def test_fluids_in_place_are_those_of_the_scene(scenario, inputs, tmp_path):
+    axes = {"northing": [-500.0, 3500.0], "easting": [-500.0, 4500.0]}
+    porosity = xr.DataArray([[0.1, 0.2], [0.15, 0.3]], axes, ("northing", "easting"))
+    words = {"units": "m", "positive": "up"}
+    gs.write(porosity.assign_attrs(words), inputs / "porosity.gri")
+    wanted = """
+[volumetrics]
+net_to_gross = {"above Top" = {elsewhere = 0.5}, elsewhere = 0.8}
+porosity = "porosity.gri"
+water_saturation = 0.3
+formation_volume_factor = 1.25
+fluids = "oil"
+"""
+    path, lines = scenario(("[box]", f"{wanted}\n[box]")), []
+    outcome = run(read_scenario(path), tmp_path, pictures=False, progress=lines.append)
+    table = csv.DictReader((tmp_path / "volumetrics.csv").read_text().splitlines())
+    values = {"net_to_gross": 0.8, "porosity": porosity, "water_saturation": 0.3}
+    exact = outcome.scene.volumetrics(**values, formation_volume_factor=1.25, fluids="oil")
+    found = [float(row["stoiip_Sm3"]) for row in table]
+    assert found == pytest.approx(exact.stoiip.values.tolist(), rel=1e-5)  # decimals of the file
+    assert any("STOIIP" in line and "million Sm³" in line for line in lines)
+    page = (tmp_path / "report" / "index.html").read_text(encoding="utf-8")
+    assert "Fluids in place" in page
+    wrong = scenario(("[box]", wanted.replace("0.3\n", "30\n") + "\n[box]"))
+    with pytest.raises(ScenarioError, match=r"line \d+: water_saturation is 30; it must be"):
+        read_scenario(wrong)
 
 
 def test_a_run_that_fails_leaves_the_results_that_were_there(scenario, tmp_path):

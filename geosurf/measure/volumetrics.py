@@ -1,0 +1,555 @@
+"""Compute fluids in place: net, pore and hydrocarbon pore volume, STOIIP and GIIP of each unit.
+
+Numbers multiply the volume of a unit. Maps are bilinear in the cells of their grids. What they
+multiply is integrated over the unit itself, not over columns: by the divergence theorem the
+integral of f(x, y) over a closed shell is the sum over its triangles of f times elevation,
+integrated over their shadows in the map. Shadows are cut at the lines of all grids; in each piece
+the product is a polynomial, which Gauss points integrate without error but rounding.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from geosurf.conventions import area_text, is_number, is_word, known_names, number_text, place
+from geosurf.errors import InputError
+from geosurf.model import Lattice, Unit, Units
+from geosurf.model.column import ELSEWHERE
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
+
+OpenMap = Callable[[Any, str], Lattice]  # value and the name of the argument -> its grid
+
+# each argument needs those before it, and leads to one column more
+ARGUMENTS = ("net_to_gross", "porosity", "water_saturation", "formation_volume_factor")
+FLUIDS = ("oil", "gas", "water")
+# above and below a contact, by the letters in its name
+OF_CONTACTS = {"owc": ("oil", "water"), "goc": ("gas", "oil"), "gwc": ("gas", "water")}
+_LETTERS = re.compile(r"(?<![a-z])(owc|goc|gwc)(?![a-z])", re.IGNORECASE)
+LABELS = ("zone", "region", "block", "contact")  # of units, for entries of mappings
+
+M3, SM3 = ("m3", 1.0), ("Sm3", 1.0)
+ACRE_FEET, BARRELS = ("acre-ft", 1233.48183754752), ("bbl", 0.158987294928)
+STOCK_TANK, CUBIC_FEET = ("stb", 0.158987294928), ("scf", 0.028316846592)
+# column -> meaning, its unit and that in m3, then the same in oil-field units
+COLUMNS = {
+    "bulk": ("gross rock volume (GRV)", M3, ACRE_FEET),
+    "net": ("net rock volume", M3, ACRE_FEET),
+    "pore": ("pore volume of net rock", M3, BARRELS),
+    "hydrocarbon_pore": ("hydrocarbon pore volume (HCPV)", M3, BARRELS),
+    "stoiip": ("stock-tank oil initially in place (STOIIP)", SM3, STOCK_TANK),
+    "giip": ("free gas initially in place (GIIP)", SM3, CUBIC_FEET),
+}
+SYSTEMS = ("metric", "field")
+EVEN = 1e-6  # of a step: a grid with 2-D coordinates that is off by more is curvilinear
+NEAR = 1e-9  # of a cell: pieces that reach less far over a line are not cut there
+RIM = 1e-9  # of a unit's area in the map: what rounding may put beyond the rim of a map
+AT_ONCE = 100_000  # pieces that are held in memory
+
+
+@dataclass(frozen=True)
+class Factor:
+    """What one argument gives: a number or a map for each set of words that a unit has.
+
+    Attributes
+    ----------
+    name : str
+        Of the argument.
+    entries : dict of frozenset of str to object
+        Empty words: all units for which no other entry is.
+    """
+
+    name: str
+    entries: dict[frozenset[str], Any]
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether no value is a map."""
+        return all(map(is_number, self.entries.values()))
+
+    @classmethod
+    def of(cls, name: str, value: Any, check: Callable[[Any, str], Any]) -> Factor:
+        """Take one value, or a mapping; `check` takes a value and what messages call it."""
+        if not isinstance(value, Mapping):
+            return cls(name, {frozenset(): check(value, name)})
+        entries: dict[frozenset[str], Any] = {}
+        for key, one in value.items():
+            words = frozenset(map(str, key if isinstance(key, tuple) else (key,)))
+            words -= {ELSEWHERE}
+            if words in entries:
+                raise InputError(f"{name} has two entries for {_listed(words)}. Remove one.")
+            entries[words] = check(one, f"{name} for {_listed(words)}")
+        return cls(name, entries)
+
+    def refuse_unknown(self, known: Sequence[str]) -> None:
+        """Refuse entries for what the model does not have."""
+        for word in sorted(set().union(*self.entries)):
+            if word not in known:
+                raise InputError(
+                    f"{self.name} has an entry for {word!r}, which no unit has. Zones, "
+                    f"regions, blocks, contact intervals and fluids are {known_names(known, word)}"
+                )
+
+    def most_specific(self, unit: str, words: set[str]) -> Any:
+        """Return the value for a unit; None if no entry is for it."""
+        fits = [key for key in self.entries if key <= words]
+        best = [key for key in fits if len(key) == max(map(len, fits))]
+        if len(best) > 1:
+            first, second = sorted(map(_listed, best))[:2]
+            raise InputError(
+                f"{self.name} has entries for {first} and for {second}, and unit {unit!r} belongs "
+                f"to both. Add an entry for both together: {(*sorted(best[0] | best[1]),)}."
+            )
+        return self.entries[best[0]] if best else None
+
+    def value_of(self, unit: str, words: set[str]) -> Any:
+        """Return the value for a unit, or an error that states what to give."""
+        found = self.most_specific(unit, words)
+        if found is None:
+            raise InputError(
+                f"{self.name} has no value for unit {unit!r}. Add an entry for one of "
+                f"{sorted(words)}, or for {ELSEWHERE!r}."
+            )
+        return found
+
+
+def _listed(words: frozenset[str]) -> str:
+    """Words of an entry, for messages."""
+    return ", ".join(map(repr, sorted(words))) or repr(ELSEWHERE)
+
+
+def factors_of(given: Mapping[str, Any], open_map: OpenMap) -> list[Factor]:
+    """
+    Return the arguments of `fluids_in_place` from what users give, checked.
+
+    Parameters
+    ----------
+    given : mapping of str to object
+        By the names of `ARGUMENTS`; None: not given. Numbers, maps, or mappings of words to these.
+    open_map : callable
+        Returns the grid of a map.
+
+    Raises
+    ------
+    InputError
+        If an argument is given without one before it, or a value is out of range.
+
+    Examples
+    --------
+    >>> found = factors_of({"net_to_gross": 0.8, "porosity": {("A/B", "oil"): 0.2}}, None)
+    >>> [factor.entries for factor in found][0]
+    {frozenset(): 0.8}
+    """
+    names = [name for name in ARGUMENTS if given.get(name) is not None]
+    for name, needed in zip(names or ARGUMENTS[:1], ARGUMENTS, strict=False):
+        if name != needed or not names:
+            how = "Give 1.0 if all rock counts as net." if needed == ARGUMENTS[0] else "Give it."
+            what = f"{name} needs {needed}, which" if names else needed
+            raise InputError(f"volumetrics: {what} is missing. {how}")
+
+    def check(value: Any, what: str) -> Any:
+        """A number as float, anything else as a grid."""
+        if is_number(value):
+            _check_range(np.array([value], dtype=np.float64), what)
+            return float(value)
+        if value is None or isinstance(value, bool | int | float | complex):
+            raise InputError(
+                f"{what} is {value!r}; give a number, or a map over easting, northing."
+            )
+        lattice = open_map(value, what)
+        _check_range(lattice.elevation[np.isfinite(lattice.elevation)], what)
+        return lattice
+
+    return [Factor.of(name, given[name], check) for name in names]
+
+
+def _check_range(values: np.ndarray, what: str) -> None:
+    """Refuse values that cannot be."""
+    low, high = float(values.min()), float(values.max())
+    shown = f"{low:g}" if low == high else f"from {low:g} to {high:g}"
+    if what.startswith(ARGUMENTS[3]):
+        if low <= 0.0:
+            raise InputError(
+                f"{what} is {shown}; it must be above 0: volume in the reservoir over volume at "
+                "surface conditions."
+            )
+    elif not 0.0 <= low <= high <= 1.0:
+        percent = " Divide percent by 100." if 1.0 < high <= 100.0 else ""
+        raise InputError(f"{what} is {shown}; it must be from 0 to 1.{percent}")
+
+
+def fluids_rule(fluids: Any) -> Factor:
+    """Return which fluids users say that units have: a word, or a mapping to words."""
+
+    def check(value: Any, what: str) -> str:
+        if not (isinstance(value, str) and value in FLUIDS):
+            raise InputError(f"{what} is {value!r}; it must be one of {', '.join(FLUIDS)}.")
+        return value
+
+    return Factor.of("fluids", {} if fluids is None else fluids, check)
+
+
+def fluid_of(unit: Unit, words: set[str], rule: Factor) -> str:
+    """Return the fluid of a unit: as users say, else by the names of contacts; '' if unknown."""
+    said = rule.most_specific(unit.name, words)
+    everywhere = rule.entries.get(frozenset())
+    if said is not None and said is not everywhere:
+        return str(said)
+
+    # of the contact above the unit what is below it, of the contact below what is above
+    above = unit.beneath[-1] if unit.beneath else ""
+    below = unit.contact.removeprefix("above ") if not above else unit.contact[len(above) + 1 :]
+    found = set()
+    for name, side in ((above, 1), (below if not unit.contact.startswith("below ") else "", 0)):
+        letters = _LETTERS.search(name)
+        if name:
+            found.add(OF_CONTACTS[letters[1].lower()][side] if letters else "")
+    known = found.pop() if len(found) == 1 else ""
+    return known or everywhere or ""
+
+
+def fluids_in_place(
+    units: Units, factors: Sequence[Factor], fluids: Any = None, system: str = "metric",
+    include: str = "reservoir",
+) -> xarray.Dataset:  # fmt: skip
+    """
+    Return rock and fluids of each unit, from bulk volume to volumes at surface conditions.
+
+    Parameters
+    ----------
+    units : Units
+    factors : sequence of Factor
+        From `factors_of`.
+    fluids : str or mapping, optional
+        Fluids of units whose contacts do not name them.
+    system : {"metric", "field"}
+    include : {"reservoir", "all"}
+
+    Returns
+    -------
+    xarray.Dataset
+        Along ``unit``, with one column more for each factor.
+
+    Raises
+    ------
+    InputError
+        If a unit has no value, or no fluid, or a map does not cover it.
+    """
+    if not is_word(system, SYSTEMS):
+        raise InputError(f"units is {system!r}; it must be one of {', '.join(SYSTEMS)}.")
+    rule = fluids_rule(fluids)
+    part = units.included(include)
+    labels = units.volumes.coords
+    words_of = {
+        name: {str(labels[key].values[row]) for key in LABELS if key in labels} - {""}
+        for row, name in enumerate(units)
+    }
+    known = list(dict.fromkeys(word for words in words_of.values() for word in sorted(words)))
+    rule.refuse_unknown(known)
+    for factor in factors:
+        factor.refuse_unknown([*known, *FLUIDS])
+
+    values = np.zeros((len(part), len(COLUMNS)))
+    of = {}
+    for row, unit in enumerate(part.values()):
+        fluid = of[unit.name] = fluid_of(unit, words_of[unit.name], rule)
+        chain = _chain(unit, factors, words_of[unit.name] | {fluid} - {""}, fluid)
+        values[row, : len(chain) + 1] = unit.volume, *_in_steps(unit, chain)
+    if len(factors) == len(ARGUMENTS):  # the last column has both fluids
+        gas = np.array([fluid == "gas" for fluid in of.values()], dtype=bool)
+        values[:, 5], values[:, 4] = (
+            np.where(gas, values[:, 4], 0.0),
+            np.where(gas, 0.0, values[:, 4]),
+        )
+
+    shown = list(COLUMNS)[: len(factors) + 1 + (len(factors) == len(ARGUMENTS))]
+    data = {}
+    for k, key in enumerate(shown):
+        words, *by_system = COLUMNS[key]
+        unit_of_measure, size = by_system[SYSTEMS.index(system)]
+        attrs = {"units": unit_of_measure, "long_name": words}
+        data[key] = ("unit", values[:, k] / size, attrs)
+    column = np.array(list(of.values()), dtype=object)
+    crs = {} if units.crs is None else {"crs": units.crs}
+    return xr.Dataset(data, part.volumes.coords, crs).assign_coords(fluid=("unit", column))
+
+
+def _chain(unit: Unit, factors: Sequence[Factor], words: set[str], fluid: str) -> list[Any]:
+    """What multiplies the volume of a unit, step by step: numbers and grids of values."""
+    chain: list[Any] = []
+    for factor in factors:
+        if factor.name in ARGUMENTS[2:] and not fluid:
+            where = f" ({unit.contact})" if unit.contact else ""
+            raise InputError(
+                f"the fluid of unit {unit.name!r}{where} is not known. Name contacts OWC, GOC or "
+                f'GWC, or give it: fluids={{"{unit.contact or unit.zone}": "oil"}}, or "gas" or '
+                '"water".'
+            )
+        if factor.name in ARGUMENTS[2:] and fluid == "water":
+            chain.append(0.0)
+            continue
+        value = factor.value_of(unit.name, words)
+        if factor.name == ARGUMENTS[2]:
+            value = _changed(value, lambda sw: 1.0 - sw)
+        elif factor.name == ARGUMENTS[3]:
+            largest = value if is_number(value) else float(np.nanmax(value.elevation))
+            if fluid == "gas" and largest >= 1.0:
+                raise InputError(
+                    f"formation_volume_factor is {largest:g} for gas in unit {unit.name!r}; gas "
+                    "expands on its way up, so it is below 1. Give it by fluid, as in "
+                    '{"oil": 1.3, "gas": 0.005}; of an expansion factor give the reciprocal.'
+                )
+            value = _changed(value, lambda factor: 1.0 / factor)
+        chain.append(value)
+    return chain
+
+
+def _changed(value: Any, change: Callable[[Any], Any]) -> Any:
+    """A number, or the values of a grid, as a function changes them."""
+    return change(value) if is_number(value) else value.with_elevation(change(value.elevation))
+
+
+def _in_steps(unit: Unit, chain: Sequence[Any]) -> list[float]:
+    """The volume of a unit times the first factors, the first two, and so on."""
+    maps = {name: one for name, one in zip(ARGUMENTS, chain, strict=False) if not is_number(one)}
+    wanted = integrals(unit, maps) if maps else []
+    found, product, base = [], 1.0, unit.volume
+    for value in chain:
+        if is_number(value):
+            product *= value
+        else:
+            base = wanted.pop(0)
+        found.append(base * product)
+    return found
+
+
+def totals_in_words(found: xarray.Dataset) -> str:
+    """Return what units hold in all, with units of measure."""
+    words: list[str] = []
+    for key, name in (("stoiip", "STOIIP"), ("giip", "GIIP"), ("pore", "pore volume")):
+        total = float(found[key].sum()) if key in found else 0.0
+        if total > 0.0 and (key != "pore" or not words):
+            unit = found[key].attrs["units"].replace("m3", "m³")
+            words.append(f"{name} {number_text(total / 1e6)} million {unit}")
+    return ", ".join(words) or "no hydrocarbons"
+
+
+# ---- maps ----------------------------------------
+# Integrals of products of maps over a unit.
+
+
+@dataclass(frozen=True, eq=False)
+class MapCells:
+    """The cells of a map, in coordinates along its axes.
+
+    Attributes
+    ----------
+    origin, matrix : ndarray (2,), (2, 2)
+        Coordinates of a place are its offset from the origin, times the matrix.
+    axes : (ndarray, ndarray)
+        Lines between cells, rising: along columns, then along rows.
+    values : ndarray, shape (n_row, n_col)
+    """
+
+    origin: np.ndarray
+    matrix: np.ndarray
+    axes: tuple[np.ndarray, np.ndarray]
+    values: np.ndarray
+
+    @classmethod
+    def of(cls, lattice: Lattice, origin: np.ndarray, name: str) -> MapCells:
+        """Make one for places that count from an origin."""
+        x, y, z = lattice.easting, lattice.northing, lattice.elevation
+        if x.ndim == 1:
+            # subtracted as from the model: what is equal stays equal, so rims are met exactly
+            return cls(np.zeros(2), np.eye(2), (x - origin[0], y - origin[1]), z)
+        frame = lattice.map_frame
+        if not frame.off <= EVEN * min(frame.least_step):
+            raise InputError(
+                f"the map of {name} is over a curvilinear grid, which cannot be integrated. Give a "
+                "regular grid, which may be rotated."
+            )
+        matrix = np.linalg.inv(np.array([frame.column, frame.row]))
+        lines = np.arange(float(z.shape[1])), np.arange(float(z.shape[0]))
+        return cls(np.array([x[0, 0], y[0, 0]]) - origin[:2], matrix, lines, z)
+
+    def along(self, axis: int, places: np.ndarray) -> np.ndarray:
+        """Coordinates of places (..., 2 or more) along an axis."""
+        moved = places[..., :2] - self.origin
+        return np.asarray(moved @ self.matrix[:, axis])
+
+    def has_lines_of(self, other: MapCells) -> bool:
+        """Whether the cells of two maps are the same."""
+        mine, theirs = ((one.origin, one.matrix, *one.axes) for one in (self, other))
+        return all(map(np.array_equal, mine, theirs))
+
+    def at(self, cell: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Bilinear values at places (n, k, 2) in a cell (n, 2) each, and where there is none."""
+        inside = np.clip(cell, 0, np.array(self.values.shape)[::-1] - 2)
+        shares = []
+        for axis, k in enumerate(inside.T):
+            low, width = self.axes[axis][k], np.diff(self.axes[axis])[k]
+            shares.append((self.along(axis, places) - low[:, None]) / width[:, None])
+        s, t = shares
+        j, i = inside.T
+        a, b, c, d = (self.values[i + p, j + q][:, None] for p in (0, 1) for q in (0, 1))
+        values = a + s * (b - a) + t * ((c - a) + s * ((d - c) - (b - a)))
+        lacking = (cell != inside).any(axis=1) | np.isnan(values[:, 0])
+        return np.where(np.isnan(values), 0.0, values), lacking
+
+
+def integrals(unit: Unit, maps: Mapping[str, Lattice]) -> list[float]:
+    """
+    Integrate the first map, the product of the first two, and so on, over a unit [m3].
+
+    Parameters
+    ----------
+    unit : Unit
+    maps : mapping of str to Lattice
+        Values in place of elevations, by the name of the argument.
+
+    Raises
+    ------
+    InputError
+        If a map does not cover the unit, or is curvilinear.
+    """
+    cells = [MapCells.of(one, unit.origin, name) for name, one in maps.items()]
+    points, weights = _gauss(len(maps))
+    corners = unit.local[unit.triangles]
+    corners[..., 2] -= 0.5 * (corners[..., 2].min() + corners[..., 2].max())
+    sums: list[list[float]] = [[] for _ in maps]
+    missed = [0.0 for _ in maps]
+    lost = [(0.0, corners[0, 0]) for _ in maps]  # the largest piece that a map does not cover
+    for polygons, of_cell in _pieces(corners, cells):
+        # fans of triangles from the first corner, then Gauss points in each
+        fan = [0, 1, 2] + np.arange(polygons.shape[1] - 2)[:, None] * [0, 1, 1]
+        piece, k = np.nonzero(_flat(polygons[:, fan]))
+        triangles = polygons[piece[:, None], fan[k]]
+        size = 0.5 * _flat(triangles)
+        places = points @ triangles
+        product = places[..., 2] * weights
+        for m, one in enumerate(cells):
+            value, lacking = one.at(of_cell[piece, 2 * m : 2 * m + 2], places)
+            missing = np.where(lacking, np.maximum(size, 0.0), 0.0)
+            missed[m] += float(missing.sum())
+            if missing.any():
+                row = int(missing.argmax())
+                lost[m] = max(lost[m], (missing[row], places[row].mean(axis=0)), key=lambda x: x[0])
+            product = product * value
+            sums[m].append(float(size @ product.sum(axis=1)))
+    for name, area, (_, middle) in zip(maps, missed, lost, strict=True):
+        if area > RIM * unit.map_area:
+            share = 100.0 * area / unit.map_area
+            raise InputError(
+                f"the map of {name} has no values over {area_text(area)} ({share:.2g} %) of unit "
+                f"{unit.name!r}, such as at {place(middle[:2] + unit.origin[:2])}. Fill or enlarge "
+                "it there, or give this unit a number."
+            )
+    return [math.fsum(one) for one in sums]
+
+
+def _flat(triangles: np.ndarray) -> np.ndarray:
+    """Twice the area of triangles (..., 3, 2 or more) in the map; above 0 where they look up."""
+    u, v = (
+        triangles[..., 1, :2] - triangles[..., 0, :2],
+        triangles[..., 2, :2] - triangles[..., 0, :2],
+    )
+    return np.asarray(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0])
+
+
+def _gauss(n_map: int) -> tuple[np.ndarray, np.ndarray]:
+    """Barycentric Gauss points (n, 3) of a triangle, exact for n bilinear maps times elevation.
+
+    A square is folded into the triangle, which raises the degree along one side by one.
+    """
+    (x, u), (y, v) = (np.polynomial.legendre.leggauss(n_map + k) for k in (2, 1))
+    x, y = (0.5 + 0.5 * one for one in (x, y))
+    s = np.repeat(x, len(y))
+    t = np.outer(1.0 - x, y).ravel()
+    return np.stack([1.0 - s - t, s, t], axis=1), 0.5 * np.outer(u * (1.0 - x), v).ravel()
+
+
+def _pieces(
+    corners: np.ndarray, cells: Sequence[MapCells]
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Polygons (n, k, 3) of triangles, cut along the lines of all maps, and the cell of each map.
+
+    Cells are (n, 2 n_map): column and row; the last corner is repeated where there are fewer.
+    """
+    corners = corners[_flat(corners) != 0.0]
+    count = np.ones(len(corners), dtype=np.int64)
+    for one in cells:
+        for axis, lines in enumerate(one.axes):
+            h = one.along(axis, corners)
+            count *= (
+                1 + np.searchsorted(lines, h.max(axis=1)) - np.searchsorted(lines, h.min(axis=1))
+            )
+    total = np.cumsum(count)
+    ends = np.searchsorted(total, np.arange(0, total[-1] if len(total) else 0, AT_ONCE), "right")
+    for first, last in zip(ends, [*ends[1:], len(corners)], strict=True):
+        polygons, of_cell = corners[first:last], np.empty((last - first, 0), dtype=np.int64)
+        for m, one in enumerate(cells):
+            twin = next(k for k in range(m + 1) if k == m or one.has_lines_of(cells[k]))
+            if twin < m:  # cut along these lines already
+                of_cell = np.hstack([of_cell, of_cell[:, 2 * twin : 2 * twin + 2]])
+                continue
+            for axis, lines in enumerate(one.axes):
+                polygons, row, strip = _split(polygons, one.along(axis, polygons), lines)
+                of_cell = np.column_stack([of_cell[row], strip - 1])
+        for k in range(0, len(polygons), AT_ONCE):
+            yield polygons[k : k + AT_ONCE], of_cell[k : k + AT_ONCE]
+
+
+def _split(
+    x: np.ndarray, h: np.ndarray, lines: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Parts of polygons between lines, the row of each polygon, and how many lines lie below.
+
+    `h` has the coordinate (n, k) of the corners across the lines.
+    """
+    near = NEAR * float(np.diff(lines).min())
+    low = np.searchsorted(lines, h.min(axis=1) + near, "right")
+    high = np.maximum(np.searchsorted(lines, h.max(axis=1) - near, "left"), low)
+    row = np.repeat(np.arange(len(x)), high - low + 1)
+    strip = np.arange(len(row)) - np.repeat(
+        np.cumsum(high - low + 1) - (high - low + 1) - low, high - low + 1
+    )
+    parts, across = x[row], h[row]
+    for side, level, cut in ((1.0, strip - 1, strip > low[row]), (-1.0, strip, strip < high[row])):
+        some = np.flatnonzero(cut)
+        off = side * (across[some] - lines[level[some], None])
+        halves = _half(np.concatenate([parts[some], across[some][..., None]], axis=2), off)
+        width = max(halves.shape[1], parts.shape[1])
+        parts, across = _widened(parts, width), _widened(across, width)
+        halves = _widened(halves, width)
+        parts[some], across[some] = halves[..., :-1], halves[..., -1]
+    return parts, row, strip
+
+
+def _half(x: np.ndarray, off: np.ndarray) -> np.ndarray:
+    """The part of convex polygons (n, k, c) where `off` (n, k) is not negative."""
+    if not len(x):
+        return x
+    after, there = np.roll(off, -1, axis=1), np.roll(x, -1, axis=1)
+    crosses = ((off > 0) & (after < 0)) | ((off < 0) & (after > 0))
+    share = np.where(crosses, off, 0.0) / np.where(crosses, off - after, 1.0)
+    both = np.stack([x, x + share[..., None] * (there - x)], axis=2).reshape(len(x), -1, x.shape[2])
+    valid = np.stack([off >= 0, crosses], axis=2).reshape(len(x), -1)
+    count = valid.sum(axis=1)
+    order = np.argsort(~valid, axis=1, kind="stable")
+    place = np.minimum(np.arange(count.max()), np.maximum(count, 1)[:, None] - 1)
+    return np.asarray(both[np.arange(len(x))[:, None], np.take_along_axis(order, place, axis=1)])
+
+
+def _widened(x: np.ndarray, width: int) -> np.ndarray:
+    """Polygons with the last corner repeated, so that each has so many."""
+    more = np.repeat(x[:, -1:], width - x.shape[1], axis=1)
+    return np.concatenate([x, more], axis=1)
