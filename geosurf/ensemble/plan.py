@@ -48,6 +48,7 @@ class Plan:
     def __post_init__(self) -> None:
         self.layers: Layers | None = None
         self.reservoir: tuple[str, ...] = ()
+        self.regions: list[str] = []  # of the base case: zone, block, region, zone ...
         # whether this process has the results that realisations share
         self._shared = False
         # Parameters are columns of the result, and select streams of random numbers.
@@ -105,6 +106,12 @@ class Plan:
         self.model.started(base)
         self._shared = True
         self.reservoir = base.reservoir
+        self.regions = [
+            word
+            for region in base.regions.values()
+            for block in region.blocks
+            for word in (*block, region.name)
+        ]
         if self.grid is not None:
             self.layers = Layers.of(base, self.grid)
         return self.measure(base, {})

@@ -39,8 +39,8 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-GROUPS = (("contact", "By zone and contact"), ("zone", "By zone"), ("block", "By block"),
-          ("unit", "By unit"))  # fmt: skip
+GROUPS = (("contact", "By zone and contact"), ("zone", "By zone"),
+          ("region", "By region"), ("block", "By block"), ("unit", "By unit"))  # fmt: skip
 MOST_DETAILS = 6  # sums with a chart of their own: the largest ones
 MOST_REASONS = 20
 MILLION = 1e6

@@ -6,6 +6,7 @@ import csv
 import io
 import math
 import os
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from geosurf.conventions import counted, did_you_mean, is_number, is_word, volum
 from geosurf.ensemble.record import expect_ensemble
 from geosurf.errors import InputError
 from geosurf.model.expected import listed, path_of
+from geosurf.model.regions import opposite, sides_of_block
 from geosurf.model.units import INCLUDE, INTERVALS
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -36,7 +38,7 @@ def quantile_csv(result: xarray.Dataset, by: str, include: str = "reservoir") ->
     ----------
     result : xarray.Dataset
         Of `run_ensemble`.
-    by : {"unit", "zone", "block", "contact"}
+    by : {"unit", "zone", "region", "block", "contact"}
     include : {"reservoir", "all"}
 
     Returns
@@ -63,7 +65,7 @@ def quantile_text(result: xarray.Dataset, by: str = "contact", include: str = "r
     ----------
     result : xarray.Dataset
         Of `run_ensemble`.
-    by : {"unit", "zone", "block", "contact"}
+    by : {"unit", "zone", "region", "block", "contact"}
     include : {"reservoir", "all"}
 
     Returns
@@ -84,7 +86,7 @@ def quantile_text(result: xarray.Dataset, by: str = "contact", include: str = "r
     return "\n".join([*lines, *filter(None, [left_out(result, include)])])
 
 
-BY = ("unit", "zone", "block", "contact")
+BY = ("unit", "zone", "region", "block", "contact")
 EXCEEDED = (90, 50, 10)  # %: P90 is exceeded by 90 % of the realisations
 LEAST = 10  # realisations for a tornado
 TAIL = 0.2  # of the realisations: those with a low or high value of a parameter
@@ -130,6 +132,9 @@ def open_ensemble(store: str | os.PathLike[str]) -> xarray.Dataset:
                 else result.assign({name: (result[name].dims, values)})
             )
     result = result.set_coords(["zone", "block", "contact", "parameter_unit"])
+    words = [*result.attrs.pop("regions", ())]  # stores that were begun earlier do not state them
+    names = regions_of(result.zone.values, result.block.values, words)
+    result = result.assign_coords(region=("unit", np.array(names, dtype=object)))
     # Stores that were begun earlier have no distributions in words.
     if "parameter_distribution" in result:
         result = result.set_coords("parameter_distribution")
@@ -139,6 +144,35 @@ def open_ensemble(store: str | os.PathLike[str]) -> xarray.Dataset:
     unfinished = result.status.values == 0
     result["volume"] = result.volume.where(~unfinished[:, None])
     return result
+
+
+def regions_of(zones: Sequence[str], blocks: Sequence[str], words: Sequence[str]) -> list[str]:
+    """
+    Return the region of the base case that each block of a zone belongs to; '' for none.
+
+    A block that the base case does not have belongs to the region of one that lies on no opposite
+    side of a fault, and on the most sides that it lies on: of several the first, in the largest
+    region.
+
+    Examples
+    --------
+    >>> base = ["T/B", "F1+", "A", "T/B", "F1-", "B"]
+    >>> regions_of(["T/B", "T/B", "below B"], ["F1-", "F1+ F2-", "whole"], base)
+    ['B', 'A', '']
+    """
+    known = list(zip(words[0::3], words[1::3], words[2::3], strict=True))
+    exact = {(zone, block): region for zone, block, region in known}
+    found = []
+    for zone, block in zip(zones, blocks, strict=True):
+        sides = sides_of_block(block)
+        others = {opposite(side) for side in sides}
+        fits = [
+            (len(sides & sides_of_block(other)), -k, region)
+            for k, (its_zone, other, region) in enumerate(known)
+            if its_zone == zone and not others & sides_of_block(other)
+        ]
+        found.append(exact.get((zone, block)) or max(fits, default=(0, 0, ""))[2])
+    return found
 
 
 def included(result: xarray.Dataset, include: str) -> xarray.Dataset:
@@ -182,7 +216,7 @@ def volumes_by(
     ----------
     result : xarray.Dataset
         Of `run_ensemble`.
-    by : {"unit", "zone", "block", "contact"}
+    by : {"unit", "zone", "region", "block", "contact"}
         Over what units are summed. ``"contact"``: zone and contact interval.
     include : {"reservoir", "all"}
         ``"all"``: also over- and underburden, which the results hold as well.
@@ -253,7 +287,7 @@ def quantiles(
     ----------
     result : xarray.Dataset
         Of `run_ensemble`.
-    by : {"unit", "zone", "block", "contact"}
+    by : {"unit", "zone", "region", "block", "contact"}
         As for `volumes_by`.
     exceeded : tuple of float
         Percentages: P90 is the volume that 90 % of the realisations exceed.
@@ -305,7 +339,7 @@ def quantiles(
     sums = [math.fsum(base[[one == name for one in labels]].tolist()) for name in names]
     data["base"] = (by, np.array(sums), metric)
     if by == "unit":
-        coords |= {k: (by, result[k].values) for k in BY[1:]}
+        coords |= {k: (by, result[k].values) for k in BY[1:] if k in result.coords}
     attrs = {"n": len(values), "failed": int((result.status.values == 2).sum())}
     return xr.Dataset(data, coords=coords, attrs=attrs)
 
@@ -322,7 +356,7 @@ def convergence(
         Of `run_ensemble`.
     name : str
         Of a unit, or of what `by` sums over.
-    by : {"unit", "zone", "block", "contact"}
+    by : {"unit", "zone", "region", "block", "contact"}
     include : {"reservoir", "all"}
         As for `volumes_by`.
 
@@ -366,7 +400,7 @@ def tornado(
         Of `run_ensemble`.
     name : str
         Of a unit, or of what `by` sums over.
-    by : {"unit", "zone", "block", "contact"}
+    by : {"unit", "zone", "region", "block", "contact"}
     include : {"reservoir", "all"}
         As for `volumes_by`.
 

@@ -174,7 +174,8 @@ class EnsembleStore:
             PairAreas.create(self.array, REGION)
         self.group.attrs.update(
             {"title": "geosurf ensemble", "seed": str(self.plan.seed),
-             "reservoir": list(self.plan.reservoir), "identity": self.plan.identity}
+             "reservoir": list(self.plan.reservoir), "regions": self.plan.regions,
+             "identity": self.plan.identity}
         )  # fmt: skip
 
     def array(

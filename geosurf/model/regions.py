@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
@@ -21,6 +22,7 @@ HOW = (
     "Give {name: (easting, northing)}, {name: polygon} or {name: ('F1+', 'F2-')}: a place in the "
     "region, corners around it (n, 2) or a file of them, or sides of faults."
 )
+_SIDE = re.compile(r"\S.*?[+-](?=\s|$)")
 _DIGITS = 9  # volumes that agree to this many digits are equal: rounding does not rank them
 
 
@@ -172,6 +174,17 @@ class RegionFinder(Protocol):
     @property
     def found(self) -> Regions:
         """The regions."""
+
+
+def sides_of_block(block: str) -> frozenset[str]:
+    """The sides of faults in the name of a block.
+
+    Examples
+    --------
+    >>> sorted(sides_of_block("F1+ F2 (1)- #2")), sides_of_block("whole")
+    (['F1+', 'F2 (1)-'], frozenset())
+    """
+    return frozenset(_SIDE.findall(block.partition(" #")[0]))
 
 
 def opposite(side: str) -> str:

@@ -247,6 +247,23 @@ def test_tables_samples_wells_closures_and_files_have_it(worlds, tmp_path):
     assert table.head == ("Zone", *scene.regions, "all regions")
 
 
+def test_ensembles_have_those_of_the_base_case():
+    from geosurf.ensemble import DepthShift, Uniform, quantiles, volumes_by
+
+    scene = halves(450.0, regions={"West": ("F-",)})
+    shift = DepthShift("M", Uniform(-30.0, 30.0))
+    result = gs.run_ensemble(scene, 4, uncertain=[shift], progress=False)
+    sums = volumes_by(result, "region")
+    assert set(sums.region.values) == {"A", "West"}
+    assert sums.sum("region").values == pytest.approx(
+        volumes_by(result, "zone").sum("zone").values, rel=1e-12
+    )
+    found = quantiles(result, "unit")
+    assert found.region.sel(unit="T/M F-").item() == "West"
+    base = quantiles(result, "region").base.sel(region="West").item()
+    assert base == pytest.approx(scene.table(by="region").volume.sel(region="West").item())
+
+
 def test_scenarios_name_them(tmp_path):
     world = gs.synthetic.tilted_planes(n=5)
     for name, one in world.horizons.items():
