@@ -286,7 +286,7 @@ def labels_of(units: Units) -> dict[str, tuple[str, np.ndarray]]:
 
 def sums_of(units: Units, by: Any) -> xarray.Dataset:
     """Return the sums of volumes by some labels, see `Scene.table`."""
-    import xarray as xr
+    import pandas
 
     keys = (by,) if isinstance(by, str) else by
     if not isinstance(keys, list | tuple) or not keys or len(set(keys)) < len(keys) or any(
@@ -295,26 +295,21 @@ def sums_of(units: Units, by: Any) -> xarray.Dataset:
         raise InputError(
             f"by is {by!r}; give one of {', '.join(SUMMED)}, or several: by=('region', 'zone')."
         )
-    parts: dict[tuple[str, ...], list[float]] = {}
-    for unit in units.values():
-        parts.setdefault(tuple(getattr(unit, key) for key in keys), []).append(unit.volume)
+    each = list(units.values())
+    columns = {key: [getattr(unit, key) for unit in each] for key in keys}
+    volumes = pandas.Series([unit.volume for unit in each], dtype=float, name="volume")
+    sums = volumes.groupby([pandas.Index(columns[key], name=key) for key in keys]).agg(math.fsum)
 
     # zones from the top down, regions by size, contact intervals from above to below
-    names = [list(dict.fromkeys(one)) for one in zip(*parts, strict=True)] or [[] for _ in keys]
-    order = {"region": list(units.regions), "contact": sorted(
-        dict.fromkeys(unit.contact for unit in units.values()),
-        key=lambda name: INTERVALS.get(name.partition(" ")[0], 0),
-    )}  # fmt: skip
-    for axis, key in zip(names, keys, strict=True):
-        if key in order:
-            axis.sort(key=lambda name, of=order[key]: of.index(name) if name in of else -1)  # type: ignore[misc]
-    sums = np.zeros([len(axis) for axis in names])
-    for label, volumes in parts.items():
-        place = tuple(axis.index(word) for axis, word in zip(names, label, strict=True))
-        sums[place] = math.fsum(volumes)
+    order = {key: list(dict.fromkeys(words)) for key, words in columns.items()}
+    if "region" in order:
+        order["region"].sort(key=lambda name: [*units.regions, name].index(name))
+    if "contact" in order:
+        order["contact"].sort(key=lambda name: INTERVALS.get(name.partition(" ")[0], 0))
+    found = sums.to_xarray().reindex(order).fillna(0.0)
     attrs = {"units": "m3", "long_name": "gross rock volume (GRV)"}
-    coords = {key: np.array(axis, dtype=object) for key, axis in zip(keys, names, strict=True)}
-    return xr.Dataset({"volume": (tuple(keys), sums, attrs)}, coords, _crs(units))
+    table: xarray.Dataset = found.assign_attrs(attrs).to_dataset()
+    return table.assign_attrs(_crs(units))
 
 
 def _crs(units: Units) -> dict[str, str]:

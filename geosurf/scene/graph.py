@@ -617,5 +617,5 @@ class Graph:
         """Return all warnings so far: first of the whole model, then by surface."""
         # in the order of the inputs, whatever ran first; those of the whole model lead
         rank = {name: i for i, name in enumerate(self.inputs.names)}
-        found = self.memory.warnings
+        found = [*self.memory.warnings, *(self._regions.warnings if self._regions else ())]
         return tuple(sorted(found, key=lambda one: (rank.get(one.subject, -1), str(one))))

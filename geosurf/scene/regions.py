@@ -14,7 +14,7 @@ from geosurf.measure.regions import overlap, region_map, regions_by_name
 from geosurf.model import Patches, Units
 from geosurf.model.regions import KnownRegions, Regions, label_regions
 from geosurf.scene.surfaces import opened_outline
-from geosurf.warning import warn
+from geosurf.warning import issue
 
 
 class NamedRegions:
@@ -33,6 +33,7 @@ class NamedRegions:
         self, patches: Patches, units: Units, given: Mapping[str, Any], known: KnownRegions | None
     ) -> None:
         self.patches, self.units, self.given, self.known = patches, units, given, known
+        self.warnings: list[GeosurfWarning] = []
 
     @cached_property
     def found(self) -> Regions:
@@ -55,7 +56,8 @@ class NamedRegions:
         found = Regions(proposals, labels)
         for name in self.given:
             if name not in found:
-                warn(_lost(name))
+                self.warnings.append(_lost(name))
+                issue(self.warnings[-1])
         self.known = None  # the model before is no longer needed
         return found
 

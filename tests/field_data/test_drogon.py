@@ -106,3 +106,19 @@ def by_zone(units) -> list[float]:
     """Volume of each zone, over all its blocks."""
     zone = units.table["zone_index"].values
     return np.bincount(zone, units.table["volume"].values).tolist()
+
+
+def test_regions_are_the_segments_that_a_modeller_draws(drogon_horizons, drogon_faults):
+    """Seven through all zones with virtual walls; pieces of faults that just miss are remnants."""
+    faults = {f.name: f for f in drogon_faults}
+    scene = gs.Scene({h.name: h for h in drogon_horizons}, faults, compartments=True)
+    found = list(scene.regions.values())
+    assert len(found) == 7
+    for region in found:
+        large = [block for block in region.blocks if block not in region.remnants]
+        assert {zone for zone, _ in large} == set(scene.reservoir)
+    whole = sum(u.volume for u in scene.units.included().values())
+    small = [b for region in found for b in region.remnants]
+    rest = sum(u.volume for u in scene.units.values() if (u.zone, u.block) in small)
+    assert len(small) > 40
+    assert rest < 0.001 * whole

@@ -183,13 +183,23 @@ def test_names_survive_a_chain_of_replace():
     assert pickle.loads(pickle.dumps(back)).sample([west]).region.item() == "B"
 
     # user's names go on as well, and new ones leave the others their letters
-    named = more.replace(regions={"North": (50.0, 900.0)})
+    spot = 50.0, 900.0
+    named = more.replace(regions={"North": spot})
     assert named.sample([(50.0, 900.0, -150.0)]).region.item() == "North"
     assert {"A", "C", "D"} < set(named.regions)
     moved = named.replace(faults={"F": halves(600.0).surface("F")})
     assert moved.sample([(50.0, 900.0, -150.0)]).region.item() == "North"
-    one = named.replace(faults={"F": None, "G": None})
-    assert list(one.regions) == ["North"] or "North" in {w.subject for w in one.warnings}
+
+    # one block is left: one of the four names stays, and a name of a user does not go silently
+    one = named.replace(faults={"F": None, "G": None}, regions={"NW": spot, "SE": (950.0, 50.0)})
+    with pytest.raises(InputError, match="name one region"):
+        _ = one.regions
+    both = more.replace(regions={"NW": spot, "SE": (950.0, 50.0)})
+    assert {"NW", "SE"} < set(both.regions)
+    one = both.replace(faults={"F": None, "G": None})
+    with pytest.warns(gs.GeosurfWarning, match="Region '(NW|SE)' is gone"):
+        assert len(one.regions) == 1
+    assert "region" in {warning.kind for warning in one.warnings}
 
 
 def test_names_of_users(tmp_path):
