@@ -12,7 +12,7 @@ import numpy as np
 from geosurf.conventions import known_names, place
 from geosurf.errors import InputError
 from geosurf.measure.closures import area_in_map, clipped
-from geosurf.measure.faces import faces_of
+from geosurf.measure.faces import edge_keys, faces_of
 from geosurf.measure.locate import boundaries_of, locator_of
 from geosurf.measure.places import well_intervals
 from geosurf.model import Patches, Unit, Units
@@ -69,6 +69,40 @@ def regions_by_name(
                     "one out, or continue a fault between them: compartments=['F1']."
                 )
             found[k] = name
+    return found
+
+
+def region_labels(patches: Patches, units: Units, horizon: str) -> dict[str, np.ndarray]:
+    """
+    Return a place on a horizon for the name of each region below it, float64 (1, 3).
+
+    The middle of the triangle that is farthest from the rim of the region there.
+
+    Examples
+    --------
+    >>> import geosurf as gs
+    >>> world = gs.synthetic.graben(n=9)
+    >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+    >>> places = region_labels(scene.patches, scene.units, "Top")
+    >>> {name: place.round().tolist()[0][:2] for name, place in places.items()}
+    {'A': [2292.0, 1167.0], 'B': [833.0, 2833.0], 'C': [4167.0, 3167.0]}
+    """
+    from scipy.spatial import KDTree
+
+    faces = faces_of(patches, units, horizon, "horizon")
+    down = area_in_map(faces.x, faces.triangles) < 0.0
+    below = faces.sides[np.arange(len(down)), np.where(down, 0, 1)]
+    names = np.array([*(unit.region for unit in units.values()), ""], dtype=object)[below]
+    found = {}
+    for name in units.regions:
+        t = faces.triangles[names == name]
+        if len(t):
+            key, count = np.unique(edge_keys(t, len(faces.x)), return_counts=True)
+            ends = np.stack(np.divmod(key[count == 1], len(faces.x)), axis=1)
+            middles = faces.x[t].mean(axis=1)
+            rim = np.concatenate([faces.x[ends[:, 0]], faces.x[ends].mean(axis=1)])
+            away = KDTree(rim[:, :2]).query(middles[:, :2])[0]
+            found[name] = middles[[int(np.argmax(away))]] + faces.origin
     return found
 
 

@@ -182,6 +182,7 @@ _TOLD = {
     "label": "unit or surface",
     "zone": "zone of the unit",
     "block": "block of the unit",
+    "region": "region of the unit",
     "contact": "interval of the unit between fluid contacts",
     "closed": "whether the line is a ring",
 }
@@ -386,7 +387,7 @@ def _rings(units: Units, leg: _Leg) -> list[Any]:
                 # rings are closed on the whole plane first, then cut at the ends of the leg
                 part = _clipped(points[ring], leg.length)
                 if len(part) > 2:
-                    words = ("unit", unit.name, unit.zone, unit.block, unit.contact, 1)
+                    words = ("unit", unit.name, unit.zone, unit.block, unit.region, unit.contact, 1)
                     found.append((leg.placed(part), words, _area(part)))
     return found
 
@@ -414,7 +415,7 @@ def _lines(patches: Patches, units: Units, leg: _Leg) -> list[Any]:
         edges = np.unique(np.sort(segments, axis=1), axis=0)
         for chain in chains_of(edges[edges[:, 0] != edges[:, 1]], x):
             for part in _within(points[chain], leg.length):
-                words = (source.role, name, "", "", "", 0)
+                words = (source.role, name, "", "", "", "", 0)
                 found.append((leg.placed(part), words, 0.0))
     return found
 

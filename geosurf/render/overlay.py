@@ -95,6 +95,9 @@ def draw_on_map(sheet: Sheet, axes: Axes, overlay: PictureOverlay) -> list[Entry
         for part in parts:
             _plot(sheet, axes, part[:, :2], WELL)
     _mark(sheet, axes, {name: parts[0][0, :2] for name, parts in overlay.wells.items()})
+    for words, parts in overlay.labels.items():
+        for x, y in np.concatenate(parts)[:, :2].tolist():
+            halo_text(sheet, axes, (x, y), words, 15.0, fontweight="bold", zorder=7.0)
     return list(_legend(overlay))
 
 
@@ -396,6 +399,8 @@ class PictureOverlay:
         `Scene.fault_polygons` [m], or lines and polygons of geopandas and shapely. One whose elevations are all 0 has no elevation.
     points : mapping of str to array_like of float, shape (n, 3)
         Data points by name, such as results of `read_points` [m].
+    labels : mapping of str to array_like of float, shape (n, 2) or (n, 3)
+        Words that maps have at places, such as results of `Scene.region_labels` [m].
 
     Raises
     ------
@@ -414,26 +419,28 @@ class PictureOverlay:
     wells: Mapping[str, Any] = field(default_factory=dict)
     polygons: Mapping[str, Any] = field(default_factory=dict)
     points: Mapping[str, Any] = field(default_factory=dict)
+    labels: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         # a table of many wells, as `read_wells` returns it
         object.__setattr__(self, "wells", _wells_of_table(self.wells))
         # all coordinates as tuples of arrays, so that pictures need not look at them
-        for what, widths in (("wells", (3,)), ("polygons", (2, 3)), ("points", (3,))):
+        kinds = ("wells", (3,)), ("polygons", (2, 3)), ("points", (3,)), ("labels", (2, 3))
+        for what, widths in kinds:
             object.__setattr__(self, what, _checked(what, getattr(self, what), widths))
 
     def arrays(self) -> tuple[Any, ...]:
         """Return all names and arrays in order: what a picture depends on."""
-        kinds = (("wells", self.wells), ("polygons", self.polygons), ("points", self.points))
+        kinds = ("wells", "polygons", "points", "labels")
         return tuple(
             item
-            for kind, parts in kinds
+            for kind, parts in ((kind, getattr(self, kind)) for kind in kinds)
             for name, arrays in parts.items()
             for item in (kind, name, *arrays)
         )
 
     def __bool__(self) -> bool:
-        return bool(self.wells or self.polygons or self.points)
+        return bool(self.wells or self.polygons or self.points or self.labels)
 
 
 def overlay_of(overlay: Any) -> PictureOverlay:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
 from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
@@ -280,6 +280,7 @@ class ScenePlots:
         *,
         clip: bool = True,
         closures: Any = False,
+        regions: bool = False,
         overlay: PictureOverlay | None = None,
         **look: Unpack[FlatLook],
     ) -> Any:
@@ -293,6 +294,8 @@ class ScenePlots:
         closures : bool or result of `Scene.closures`
             Whether closures are drawn, with crests, spill points and leaks; True: with faults that
             all hold.
+        regions : bool
+            Whether the names of regions are written on the map.
         overlay : PictureOverlay, optional
             Wells, polygons and data points that are drawn with the model.
         **look
@@ -320,6 +323,9 @@ class ScenePlots:
         surface, curves, options = map_of(self._scene, horizon, clip)
         if closures is not False:
             options["closures"] = self._scene.closures(horizon) if closures is True else closures
+        if flag_of(regions, "regions"):
+            labels = {**self._scene.region_labels(horizon), **overlay.labels}
+            overlay = replace(overlay, labels=labels)
         return plotted(draw_map, surface, curves, overlay=overlay, **options, **checked)
 
     def thickness(

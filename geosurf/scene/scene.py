@@ -21,6 +21,7 @@ from geosurf.conventions.running import running
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.measure.locate import boundaries_of, locator_of
 from geosurf.measure.places import intervals_of_wells, well_intervals, wells_of
+from geosurf.measure.regions import region_labels
 from geosurf.measure.section import check_line
 from geosurf.measure.volumetrics import fluids_in_place
 from geosurf.model import Certificate, FluidContact, Patches, Sheet, TriSurface, Units
@@ -537,6 +538,25 @@ class Scene:
         """
         found = self._graph.units_at_levels
         return (self.units if found is None else found).regions
+
+    def region_labels(self, horizon: str) -> dict[str, np.ndarray]:
+        """Return a place for the name of each region on a horizon, far from its rim.
+
+        Parameters
+        ----------
+        horizon : str
+
+        Returns
+        -------
+        dict of str to ndarray of float64, shape (1, 3)
+            Easting, northing and elevation [m], by name; as `PictureOverlay` takes labels.
+
+        Raises
+        ------
+        InputError
+            For an unknown horizon.
+        """
+        return region_labels(self.patches, self.units, horizon)
 
     @property
     def volumes(self) -> xarray.DataArray:
@@ -1065,7 +1085,7 @@ class Scene:
         # checked and turned into an array first, so that lists and arrays have one key
         corners = check_line(line)
         run = lambda: measure.vertical_section(self.patches, self.units, corners)  # noqa: E731
-        return self._measured("section", run, corners.tobytes())
+        return self._measured("section", run, corners.tobytes(), self._graph.regions_key)
 
     def cutoffs(self, horizon: str, fault: str, side: str | None = None) -> list[np.ndarray]:
         """Return the lines where a horizon meets a fault, or those on one wall of it.

@@ -245,6 +245,10 @@ def test_tables_samples_wells_closures_and_files_have_it(worlds, tmp_path):
         names = (found[key].values.ravel() for key in ("unit", "region"))
         for unit, region in zip(*names, strict=True):
             assert region == (scene.units[unit].region if unit else "")
+    for name, place in scene.region_labels("H1").items():
+        assert scene.sample(place - [0.0, 0.0, 1e-6]).region.item() == name
+    words = scene.plot.map("H1", regions=True, size=(640, 400)).axes[1].texts
+    assert {*scene.regions} & {one.get_text() for one in words}
     gs.write(scene.units, tmp_path / "units.csv")
     head, *rows = (tmp_path / "units.csv").read_text().splitlines()
     column = head.split(",").index("region")
