@@ -26,7 +26,7 @@ from geosurf.model.column import ELSEWHERE
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
 
-OpenMap = Callable[[Any, str], Lattice]  # value and the name of the argument -> its grid
+OpenMap = Callable[[Any, str], Lattice | None]  # value, name of the argument -> its grid
 
 # each argument needs those before it, and leads to one column more
 ARGUMENTS = ("net_to_gross", "porosity", "water_saturation", "formation_volume_factor")
@@ -34,19 +34,17 @@ FLUIDS = ("oil", "gas", "water")
 # above and below a contact, by the letters in its name
 OF_CONTACTS = {"owc": ("oil", "water"), "goc": ("gas", "oil"), "gwc": ("gas", "water")}
 _LETTERS = re.compile(r"(?<![a-z])(owc|goc|gwc)(?![a-z])", re.IGNORECASE)
-LABELS = ("zone", "region", "block", "contact")  # of units, for entries of mappings
 
-M3, SM3 = ("m3", 1.0), ("Sm3", 1.0)
-ACRE_FEET, BARRELS = ("acre-ft", 1233.48183754752), ("bbl", 0.158987294928)
-STOCK_TANK, CUBIC_FEET = ("stb", 0.158987294928), ("scf", 0.028316846592)
-# column -> meaning, its unit and that in m3, then the same in oil-field units
-COLUMNS = {
-    "bulk": ("gross rock volume (GRV)", M3, ACRE_FEET),
-    "net": ("net rock volume", M3, ACRE_FEET),
-    "pore": ("pore volume of net rock", M3, BARRELS),
-    "hydrocarbon_pore": ("hydrocarbon pore volume (HCPV)", M3, BARRELS),
-    "stoiip": ("stock-tank oil initially in place (STOIIP)", SM3, STOCK_TANK),
-    "giip": ("free gas initially in place (GIIP)", SM3, CUBIC_FEET),
+BARREL = 0.158987294928  # [m3]
+SIZES = {"m3": 1.0, "Sm3": 1.0, "acre-ft": 1233.48183754752, "bbl": BARREL, "stb": BARREL,
+         "scf": 0.028316846592}  # fmt: skip
+COLUMNS = {  # meaning, unit of measure in each system
+    "bulk": ("gross rock volume (GRV)", "m3", "acre-ft"),
+    "net": ("net rock volume", "m3", "acre-ft"),
+    "pore": ("pore volume of net rock", "m3", "bbl"),
+    "hydrocarbon_pore": ("hydrocarbon pore volume (HCPV)", "m3", "bbl"),
+    "stoiip": ("stock-tank oil initially in place (STOIIP)", "Sm3", "stb"),
+    "giip": ("free gas initially in place (GIIP)", "Sm3", "scf"),
 }
 SYSTEMS = ("metric", "field")
 EVEN = 1e-6  # of a step: a grid with 2-D coordinates that is off by more is curvilinear
@@ -98,8 +96,8 @@ class Factor:
                     f"regions, blocks, contact intervals and fluids are {known_names(known, word)}"
                 )
 
-    def most_specific(self, unit: str, words: set[str]) -> Any:
-        """Return the value for a unit; None if no entry is for it."""
+    def key_of(self, unit: str, words: set[str]) -> frozenset[str] | None:
+        """Return the most specific entry for a unit; None if there is none."""
         fits = [key for key in self.entries if key <= words]
         best = [key for key in fits if len(key) == max(map(len, fits))]
         if len(best) > 1:
@@ -108,17 +106,17 @@ class Factor:
                 f"{self.name} has entries for {first} and for {second}, and unit {unit!r} belongs "
                 f"to both. Add an entry for both together: {(*sorted(best[0] | best[1]),)}."
             )
-        return self.entries[best[0]] if best else None
+        return best[0] if best else None
 
     def value_of(self, unit: str, words: set[str]) -> Any:
         """Return the value for a unit, or an error that states what to give."""
-        found = self.most_specific(unit, words)
-        if found is None:
+        key = self.key_of(unit, words)
+        if key is None:
             raise InputError(
                 f"{self.name} has no value for unit {unit!r}. Add an entry for one of "
                 f"{sorted(words)}, or for {ELSEWHERE!r}."
             )
-        return found
+        return self.entries[key]
 
 
 def _listed(words: frozenset[str]) -> str:
@@ -135,7 +133,7 @@ def factors_of(given: Mapping[str, Any], open_map: OpenMap) -> list[Factor]:
     given : mapping of str to object
         By the names of `ARGUMENTS`; None: not given. Numbers, maps, or mappings of words to these.
     open_map : callable
-        Returns the grid of a map.
+        Returns the grid of a map; None: maps are not looked at.
 
     Raises
     ------
@@ -149,41 +147,39 @@ def factors_of(given: Mapping[str, Any], open_map: OpenMap) -> list[Factor]:
     {frozenset(): 0.8}
     """
     names = [name for name in ARGUMENTS if given.get(name) is not None]
-    for name, needed in zip(names or ARGUMENTS[:1], ARGUMENTS, strict=False):
-        if name != needed or not names:
-            how = "Give 1.0 if all rock counts as net." if needed == ARGUMENTS[0] else "Give it."
-            what = f"{name} needs {needed}, which" if names else needed
-            raise InputError(f"volumetrics: {what} is missing. {how}")
+    for needed, name in zip(ARGUMENTS, names or [""], strict=False):
+        if name != needed:
+            raise InputError(
+                f"volumetrics needs {needed}, which is missing. Of net_to_gross, 1.0 counts all "
+                "rock as net."
+            )
 
     def check(value: Any, what: str) -> Any:
         """A number as float, anything else as a grid."""
         if is_number(value):
-            _check_range(np.array([value], dtype=np.float64), what)
+            _check_range(float(value), float(value), what)
             return float(value)
-        if value is None or isinstance(value, bool | int | float | complex):
-            raise InputError(
-                f"{what} is {value!r}; give a number, or a map over easting, northing."
-            )
         lattice = open_map(value, what)
-        _check_range(lattice.elevation[np.isfinite(lattice.elevation)], what)
+        if lattice is not None:
+            _check_range(float(np.nanmin(lattice.elevation)), _largest(lattice), what)
         return lattice
 
     return [Factor.of(name, given[name], check) for name in names]
 
 
-def _check_range(values: np.ndarray, what: str) -> None:
+def _check_range(low: float, high: float, what: str) -> None:
     """Refuse values that cannot be."""
-    low, high = float(values.min()), float(values.max())
-    shown = f"{low:g}" if low == high else f"from {low:g} to {high:g}"
+    wrong, allowed = not 0.0 <= low <= high <= 1.0, "from 0 to 1 (divide percent by 100)"
     if what.startswith(ARGUMENTS[3]):
-        if low <= 0.0:
-            raise InputError(
-                f"{what} is {shown}; it must be above 0: volume in the reservoir over volume at "
-                "surface conditions."
-            )
-    elif not 0.0 <= low <= high <= 1.0:
-        percent = " Divide percent by 100." if 1.0 < high <= 100.0 else ""
-        raise InputError(f"{what} is {shown}; it must be from 0 to 1.{percent}")
+        wrong, allowed = low <= 0.0, "above 0: volume in the reservoir over volume at the surface"
+    if wrong:
+        shown = f"{low:g}" if low == high else f"from {low:g} to {high:g}"
+        raise InputError(f"{what} is {shown}; it must be {allowed}.")
+
+
+def _largest(value: Any) -> float:
+    """A number, or the largest value of a grid."""
+    return float(value if is_number(value) else np.nanmax(value.elevation))
 
 
 def fluids_rule(fluids: Any) -> Factor:
@@ -199,21 +195,18 @@ def fluids_rule(fluids: Any) -> Factor:
 
 def fluid_of(unit: Unit, words: set[str], rule: Factor) -> str:
     """Return the fluid of a unit: as users say, else by the names of contacts; '' if unknown."""
-    said = rule.most_specific(unit.name, words)
-    everywhere = rule.entries.get(frozenset())
-    if said is not None and said is not everywhere:
-        return str(said)
+    key = rule.key_of(unit.name, words)
+    if key:
+        return str(rule.entries[key])
 
-    # of the contact above the unit what is below it, of the contact below what is above
-    above = unit.beneath[-1] if unit.beneath else ""
-    below = unit.contact.removeprefix("above ") if not above else unit.contact[len(above) + 1 :]
-    found = set()
-    for name, side in ((above, 1), (below if not unit.contact.startswith("below ") else "", 0)):
+    # what lies below the contact above the unit, and above the contact below it
+    above, sides = unit.beneath[-1] if unit.beneath else "", []
+    below = unit.contact[len(above) + 1 :] if above else unit.contact.removeprefix("above ")
+    for name, side in ((above, 1), ("" if unit.contact.startswith("below ") else below, 0)):
         letters = _LETTERS.search(name)
-        if name:
-            found.add(OF_CONTACTS[letters[1].lower()][side] if letters else "")
-    known = found.pop() if len(found) == 1 else ""
-    return known or everywhere or ""
+        sides += [OF_CONTACTS[letters[1].lower()][side] if letters else ""] if name else []
+    known = sides[0] if len(set(sides)) == 1 else ""
+    return known or str(rule.entries.get(frozenset(), ""))
 
 
 def fluids_in_place(
@@ -247,37 +240,27 @@ def fluids_in_place(
         raise InputError(f"units is {system!r}; it must be one of {', '.join(SYSTEMS)}.")
     rule = fluids_rule(fluids)
     part = units.included(include)
-    labels = units.volumes.coords
-    words_of = {
-        name: {str(labels[key].values[row]) for key in LABELS if key in labels} - {""}
-        for row, name in enumerate(units)
-    }
-    known = list(dict.fromkeys(word for words in words_of.values() for word in sorted(words)))
+    words_of = {u.name: {u.zone, u.region, u.block, u.contact} - {""} for u in units.values()}
+    known = sorted(set().union(*words_of.values()))
     rule.refuse_unknown(known)
     for factor in factors:
         factor.refuse_unknown([*known, *FLUIDS])
 
     values = np.zeros((len(part), len(COLUMNS)))
-    of = {}
+    of = []
     for row, unit in enumerate(part.values()):
-        fluid = of[unit.name] = fluid_of(unit, words_of[unit.name], rule)
-        chain = _chain(unit, factors, words_of[unit.name] | {fluid} - {""}, fluid)
+        of.append(fluid_of(unit, words_of[unit.name], rule))
+        chain = _chain(unit, factors, words_of[unit.name] | {of[row]} - {""}, of[row])
         values[row, : len(chain) + 1] = unit.volume, *_in_steps(unit, chain)
-    if len(factors) == len(ARGUMENTS):  # the last column has both fluids
-        gas = np.array([fluid == "gas" for fluid in of.values()], dtype=bool)
-        values[:, 5], values[:, 4] = (
-            np.where(gas, values[:, 4], 0.0),
-            np.where(gas, 0.0, values[:, 4]),
-        )
+        if of[row] == "gas":
+            values[row, 4:] = 0.0, values[row, 4]
 
     shown = list(COLUMNS)[: len(factors) + 1 + (len(factors) == len(ARGUMENTS))]
     data = {}
     for k, key in enumerate(shown):
-        words, *by_system = COLUMNS[key]
-        unit_of_measure, size = by_system[SYSTEMS.index(system)]
-        attrs = {"units": unit_of_measure, "long_name": words}
-        data[key] = ("unit", values[:, k] / size, attrs)
-    column = np.array(list(of.values()), dtype=object)
+        attrs = {"units": COLUMNS[key][1 + SYSTEMS.index(system)], "long_name": COLUMNS[key][0]}
+        data[key] = ("unit", values[:, k] / SIZES[attrs["units"]], attrs)
+    column = np.array(of, dtype=object)
     crs = {} if units.crs is None else {"crs": units.crs}
     return xr.Dataset(data, part.volumes.coords, crs).assign_coords(fluid=("unit", column))
 
@@ -287,11 +270,9 @@ def _chain(unit: Unit, factors: Sequence[Factor], words: set[str], fluid: str) -
     chain: list[Any] = []
     for factor in factors:
         if factor.name in ARGUMENTS[2:] and not fluid:
-            where = f" ({unit.contact})" if unit.contact else ""
             raise InputError(
-                f"the fluid of unit {unit.name!r}{where} is not known. Name contacts OWC, GOC or "
-                f'GWC, or give it: fluids={{"{unit.contact or unit.zone}": "oil"}}, or "gas" or '
-                '"water".'
+                f"the fluid of unit {unit.name!r} is not known. Name contacts OWC, GOC or GWC, or "
+                f'give oil, gas or water: fluids={{"{unit.contact or unit.zone}": "oil"}}.'
             )
         if factor.name in ARGUMENTS[2:] and fluid == "water":
             chain.append(0.0)
@@ -300,12 +281,11 @@ def _chain(unit: Unit, factors: Sequence[Factor], words: set[str], fluid: str) -
         if factor.name == ARGUMENTS[2]:
             value = _changed(value, lambda sw: 1.0 - sw)
         elif factor.name == ARGUMENTS[3]:
-            largest = value if is_number(value) else float(np.nanmax(value.elevation))
-            if fluid == "gas" and largest >= 1.0:
+            if fluid == "gas" and _largest(value) >= 1.0:
                 raise InputError(
-                    f"formation_volume_factor is {largest:g} for gas in unit {unit.name!r}; gas "
-                    "expands on its way up, so it is below 1. Give it by fluid, as in "
-                    '{"oil": 1.3, "gas": 0.005}; of an expansion factor give the reciprocal.'
+                    f"{factor.name} is {_largest(value):g} for gas in unit {unit.name!r}; that of "
+                    'gas is below 1. Give it by fluid, as in {"oil": 1.3, "gas": 0.005}; of an '
+                    "expansion factor give the reciprocal."
                 )
             value = _changed(value, lambda factor: 1.0 / factor)
         chain.append(value)
@@ -320,26 +300,18 @@ def _changed(value: Any, change: Callable[[Any], Any]) -> Any:
 def _in_steps(unit: Unit, chain: Sequence[Any]) -> list[float]:
     """The volume of a unit times the first factors, the first two, and so on."""
     maps = {name: one for name, one in zip(ARGUMENTS, chain, strict=False) if not is_number(one)}
-    wanted = integrals(unit, maps) if maps else []
-    found, product, base = [], 1.0, unit.volume
-    for value in chain:
-        if is_number(value):
-            product *= value
-        else:
-            base = wanted.pop(0)
-        found.append(base * product)
-    return found
+    wanted = [unit.volume, *(integrals(unit, maps) if maps else ())]
+    n_map = np.cumsum([not is_number(one) for one in chain])
+    numbers = np.cumprod([one if is_number(one) else 1.0 for one in chain])
+    return [wanted[k] * of for k, of in zip(n_map, numbers.tolist(), strict=True)]
 
 
 def totals_in_words(found: xarray.Dataset) -> str:
     """Return what units hold in all, with units of measure."""
-    words: list[str] = []
-    for key, name in (("stoiip", "STOIIP"), ("giip", "GIIP"), ("pore", "pore volume")):
-        total = float(found[key].sum()) if key in found else 0.0
-        if total > 0.0 and (key != "pore" or not words):
-            unit = found[key].attrs["units"].replace("m3", "m³")
-            words.append(f"{name} {number_text(total / 1e6)} million {unit}")
-    return ", ".join(words) or "no hydrocarbons"
+    in_place = [found[key] for key in ("stoiip", "giip") if key in found and found[key].any()]
+    totals = ((one.attrs, float(one.sum()) / 1e6) for one in in_place or [found[list(found)[-1]]])
+    words = (f"{of['long_name']} {number_text(sum_)} million {of['units']}" for of, sum_ in totals)
+    return ", ".join(words).replace("m3", "m³")
 
 
 # ---- maps ----------------------------------------
@@ -383,22 +355,15 @@ class MapCells:
 
     def along(self, axis: int, places: np.ndarray) -> np.ndarray:
         """Coordinates of places (..., 2 or more) along an axis."""
-        moved = places[..., :2] - self.origin
-        return np.asarray(moved @ self.matrix[:, axis])
-
-    def has_lines_of(self, other: MapCells) -> bool:
-        """Whether the cells of two maps are the same."""
-        mine, theirs = ((one.origin, one.matrix, *one.axes) for one in (self, other))
-        return all(map(np.array_equal, mine, theirs))
+        return np.asarray((places[..., :2] - self.origin) @ self.matrix[:, axis])
 
     def at(self, cell: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Bilinear values at places (n, k, 2) in a cell (n, 2) each, and where there is none."""
         inside = np.clip(cell, 0, np.array(self.values.shape)[::-1] - 2)
-        shares = []
-        for axis, k in enumerate(inside.T):
-            low, width = self.axes[axis][k], np.diff(self.axes[axis])[k]
-            shares.append((self.along(axis, places) - low[:, None]) / width[:, None])
-        s, t = shares
+        s, t = (
+            (self.along(axis, places) - lines[k][:, None]) / np.diff(lines)[k][:, None]
+            for (axis, lines), k in zip(enumerate(self.axes), inside.T, strict=True)
+        )
         j, i = inside.T
         a, b, c, d = (self.values[i + p, j + q][:, None] for p in (0, 1) for q in (0, 1))
         values = a + s * (b - a) + t * ((c - a) + s * ((d - c) - (b - a)))
@@ -426,8 +391,7 @@ def integrals(unit: Unit, maps: Mapping[str, Lattice]) -> list[float]:
     corners = unit.local[unit.triangles]
     corners[..., 2] -= 0.5 * (corners[..., 2].min() + corners[..., 2].max())
     sums: list[list[float]] = [[] for _ in maps]
-    missed = [0.0 for _ in maps]
-    lost = [(0.0, corners[0, 0]) for _ in maps]  # the largest piece that a map does not cover
+    lost: dict[int, tuple[float, np.ndarray]] = {}  # area that a map does not cover, a place there
     for polygons, of_cell in _pieces(corners, cells):
         # fans of triangles from the first corner, then Gauss points in each
         fan = [0, 1, 2] + np.arange(polygons.shape[1] - 2)[:, None] * [0, 1, 1]
@@ -438,30 +402,25 @@ def integrals(unit: Unit, maps: Mapping[str, Lattice]) -> list[float]:
         product = places[..., 2] * weights
         for m, one in enumerate(cells):
             value, lacking = one.at(of_cell[piece, 2 * m : 2 * m + 2], places)
-            missing = np.where(lacking, np.maximum(size, 0.0), 0.0)
-            missed[m] += float(missing.sum())
+            missing = np.where(lacking, size, 0.0).clip(0.0)
             if missing.any():
-                row = int(missing.argmax())
-                lost[m] = max(lost[m], (missing[row], places[row].mean(axis=0)), key=lambda x: x[0])
+                area, at = lost.get(m, (0.0, places[missing.argmax()].mean(axis=0)))
+                lost[m] = area + float(missing.sum()), at
             product = product * value
             sums[m].append(float(size @ product.sum(axis=1)))
-    for name, area, (_, middle) in zip(maps, missed, lost, strict=True):
+    for m, (area, at) in lost.items():
         if area > RIM * unit.map_area:
-            share = 100.0 * area / unit.map_area
             raise InputError(
-                f"the map of {name} has no values over {area_text(area)} ({share:.2g} %) of unit "
-                f"{unit.name!r}, such as at {place(middle[:2] + unit.origin[:2])}. Fill or enlarge "
-                "it there, or give this unit a number."
+                f"the map of {list(maps)[m]} has no values over {area_text(area)} of unit "
+                f"{unit.name!r}, such as at {place(at[:2] + unit.origin[:2])}. Fill or enlarge it "
+                "there, or give this unit a number."
             )
     return [math.fsum(one) for one in sums]
 
 
 def _flat(triangles: np.ndarray) -> np.ndarray:
     """Twice the area of triangles (..., 3, 2 or more) in the map; above 0 where they look up."""
-    u, v = (
-        triangles[..., 1, :2] - triangles[..., 0, :2],
-        triangles[..., 2, :2] - triangles[..., 0, :2],
-    )
+    u, v = np.moveaxis(np.diff(triangles[..., :2], axis=-2), -2, 0)
     return np.asarray(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0])
 
 
@@ -489,18 +448,13 @@ def _pieces(
     for one in cells:
         for axis, lines in enumerate(one.axes):
             h = one.along(axis, corners)
-            count *= (
-                1 + np.searchsorted(lines, h.max(axis=1)) - np.searchsorted(lines, h.min(axis=1))
-            )
+            first, last = (np.searchsorted(lines, end) for end in (h.min(axis=1), h.max(axis=1)))
+            count *= 1 + last - first
     total = np.cumsum(count)
     ends = np.searchsorted(total, np.arange(0, total[-1] if len(total) else 0, AT_ONCE), "right")
     for first, last in zip(ends, [*ends[1:], len(corners)], strict=True):
         polygons, of_cell = corners[first:last], np.empty((last - first, 0), dtype=np.int64)
-        for m, one in enumerate(cells):
-            twin = next(k for k in range(m + 1) if k == m or one.has_lines_of(cells[k]))
-            if twin < m:  # cut along these lines already
-                of_cell = np.hstack([of_cell, of_cell[:, 2 * twin : 2 * twin + 2]])
-                continue
+        for one in cells:
             for axis, lines in enumerate(one.axes):
                 polygons, row, strip = _split(polygons, one.along(axis, polygons), lines)
                 of_cell = np.column_stack([of_cell[row], strip - 1])
@@ -518,34 +472,30 @@ def _split(
     near = NEAR * float(np.diff(lines).min())
     low = np.searchsorted(lines, h.min(axis=1) + near, "right")
     high = np.maximum(np.searchsorted(lines, h.max(axis=1) - near, "left"), low)
-    row = np.repeat(np.arange(len(x)), high - low + 1)
-    strip = np.arange(len(row)) - np.repeat(
-        np.cumsum(high - low + 1) - (high - low + 1) - low, high - low + 1
-    )
-    parts, across = x[row], h[row]
+    count = high - low + 1
+    row = np.repeat(np.arange(len(x)), count)
+    strip = np.arange(len(row)) - np.repeat(np.cumsum(count) - count - low, count)
+    parts = np.concatenate([x, h[..., None]], axis=2)[row]
     for side, level, cut in ((1.0, strip - 1, strip > low[row]), (-1.0, strip, strip < high[row])):
         some = np.flatnonzero(cut)
-        off = side * (across[some] - lines[level[some], None])
-        halves = _half(np.concatenate([parts[some], across[some][..., None]], axis=2), off)
+        halves = _half(parts[some], side * (parts[some, :, -1] - lines[level[some], None]))
         width = max(halves.shape[1], parts.shape[1])
-        parts, across = _widened(parts, width), _widened(across, width)
-        halves = _widened(halves, width)
-        parts[some], across[some] = halves[..., :-1], halves[..., -1]
-    return parts, row, strip
+        parts = _widened(parts, width)
+        parts[some] = _widened(halves, width)
+    return parts[..., :-1], row, strip
 
 
 def _half(x: np.ndarray, off: np.ndarray) -> np.ndarray:
     """The part of convex polygons (n, k, c) where `off` (n, k) is not negative."""
-    if not len(x):
-        return x
+    shape = len(x), 2 * x.shape[1], x.shape[2]
     after, there = np.roll(off, -1, axis=1), np.roll(x, -1, axis=1)
     crosses = ((off > 0) & (after < 0)) | ((off < 0) & (after > 0))
     share = np.where(crosses, off, 0.0) / np.where(crosses, off - after, 1.0)
-    both = np.stack([x, x + share[..., None] * (there - x)], axis=2).reshape(len(x), -1, x.shape[2])
-    valid = np.stack([off >= 0, crosses], axis=2).reshape(len(x), -1)
+    both = np.stack([x, x + share[..., None] * (there - x)], axis=2).reshape(shape)
+    valid = np.stack([off >= 0, crosses], axis=2).reshape(shape[:2])
     count = valid.sum(axis=1)
     order = np.argsort(~valid, axis=1, kind="stable")
-    place = np.minimum(np.arange(count.max()), np.maximum(count, 1)[:, None] - 1)
+    place = np.minimum(np.arange(count.max(initial=1)), np.maximum(count, 1)[:, None] - 1)
     return np.asarray(both[np.arange(len(x))[:, None], np.take_along_axis(order, place, axis=1)])
 
 

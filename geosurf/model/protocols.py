@@ -161,7 +161,7 @@ class MeasuredModel(DrawnModel, Protocol):
     def search(self, first: str, second: str) -> VoxelSearch | None:
         """Return what the voxel search found for two surfaces."""
 
-    def cutoffs(self, horizon: str, fault: str, side: str | None = None) -> list[np.ndarray]:
+    def cutoffs(self, horizon: str, fault: str) -> list[np.ndarray]:
         """Return the lines where a horizon meets a fault."""
 
     def thickness(

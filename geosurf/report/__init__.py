@@ -17,7 +17,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from geosurf.conventions.packages import warning_without_pictures
 from geosurf.conventions.running import running
@@ -29,9 +29,6 @@ from geosurf.model.protocols import ReportedModel, missing_members
 from geosurf.report.sections import build_page
 from geosurf.report.tables import input_files
 from geosurf.warning import warn
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
 
 __all__ = ["report_scene"]
 
@@ -49,7 +46,7 @@ def report_scene(
     inputs: Mapping[str, str | os.PathLike[str]] | None = None,
     relative_to: str | os.PathLike[str] | None = None,
     include: str = "reservoir",
-    volumetrics: xarray.Dataset | None = None,
+    volumetrics: Any = None,
 ) -> Path:
     """Write ``index.html``: volumes, pictures, certificate, inputs and run log of a model.
 

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -24,9 +24,6 @@ from geosurf.report import page, tables
 from geosurf.report.page import NOTHING, Section, Table, number
 from geosurf.report.tables import InputFile
 from geosurf.report.viewer import viewer_part
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
 
 # ---- fault parts ----------------------------------------
 # One part of the page per fault: Allan diagram, throw profile, juxtaposition, what was changed.
@@ -99,7 +96,7 @@ def build_page(
     regions: Mapping[str, tuple[float, str]] | None = None,
     files: Iterable[InputFile] = (),
     include: str = "reservoir",
-    volumetrics: xarray.Dataset | None = None,
+    volumetrics: Any = None,
 ) -> str:
     """Return the whole page as text."""
     surfaces, units, curves = tuple(scene.surfaces), scene.units, scene.curves
@@ -130,9 +127,8 @@ def build_page(
     sections = _sections(scene, pictures, certificate, regions or {}, tuple(files), include)
     if volumetrics is not None:
         where = [section.name for section in sections].index("volumes") + 1
-        sections[where:where] = _listed(
-            "Fluids in place [millions]", volumetrics_table(volumetrics)
-        )
+        fluids = volumetrics_table(volumetrics)
+        sections[where:where] = _listed("Fluids in place [millions]", fluids)
     return page.fill_page(title, header, sections)
 
 
@@ -177,14 +173,13 @@ def _volumes(scene: ReportedModel, include: str) -> str:
     return "\n".join([table, *map(page.paragraph, words)])
 
 
-def volumetrics_table(found: xarray.Dataset) -> Table:
+def volumetrics_table(found: Any) -> Table:
     """Return what `Scene.volumetrics` found, in millions: one row per zone, region and fluid."""
-    keys = [str(key) for key in found.data_vars]
+    columns = list(found.data_vars.values())
     head = [
-        f"{found[key].attrs['long_name']} [{found[key].attrs['units'].replace('m3', 'm³')}]"
-        for key in keys
+        f"{one.attrs['long_name']} [{one.attrs['units']}]".replace("m3", "m³") for one in columns
     ]
-    values = np.stack([found[key].values for key in keys], axis=1) / 1e6
+    values = np.stack([one.values for one in columns], axis=1) / 1e6
     labels = [key for key in ("zone", "region", "fluid") if key in found.coords]
     names = list(zip(*(found[key].values.tolist() for key in labels), strict=True))
     rows = []

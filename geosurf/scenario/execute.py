@@ -51,8 +51,6 @@ from geosurf.write import write
 from geosurf.write.written import commit
 
 if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
-
     from geosurf.render.overlay import PictureOverlay
 
 
@@ -400,7 +398,7 @@ def _write_report(
     folder: str | os.PathLike[str],
     drawn: dict[str, Path],
     certificate: Certificate,
-    fluids: xarray.Dataset | None,
+    fluids: Any,
 ) -> Path:
     """Write the page into a folder."""
     return report_scene(
@@ -417,7 +415,7 @@ def _write_report(
     )
 
 
-def fluids_of(scenario: Scenario, scene: Scene, log: StepLog) -> xarray.Dataset | None:
+def fluids_of(scenario: Scenario, scene: Scene, log: StepLog) -> Any:
     """Return what ``[volumetrics]`` asks for, and log the totals."""
     if scenario.volumetrics is None:
         return None

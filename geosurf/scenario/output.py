@@ -195,8 +195,7 @@ def input_files(scenario: Scenario) -> dict[str, Path]:
     if scenario.volumetrics is not None:
         for word, value in vars(scenario.volumetrics).items():
             by_words = value.items() if isinstance(value, dict) else [((), value)]
-            found = {" ".join((word, *of)): one for of, one in by_words if isinstance(one, Path)}
-            named |= found
+            named |= {" ".join((word, *of)): one for of, one in by_words if isinstance(one, Path)}
     drawn = (scenario.pictures.wells, scenario.pictures.polygons, scenario.pictures.points)
     for files in drawn:
         named |= {f"picture: {name}": file for name, file in (files or {}).items()}

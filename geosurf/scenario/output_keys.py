@@ -255,7 +255,7 @@ def _leaves(at: values.KeyPath, value: Any, leaf: Callable[[values.KeyPath, Any]
         one = _leaves(at.inside(word), inner, leaf)
         many = one if isinstance(one, dict) else {(): one}
         found |= {(word, *words): last for words, last in many.items()}
-    return None if not found or None in found.values() else found
+    return found or None
 
 
 @values.check(
@@ -267,9 +267,7 @@ def ratio(at: values.KeyPath, value: Any) -> Any:
     """Numbers and files, by names that are checked when all units are known."""
 
     def leaf(at: values.KeyPath, value: Any) -> Any:
-        if isinstance(value, str):
-            return values.file(at, value)
-        return float(value) if is_number(value) else None
+        return values.file(at, value) if isinstance(value, str) else values.number(at, value)
 
     return _leaves(at, value, leaf)
 
@@ -277,7 +275,7 @@ def ratio(at: values.KeyPath, value: Any) -> Any:
 @values.check('"oil", "gas" or "water", or a table such as `{"above FWL" = "oil"}`')
 def fluids(at: values.KeyPath, value: Any) -> Any:
     """Fluids of units."""
-    return _leaves(at, value, lambda _, one: one if isinstance(one, str) else None)
+    return _leaves(at, value, values.text)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -290,9 +288,7 @@ class FluidsInput:
     porosity: Any = key("Share of pores in net rock.", ratio, default=None)
     water_saturation: Any = key("Share of water in the pores.", ratio, default=None)
     formation_volume_factor: Any = key(
-        "Volume in the reservoir over volume at surface conditions, of oil or gas.",
-        ratio,
-        default=None,
+        "Volume in the reservoir over volume at the surface, of oil or gas.", ratio, default=None
     )
     fluids: Any = key(
         "What units hold, where contacts are not called `OWC`, `GOC` or `GWC`.",

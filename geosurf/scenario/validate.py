@@ -13,15 +13,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from geosurf.carve.column import names_of_zones, reservoir_of
 from geosurf.carve.fluids import parse_sides
 from geosurf.conventions import did_you_mean, shared_name
 from geosurf.errors import InputError, ScenarioError
 from geosurf.faults.rules import Rule, faults_at, halves_of, read_truncations
 from geosurf.measure.volumetrics import factors_of, fluids_rule
-from geosurf.model import Lattice
 from geosurf.model.column import ELSEWHERE, read_compartments
 from geosurf.model.expected import path_of
 from geosurf.model.network import filling_by_horizon
@@ -612,9 +609,8 @@ def _check_volumetrics(scenario: Scenario, at: KeyPath) -> None:
     """Numbers of ``[volumetrics]`` can be, and none needs another key; maps are not read."""
     if scenario.volumetrics is None:
         return
-    any_map = Lattice(np.arange(2.0), np.arange(2.0), np.full((2, 2), 0.5))
     with at.of("volumetrics").noting():
-        factors_of(vars(scenario.volumetrics), lambda *_: any_map)
+        factors_of(vars(scenario.volumetrics), lambda *_: None)
         fluids_rule(scenario.volumetrics.fluids)
 
 

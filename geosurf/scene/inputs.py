@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import operator
 import os
-from collections.abc import Container, Mapping
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, NoReturn, TypeVar
@@ -19,16 +19,20 @@ from geosurf.conventions import (
     metres_per_unit,
     shared_name,
 )
+from geosurf.conventions.crs import refuse_other_crs
 from geosurf.errors import InputError
 from geosurf.faults.extend import read_lengthen
 from geosurf.faults.rules import Halves, Rule, faults_at, halves_of, read_extend, read_truncations
-from geosurf.model import FaultSticks, Sheet, check_column
+from geosurf.measure.volumetrics import ARGUMENTS, Factor, factors_of
+from geosurf.model import FaultSticks, Lattice, Sheet, check_column
 from geosurf.model.column import read_compartments
 from geosurf.model.expected import box_of_sides, flag_of, name_of
 from geosurf.model.network import filling_by_horizon
 from geosurf.model.regions import check_regions
 from geosurf.model.slivers import sliver_settings
 from geosurf.model.tops import tie_settings
+from geosurf.read import otherwise, read_horizon
+from geosurf.triangulate.horizon import horizon_over
 from geosurf.triangulate.neighbours import own_form
 
 Box = tuple[float, float, float, float, float, float]
@@ -494,3 +498,50 @@ def undeclared(value: Any, options: Mapping[str, Any]) -> dict[str, Any]:
         for key, word in options.items()
         if word is not None and attribute.get(key, key) not in attrs
     }
+
+
+# ---- maps ----------------------------------------
+# Maps of properties, given or read as horizons are.
+
+
+RATIOS = ("1", "", "m", "fraction", "v/v", "m3/m3", "rm3/sm3", "Rm3/Sm3")  # "m": of our readers
+
+
+def factors_of_rock(values: Sequence[Any], crs: str | None) -> list[Factor]:
+    """Return the first four arguments of `Scene.volumetrics`, checked, with maps as grids."""
+    given = dict(zip(ARGUMENTS, values, strict=True))
+    return factors_of(given, lambda value, name: opened_map(value, name, crs))
+
+
+def opened_map(value: Any, name: str, crs: str | None) -> Lattice:
+    """
+    Return the grid of a map of a property, given or read as a horizon is.
+
+    Parameters
+    ----------
+    value : xarray.DataArray or path
+        Fractions or other ratios, in place of elevations.
+    name : str
+        Of the argument, for messages.
+    crs : str or None
+        Of the scene.
+
+    Raises
+    ------
+    InputError
+        For other things, values with a unit, or another reference system.
+    """
+    if isinstance(value, str | Path):
+        value = read_horizon(value, **otherwise({"positive": "up", "length_unit": "m"}))
+    stated = str(getattr(value, "attrs", {}).get("units", "1"))
+    if stated not in RATIOS:
+        raise InputError(
+            f"the map of {name} is in {stated!r}; it must be a ratio. Divide percent by 100, and "
+            "set attrs['units'] = '1'."
+        )
+    found = horizon_over(value, (), name=name, positive="up", length_unit="m", noun="map of")
+    if found.lattice is None:
+        raise InputError(f"the map of {name} is a mesh. Give a grid over easting and northing.")
+    if crs is not None and found.crs is not None:
+        refuse_other_crs(f"map of {name}", found.crs, {"scene": crs})
+    return found.lattice

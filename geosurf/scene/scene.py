@@ -18,7 +18,7 @@ from geosurf.arrangement import search_voxels
 from geosurf.carve.certificate import certify_repeated
 from geosurf.conventions import HORIZON_DIMS, counted, did_you_mean, is_word
 from geosurf.conventions.running import running
-from geosurf.errors import GeosurfWarning, InputError
+from geosurf.errors import GeometryError, GeosurfWarning, InputError
 from geosurf.measure.locate import boundaries_of, locator_of
 from geosurf.measure.places import intervals_of_wells, well_intervals, wells_of
 from geosurf.measure.regions import region_labels
@@ -38,9 +38,15 @@ from geosurf.rebuild import trim_sheets
 from geosurf.scene.faults import known_fault
 from geosurf.scene.graph import Graph
 from geosurf.scene.input_warnings import check_system_of_places, refuse_other_systems
-from geosurf.scene.inputs import Box, SceneInputs, or_empty, paths_of, refuse_assignment
+from geosurf.scene.inputs import (
+    Box,
+    SceneInputs,
+    factors_of_rock,
+    or_empty,
+    paths_of,
+    refuse_assignment,
+)
 from geosurf.scene.interactive_view import InteractiveView, checked_max_triangle
-from geosurf.scene.measured import factors_of_rock, throw_along
 from geosurf.scene.memory import Memory, OnStart, Step, on_start_of
 from geosurf.scene.shown import card_of
 from geosurf.scene.surfaces import opened_tops, warnings_of_names
@@ -1165,8 +1171,35 @@ class Scene:
         if not is_word(direction, DIRECTIONS):
             raise InputError(f"direction is {direction!r}, expected one of {DIRECTIONS}.")
         horizon, fault = name_of(horizon, "horizon"), name_of(fault, "fault")
-        run = lambda: throw_along(self, horizon, fault, direction)  # noqa: E731
+        run = lambda: self._throw(horizon, fault, direction)  # noqa: E731
         return self._measured(f"throw {horizon} x {fault}", run, horizon, fault, direction)
+
+    def _throw(self, horizon: str, fault: str, direction: str) -> xarray.Dataset:
+        """Compare the cut-offs of both walls across the mean strike, then down the local dip."""
+        from geosurf.sheets.faults.fault_profile import cell_of, to_level
+
+        # distance along strike counts from the end of the fault, in world coordinates
+        faces = measure.faces_of(self.patches, self.units, fault, "fault")
+        hanging, foot = (self.cutoffs(horizon, fault, side) for side in ("+", "-"))
+        azimuth = math.degrees(math.atan2(*faces.strike[1].tolist())) % 360.0
+        start = -float(faces.along(-faces.origin[None])[0])
+
+        # first across the mean strike; its elevations say at which level walls are compared
+        found = measure.separation(hanging, foot, azimuth, start=start)
+        if direction == "local" and found.sizes["point"]:
+            # cut-offs are compared at their mean elevation, down lines of steepest dip
+            sources = {source.name: source for source in self.patches.sources}
+            cell = cell_of(self.sheets.get(horizon, sources[horizon]))
+            walls = found.hanging_wall_elevation, found.footwall_elevation
+            mean, largest = 0.5 * sum(float(wall.mean()) for wall in walls), abs(found.throw).max()
+            try:
+                level = to_level(sources[fault], float(largest), cell, mean, hanging, foot)
+            except GeometryError as error:
+                error.add_note("With direction='mean' throw is read across the mean strike.")
+                raise
+            if level is not None:  # None where the fault is straight
+                found = measure.separation(hanging, foot, azimuth, start=start, level=level)
+        return found.assign_attrs(horizon=horizon, fault=fault, direction=direction)
 
     def throw_audit(self) -> xarray.Dataset:
         """Return the throw of torn horizons beside what the data on both sides of faults show.

@@ -163,6 +163,8 @@ def test_fluids_follow_the_names_of_contacts_unless_users_say_otherwise(tilted: 
         unnamed.volumetrics(**ALL)
     said = unnamed.volumetrics(**ALL, fluids={"above Level": "gas", "elsewhere": "water"})
     assert set(said.fluid.values) == {"gas", "water"}
+    same = {"above GOC": "oil", "elsewhere": "oil"}
+    assert (tilted.volumetrics(**NUMBERS, fluids=same).fluid == "gas").sum() == 0
 
 
 X, Y = np.array([0.0, 4000.0]), np.array([0.0, 1000.0, 3000.0])
@@ -172,10 +174,10 @@ HALF = given(np.array([[0.2, 0.2], [0.2, 0.2], [0.2, np.nan]]), X, Y)
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"net_to_gross": None}, "porosity needs net_to_gross, which is missing"),
-        ({"porosity": 25}, "porosity is 25; it must be from 0 to 1. Divide percent by 100"),
+        ({"net_to_gross": None}, "volumetrics needs net_to_gross, which is missing"),
+        ({"porosity": 25}, "porosity is 25; it must be from 0 to 1 .divide percent by 100"),
         ({"porosity": given(np.full((3, 2), -0.1), X, Y)}, "porosity is -0.1"),
-        ({"porosity": True}, "porosity is True"),
+        ({"porosity": True}, "map of 'porosity': found bool"),
         ({"porosity": HALF.assign_attrs(units="%")}, "the map of porosity is in '%'"),
         ({"porosity": HALF}, r"map of porosity has no values over .* km² .*such as at \(E "),
         ({"porosity": {"Top/Bas": 0.2}}, "'Top/Bas', which no unit has.*Did you mean 'Top/Base'"),
