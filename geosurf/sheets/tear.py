@@ -56,7 +56,7 @@ from geosurf.warning import warn
 
 TRIM_CHANGES = (1.0, -0.5, 2.0)  # cells by which trims are changed where a sheet stays open
 FORCED = 1  # other trims with which a sheet is closed at a loss, if it closes without them
-MOST_CUTS = 70  # of the meshes of one horizon, after which one that is open is refused
+MOST_CUTS = 120  # of the meshes of one horizon, after which one that is open is refused
 FEW = 16  # for each of the other trims, before it is closed at a loss
 ENOUGH = 20  # after which one that is closed at a loss stays as it is
 SINGLE = 3  # open faults that are left out one by one for a remedy, before all of them are

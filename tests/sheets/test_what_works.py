@@ -75,7 +75,7 @@ def test_what_is_named_was_tried(name, monkeypatch):
     assert without == tried[-1] or (not without and name == "F4")
 
 
-@pytest.mark.parametrize(("n_cut", "forced"), [(1, 6), (8, 3), (200, 1)])
+@pytest.mark.parametrize(("n_cut", "forced"), [(1, 6), (16, 2), (200, 1)])
 def test_cuts_for_a_sheet_that_stays_open_are_limited(n_cut, forced, monkeypatch):
     """With the trims as given a sheet is closed at a loss whatever it takes, then up to a limit."""
     built = SimpleNamespace(is_hopeless=False, cut=SimpleNamespace(holes=[]))

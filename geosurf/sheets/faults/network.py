@@ -204,8 +204,8 @@ class Network:
                 # farther short of it the end is a tip; the longer part is none past the other
                 if not -SHARE_PAST * (along[2] - along[1]) < gap[k] <= REACHES:
                     continue
-                # it goes far past the other fault, which ends itself there
-                if -gap[k] > OVERSHOOT and rest < OVERSHOOT:
+                # far past it: to the rim of the data, or where the other fault ends itself
+                if -gap[k] > OVERSHOOT and (rest < OVERSHOOT or one.ends[k] == "rim"):
                     continue
                 yield i, k, j, p, -gap[k]
 
