@@ -15,9 +15,10 @@ clipped.py           parts of horizons that these rules removed
                      triangles of some faces, one by one
 fluids.py            units split at their fluid contacts
                      volumes of the parts of finished units at level contacts
-                     which neighbour each sliver becomes a part of
                      warning: horizons in the wrong order
                      warning: units thinner than the rounding error
+neighbours.py        which neighbour each sliver becomes a part of
+regions.py           blocks of the zones of a field that belong together
 outside.py           walls, and the cells outside of them
                      exact vertical rays through triangles
 shells.py            closed shells and their volumes

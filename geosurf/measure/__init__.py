@@ -15,6 +15,7 @@ throw.py          throw, heave, dip separation along a fault
 volumetrics.py    net and pore volume, fluids in place
 section.py        vertical sections
                   edges -> lines and rings; lists of lines as a dataset
+regions.py        regions by a place, a polygon or sides of faults; places for their names
 places.py         points, tables, maps and grids that users ask about
                   the same with names, as a dataset
 locate.py         which unit is at a point

@@ -1026,7 +1026,8 @@ class Scene:
             return fluids_in_place(self.units if found is None else found, factors, *words)
         run = lambda: fluids_in_place(self.units, factors, *words)  # noqa: E731
         key = self._graph.memory.hold((values, fluids))
-        return self._measured("volumetrics", run, key, units, include)
+        more = key, units, include, self._graph.regions_key
+        return self._measured("volumetrics", run, *more)
 
     def juxtaposition(self, fault: str) -> xarray.Dataset:
         """Return the areas of all pairs of units that face each other across a fault [m2].

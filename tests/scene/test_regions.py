@@ -227,6 +227,12 @@ def test_names_of_users(tmp_path):
     ):
         with pytest.raises(InputError, match=words):
             _ = scene.replace(regions=wrong).volumes
+    # what was measured before has the new names
+    ntg = horizon(0.5, np.random.default_rng(2)) * 0.0 + 0.5
+    fluids = {"fluids": "oil", "net_to_gross": ntg.drop_attrs()}
+    for one, names in ((scene, {"A", "B"}), (scene.replace(regions={"W": ("F-",)}), {"A", "W"})):
+        assert len(one.units) == 8
+        assert set(one.volumetrics(**fluids).region.values) == names
     with pytest.raises(InputError, match="by is 'fluid'"):
         scene.table(by="fluid")
 
