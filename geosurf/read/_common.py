@@ -456,6 +456,21 @@ class Otherwise(str):
     __slots__ = ()
 
 
+class Ratio(Otherwise):
+    """In place of a length unit: values are no lengths, and are taken as they are."""
+
+    __slots__ = ()
+
+
+def check_ratio(stated: str | None, what: str) -> None:
+    """Refuse a unit that no ratio has; readers of grids put "m" where files state nothing."""
+    if str(stated) not in ("None", "1", "", "m", "fraction", "v/v", "m3/m3", "rm3/sm3", "Rm3/Sm3"):
+        raise InputError(
+            f"{what} is in {stated!r}; it must be a ratio. Divide percent by 100, and set "
+            "attrs['units'] = '1'."
+        )
+
+
 def otherwise(words: Mapping[str, str | None]) -> dict[str, Any]:
     """Return ``positive`` and ``length_unit`` for a reader, as defaults."""
     return {key: None if word is None else Otherwise(word) for key, word in words.items()}
@@ -488,6 +503,9 @@ def agreed_scale(
     stated: str | None, requested: str | None, default: str | None, what: str
 ) -> float:
     """Return metres per unit from a file, the argument of a caller, or a format."""
+    if isinstance(requested, Ratio):
+        check_ratio(stated, what)
+        return 1.0
     # A default of the caller gives way to what the file states.
     if isinstance(requested, Otherwise):
         metres_per_unit(requested, what)

@@ -31,7 +31,8 @@ from geosurf.model.network import filling_by_horizon
 from geosurf.model.regions import check_regions
 from geosurf.model.slivers import sliver_settings
 from geosurf.model.tops import tie_settings
-from geosurf.read import otherwise, read_horizon
+from geosurf.read import read_horizon
+from geosurf.read._common import Otherwise, Ratio, check_ratio
 from geosurf.triangulate.horizon import horizon_over
 from geosurf.triangulate.neighbours import own_form
 
@@ -504,9 +505,6 @@ def undeclared(value: Any, options: Mapping[str, Any]) -> dict[str, Any]:
 # Maps of properties, given or read as horizons are.
 
 
-RATIOS = ("1", "", "m", "fraction", "v/v", "m3/m3", "rm3/sm3", "Rm3/Sm3")  # "m": of our readers
-
-
 def factors_of_rock(values: Sequence[Any], crs: str | None) -> list[Factor]:
     """Return the first four arguments of `Scene.volumetrics`, checked, with maps as grids."""
     given = dict(zip(ARGUMENTS, values, strict=True))
@@ -532,13 +530,9 @@ def opened_map(value: Any, name: str, crs: str | None) -> Lattice:
         For other things, values with a unit, or another reference system.
     """
     if isinstance(value, str | Path):
-        value = read_horizon(value, **otherwise({"positive": "up", "length_unit": "m"}))
-    stated = str(getattr(value, "attrs", {}).get("units", "1"))
-    if stated not in RATIOS:
-        raise InputError(
-            f"the map of {name} is in {stated!r}; it must be a ratio. Divide percent by 100, and "
-            "set attrs['units'] = '1'."
-        )
+        words: Any = {"positive": Otherwise("up"), "length_unit": Ratio("m")}
+        value = read_horizon(value, **words)
+    check_ratio(getattr(value, "attrs", {}).get("units"), f"the map of {name}")
     found = horizon_over(value, (), name=name, positive="up", length_unit="m", noun="map of")
     if found.lattice is None:
         raise InputError(f"the map of {name} is a mesh. Give a grid over easting and northing.")
