@@ -25,7 +25,8 @@ from geosurf.sheets.mesh.finish import fault_surfaces
 
 HIDDEN = 6  # cells from a fault within which data are ignored
 SMEARED = 0.05  # share of the throw that smear has, or by which it falls to the next cell
-RAMP = 0.12  # share that smear has somewhere: where all are smaller, they are drag or relief
+# share that smear has somewhere, or by which it falls from one cell to the next: drag has less
+RAMP, STEP = 0.12, 0.08
 CLEARLY = 2.0  # standard errors by which that share is more than 0
 BESIDE = 6.0  # data side by side that say the same
 SURE = 0.05  # standard error up to which a share shows that there is no smear
@@ -71,7 +72,8 @@ def propose_trim(
     Sheets are rebuilt without the data closer to a fault than six cells. Data in each cell of
     distance miss the sheet of their side, towards the other wall, by a share of the throw. The
     smear ends with the last cell whose share is 5 % of the throw, or falls by that to the next, and
-    is more than two standard errors. Shares that are below 12 % everywhere are drag. A fault has a
+    is more than two standard errors. Shares that are below 12 %, and
+    fall by less than 8 % from cell to cell, are drag. A fault has a
     trim of its own if it clearly shows a wider smear, or one narrower by two cells.
 
     Examples
@@ -184,8 +186,9 @@ class Seen:
         # the error of a rebuild from noisy data lowers all shares, and changes little between cells
         share, error = self.shares()
         falls = share - np.append(share[1:], 0.0)
-        clear = (share > CLEARLY * error) & (np.nanmax(share, initial=0.0) > RAMP)
-        smeared = np.flatnonzero(clear & (np.maximum(share, falls) > SMEARED))
+        clear = share > CLEARLY * error
+        steep = clear & ((share > RAMP) | (falls > STEP))
+        smeared = np.flatnonzero(clear & steep.any() & (np.maximum(share, falls) > SMEARED))
         end = int(smeared[-1]) + 1 if len(smeared) else 0
         return float(end), bool((error[end:] < SURE).all() and np.isfinite(share[0]))
 
