@@ -108,6 +108,7 @@ def given() -> SimpleNamespace:
         "crs": "EPSG:32631", "lines": scene.fault_polygons("Top"),
         "corner_point_grid": gs.build_grid(scene, cell=1000.0, layers=1), "throws": {},
         "zones": {"Top/Base": 10.0}, "rules": {},
+        "sheets": {"Top": gs.tear_horizon(torn.horizons["Top"], faults)},
     }  # fmt: skip
     return SimpleNamespace(**right)
 

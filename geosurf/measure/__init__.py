@@ -29,9 +29,6 @@ from typing import TYPE_CHECKING
 from geosurf.lazy import lazily
 
 if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type checkers
-    from geosurf.measure.closures import fault_rules as fault_rules
-    from geosurf.measure.closures import find_closures as find_closures
-    from geosurf.measure.closures import warnings_of_spill as warnings_of_spill
     from geosurf.measure.cutoffs import allan_diagram as allan_diagram
     from geosurf.measure.cutoffs import fault_polygons as fault_polygons
     from geosurf.measure.cutoffs import juxtaposition_table as juxtaposition_table
@@ -40,7 +37,6 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
     from geosurf.measure.faces import orientation as orientation
     from geosurf.measure.faces import side_of_words as side_of_words
     from geosurf.measure.places import sample_units as sample_units
-    from geosurf.measure.rock import roofs_of as roofs_of
     from geosurf.measure.section import vertical_section as vertical_section
     from geosurf.measure.thickness import thickness_map as thickness_map
     from geosurf.measure.throw import separation as separation

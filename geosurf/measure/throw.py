@@ -14,8 +14,8 @@ from geosurf.conventions import place, real_numbers
 from geosurf.errors import GeometryError, InputError
 from geosurf.measure.columns import Columns, columns_through, fault_between, nearest_first
 from geosurf.measure.faces import check_model
-from geosurf.model import Patches, Units
-from geosurf.model.expected import listed, number_of
+from geosurf.model import Patches, Sheet, Units
+from geosurf.model.expected import expect, listed, number_of
 from geosurf.model.tops import Tops, tops_of
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -75,6 +75,10 @@ def throw_audit(sheets: Mapping[str, Any]) -> xarray.Dataset:
     >>> bool(abs(row.model - row.data) < row.spread), int(row.differs)
     (True, 0)
     """
+    how = "pass scene.sheets"
+    expect(sheets, Mapping, "throw_audit takes sheets by name", how)
+    for sheet in sheets.values():
+        expect(sheet, Sheet, "throw_audit takes sheets by name", how)
     reports = {name: sheet.report for name, sheet in sheets.items()}
     audits = {name: report.throw for name, report in reports.items() if hasattr(report, "trims")}
     if not audits:

@@ -950,17 +950,19 @@ class Scene:
         >>> round(float(found.crest_elevation[0] - found.height[0] - found.spill_elevation[0]), 9)
         0.0
         """
-        rules = measure.fault_rules(faults, self.fault_names)
+        # loaded by those who ask for closures
+        from geosurf.measure.closures import fault_rules, find_closures, warnings_of_spill
+        from geosurf.measure.rock import roofs_of
+
+        rules = fault_rules(faults, self.fault_names)
         least = number_of(min_height, "min_height", "give metres")
-        names = measure.roofs_of(self.patches, self.units, horizon)
+        names = roofs_of(self.patches, self.units, horizon)
         found = self._measured(
             f"closures of {', '.join(names)}",
-            lambda: measure.find_closures(self.patches, self.units, names, rules, least),
+            lambda: find_closures(self.patches, self.units, names, rules, least),
             tuple(names), tuple(rules.items()), least, self._graph.regions_key,
         )  # fmt: skip
-        self._graph.memory.warn(
-            *measure.warnings_of_spill(found, self.patches, self.units, self.contacts)
-        )
+        self._graph.memory.warn(*warnings_of_spill(found, self.patches, self.units, self.contacts))
         return found
 
     def volumetrics(

@@ -56,7 +56,7 @@ def test_every_public_function_is_among_them():
     called = {case.partition(".")[0] for case in CASES}
     handed_out = {  # by stages; nobody makes them
         "Certificate", "Curves", "FaultCut", "FaultNetwork", "NetworkTrial", "Lattice", "Patches",
-        "Sheet", "SheetReport", "ThrowReport", "TrimProposal", "Unit", "Units",
+        "Sheet", "SheetReport", "ThrowAudit", "ThrowReport", "TrimProposal", "Unit", "Units",
         "EllipticThrow", "GeosurfWarning", "TetMesh", "CornerPointGrid", "FileInfo",
     }  # fmt: skip
     public = {name for name in gs.__all__ if callable(getattr(gs, name))}

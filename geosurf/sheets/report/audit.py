@@ -112,10 +112,13 @@ def audit_throw(
         traces = [trace for trace in state.network.traces if trace.fault == fault]
         rows = near[fault].rows
         of_others = np.where(nearest[rows] == fault, beyond[1, rows], beyond[0, rows])
-        parts = [
-            _shown(_strip(closed, trace, near[fault], trims[fault], of_others < CLEAR))
-            for trace in traces
-        ]
+        parts = []
+        for trace in traces:
+            data = _shown(_strip(closed, trace, near[fault], trims[fault], of_others < CLEAR))
+            first, last = trace.inside
+            if "tip" in trace.ends and last - first < 2.0 * (trims[fault] + LONGEST):
+                data[:] = np.nan  # displacement dies within half a length: trends reach past it
+            parts.append(data)
         data, spread = np.concatenate(parts, axis=1) if parts else np.empty((2, 0))
         found[cut.fault] = ThrowAudit(
             cut.stations, cut.along, cut.throw, data, spread, trims[fault]

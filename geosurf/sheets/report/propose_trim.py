@@ -190,7 +190,8 @@ class Seen:
         steep = clear & ((share > RAMP) | (falls > STEP))
         smeared = np.flatnonzero(clear & steep.any() & (np.maximum(share, falls) > SMEARED))
         end = int(smeared[-1]) + 1 if len(smeared) else 0
-        return float(end), bool((error[end:] < SURE).all() and np.isfinite(share[0]))
+        ends = (error[end:] < SURE) & (share[end:] < SMEARED)
+        return float(end), bool(ends.all() and np.isfinite(share[0]))
 
     def smear_of_all(self) -> float | None:
         """Smear next to all faults; None if the data do not show any, nor that there is none."""
