@@ -23,7 +23,7 @@ def torn(data, faults, **options):
 def test_law_data_show_the_true_throw_within_twice_their_spread(kind):
     """On the hanging wall minus footwall of points that were never smeared."""
     world = gs.synthetic.torn(kind, 81, smear=2)
-    truth, _ = torn(world.truth["scattered"](20_000, 0.0, 3), world.faults)
+    truth, _ = torn(world.truth["scattered"](8000, 0.0, 3), world.faults)
     sheet, named = torn(world.horizons["Top"], world.faults)
     assert not named
     for fault, audit in sheet.report.throw.items():

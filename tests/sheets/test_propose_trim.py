@@ -17,12 +17,12 @@ def test_the_smear_of_a_grid_is_found(kind, smear, trim):
     assert f"proposed trim: {trim:g} cells (data are smeared over {smear} cells)" in str(proposal)
 
 
-@pytest.mark.parametrize("kind", ["normal", "reverse", "ellipse"])
+@pytest.mark.parametrize("kind", ["normal", "reverse"])
 @pytest.mark.parametrize("smear", [2, 3, 4])
 def test_law_a_wide_smear_takes_no_throw_away(kind, smear):
     """With one fault, too: a trim that is too small lets the throw fade without a word."""
     worlds = [gs.synthetic.torn(kind, 61, smear=k) for k in (smear, 0)]
-    points = worlds[1].truth["scattered"](30_000, 0.0, 1)
+    points = worlds[1].truth["scattered"](9000, 0.0, 1)
     one = gs.tear_horizon(worlds[0].horizons["Top"], worlds[0].faults, name="Top")
     two = gs.tear_horizon(points, worlds[1].faults, name="Top", positive="up")
     throws = [np.nanmedian(sheet.cuts["F1"].throw) for sheet in (one, two)]
