@@ -83,8 +83,8 @@ def throw_audit(sheets: Mapping[str, Any]) -> xarray.Dataset:
     audits = {name: report.throw for name, report in reports.items() if hasattr(report, "trims")}
     if not audits:
         raise InputError(
-            "no horizon is torn from data, so there is no throw to compare with them. Tear "
-            "horizons: Scene(..., tear=True), or geosurf.tear_horizon."
+            "no horizon is torn from data. The audit compares throw with data, so tear horizons "
+            "first: Scene(..., tear=True), or geosurf.tear_horizon."
         )
     faults = list(dict.fromkeys(fault for audit in audits.values() for fault in audit))
     shape = (len(audits), len(faults))

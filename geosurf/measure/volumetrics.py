@@ -92,7 +92,7 @@ class Factor:
         for word in sorted(set().union(*self.entries)):
             if word not in known:
                 raise InputError(
-                    f"{self.name} has an entry for {word!r}, which no unit has. Zones, "
+                    f"{self.name} has an entry for {word!r}, but no unit is called so. Zones, "
                     f"regions, blocks, contact intervals and fluids are {known_names(known, word)}"
                 )
 

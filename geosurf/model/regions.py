@@ -104,7 +104,7 @@ class Regions(Noun, Mapping[str, Region]):
 
     def __getitem__(self, name: str) -> Region:
         if not isinstance(name, str) or name not in self._regions:
-            raise KeyError(f"there is no region {name!r}. The regions are {known_names(self)}")
+            raise KeyError(f"no region is called {name!r}. The regions are {known_names(self)}")
         return self._regions[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -276,10 +276,12 @@ def check_regions(regions: Any) -> dict[str, Any]:
         elif parts and all(isinstance(part, str) for part in parts):
             if wrong := [part for part in parts if part[-1:] not in ("+", "-")]:
                 raise InputError(
-                    f"regions: {name!r} names {wrong[0]!r}, which is no side of a fault. Write "
+                    f"regions: {name!r} names {wrong[0]!r}, but a side ends in + or -. Write "
                     f"'{wrong[0]}+' for its hanging wall, '{wrong[0]}-' for its footwall."
                 )
             value = tuple(parts)
+        elif isinstance(value, str) and value[-1:] in ("+", "-"):
+            raise InputError(f"regions: {name!r} is the text {value!r}. Write ({value!r},) for it.")
         elif not isinstance(value, str | PathLike) and np.ndim(value) != 2:
             raise InputError(f"regions: {name!r} is {value!r}. {HOW}")
         found[name] = value

@@ -448,11 +448,11 @@ class ThrowAudit(Noun):
 
         By twice the spread, a tenth of the largest throw, and 1 m, at five stations in a row.
         """
+        from scipy.ndimage import binary_opening  # loaded by those who tear
+
         largest = np.abs(np.concatenate([self.sheet, self.data]))
         least = max(OF_THROW * largest[np.isfinite(largest)].max(initial=0.0), METRES)
         off = np.abs(self.sheet - self.data) > np.maximum(SPREADS * self.spread, least)
-        from scipy.ndimage import binary_opening  # loaded by those who tear
-
         found: np.ndarray = binary_opening(off, np.ones(IN_A_ROW))
         return found
 
@@ -582,9 +582,9 @@ class TrimProposal:
         The proposal for ``tear_horizon(trim=)`` [cells of the grid].
     smear : float or None
         Half width of the smear [cells]. 0 if there is none; None if it cannot be determined,
-        because too few data are near the faults.
+        because data near the faults are too few or too noisy.
     shares : tuple of float
-        Median distance of ignored data from the sheet of their side, towards the other wall, as
+        Mean distance of ignored data from the sheet of their side, towards the other wall, as
         share of the throw, by distance from the fault: below one cell, one to two, and so on.
     of_fault : dict of str to float
         The proposal for each fault [cells]: `trim`, but where it clearly shows another smear.

@@ -457,7 +457,7 @@ class Otherwise(str):
 
 
 class Ratio(Otherwise):
-    """In place of a length unit: values are no lengths, and are taken as they are."""
+    """In place of a length unit: values are ratios, and are taken as they are."""
 
     __slots__ = ()
 

@@ -191,7 +191,7 @@ def test_files_hold_ratios_and_no_lengths(tilted: gs.Scene, tmp_path: Path) -> N
         ({"porosity": True}, "map of 'porosity': found bool"),
         ({"porosity": HALF.assign_attrs(units="%")}, "the map of porosity is in '%'"),
         ({"porosity": HALF}, r"map of porosity has no values over .* km² .*such as at \(E "),
-        ({"porosity": {"Top/Bas": 0.2}}, "'Top/Bas', which no unit has.*Did you mean 'Top/Base'"),
+        ({"porosity": {"Top/Bas": 0.2}}, "'Top/Bas', but no unit.*Did you mean 'Top/Base'"),
         ({"porosity": {"oil": 0.2}}, "porosity has no value for unit .* GOC"),
         ({"porosity": {"oil": 0.2, "F1+": 0.3, "elsewhere": 0.1}}, "entries for 'F1[+]' and for"),
         ({"formation_volume_factor": 0.0}, "formation_volume_factor is 0; it must be above 0"),

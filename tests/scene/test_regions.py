@@ -222,7 +222,8 @@ def test_names_of_users(tmp_path):
         ({"W": np.array(left) * 0.1}, "no region is in the polygon"),
         ({"W": ("G+",)}, "no unit is on 'G\\+'"),
         ({"W": (9.0, 9.0), "X": (9.0, 500.0)}, "name one region.*names split nothing"),
-        ({"W": ("F",)}, "no side of a fault. Write 'F\\+'"),
+        ({"W": ("F",)}, "a side ends in . or -. Write 'F\\+'"),
+        ({"W": "F-"}, "Write \\('F-',\\)"),
         ({"W": 5}, "Give {name: "),
     ):
         with pytest.raises(InputError, match=words):

@@ -74,3 +74,16 @@ def test_a_scene_lists_the_throw_of_model_and_data():
     flat = gs.synthetic.tilted_planes()
     with pytest.raises(gs.errors.InputError, match="no horizon is torn"):
         gs.Scene(flat.horizons, flat.faults, flat.box).throw_audit()
+
+
+def test_no_trend_is_drawn_across_another_fault():
+    """Two faults four cells apart: between them there is nothing that a trend could be drawn to."""
+    world = gs.synthetic.torn("parallel", 81, smear=0)
+    sheet, named = torn(world.horizons["Top"], world.faults)
+    assert not named
+    inside = [
+        np.hypot(*(a.stations[:, :2] - 1000.0).T) < 500.0 for a in sheet.report.throw.values()
+    ]
+    for audit, mine in zip(sheet.report.throw.values(), inside, strict=True):
+        assert mine.sum() > 20
+        assert np.isnan(audit.data[mine]).all()

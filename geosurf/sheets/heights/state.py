@@ -372,6 +372,24 @@ def distances(near: Sequence[NearPicks]) -> tuple[np.ndarray, np.ndarray]:
     return rows[first], far[first]
 
 
+def two_nearest(
+    near: Sequence[NearPicks], n: int, trims: Sequence[float] | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The nearest fault of each pick (n,), -1 for none; its side of it; distances (2, n) [cells].
+
+    Distances are those of the nearest and of the next fault, from their `trims` if given.
+    """
+    fault, side, far = np.full(n, -1), np.zeros(n), np.full((2, n), np.inf)
+    for number, own in enumerate(near):
+        rows = own.rows
+        away = own.far - (trims[number] if trims is not None else 0.0)
+        closer = away < far[0, rows]
+        far[1, rows] = np.where(closer, far[0, rows], np.minimum(away, far[1, rows]))
+        rows = rows[closer]
+        fault[rows], side[rows], far[0, rows] = number, own.side[closer], away[closer]
+    return fault, side, far
+
+
 def distance_of_nodes(picks: Picks, near: Sequence[NearPicks], nodes: np.ndarray) -> np.ndarray:
     """Distance (n,) of the nearest pick of some nodes from any fault, at its own height."""
     rows, far = distances(near)

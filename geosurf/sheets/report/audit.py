@@ -21,7 +21,7 @@ from geosurf.model import FaultCut
 from geosurf.model.sheets import ThrowAudit
 from geosurf.sheets.faults.fault_distance import NearTrace
 from geosurf.sheets.faults.traces import Trace
-from geosurf.sheets.heights.state import NearPicks, Trims, near_picks
+from geosurf.sheets.heights.state import NearPicks, Trims, near_picks, two_nearest
 from geosurf.sheets.mesh.close import Closed
 
 BESIDE = 2  # stations before and after one whose data count for it
@@ -99,13 +99,7 @@ def audit_throw(
             for mesh, trim in zip(solver.inputs.meshes, trims, strict=True)
         ],
     )
-    beyond = np.full((2, len(picks.z)), np.inf)  # the trims of the two nearest faults [cells]
-    nearest = np.full(len(picks.z), -1)
-    for fault, (own, trim) in enumerate(zip(near, trims, strict=True)):
-        far, rows = own.far - trim, own.rows
-        closer = far < beyond[0, rows]
-        beyond[1, rows] = np.where(closer, beyond[0, rows], np.minimum(far, beyond[1, rows]))
-        beyond[0, rows[closer]], nearest[rows[closer]] = far[closer], fault
+    nearest, _, beyond = two_nearest(near, len(picks.z), trims)
 
     found = {}
     for fault, cut in enumerate(cuts.values()):

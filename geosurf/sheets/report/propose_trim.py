@@ -18,7 +18,7 @@ from geosurf.errors import GeometryError
 from geosurf.model import TrimProposal, TriSurface
 from geosurf.sheets.faults.traces import mesh_in_frame
 from geosurf.sheets.heights.passes import ignored_misfits, picks_in_gaps, single_pass, solver_of
-from geosurf.sheets.heights.state import Trims
+from geosurf.sheets.heights.state import Trims, two_nearest
 from geosurf.sheets.lattice.data import picks_of
 from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.mesh.finish import fault_surfaces
@@ -142,7 +142,7 @@ class Seen:
     ----------
     fault : ndarray of int64 (n,)
         The nearest one.
-    side : ndarray of int64 (n,)
+    side : ndarray (n,)
         Its wall: 1 hanging wall, -1 footwall.
     far : ndarray (n,)
         Distance from it [cells].
@@ -227,25 +227,17 @@ def _seen(picks: Picks, faults: Sequence[TriSurface]) -> Seen:
     in_gap = picks_in_gaps(solver.inputs, state)
     rows, far, _ = ignored_misfits(picks, solver.inputs.nearby, state, in_gap)
 
-    # the fault that each datum is nearest to, its side, and the distance from the next one
-    nearest, second = np.full((2, len(picks.z)), np.inf)
-    fault, side = np.full((2, len(picks.z)), -1)
-    for number, near in enumerate(solver.inputs.nearby):
-        before = nearest[near.rows]
-        closer = near.far < before
-        second[near.rows] = np.minimum(np.maximum(near.far, before), second[near.rows])
-        mine = near.rows[closer]
-        nearest[mine], fault[mine], side[mine] = near.far[closer], number, near.side[closer]
-
     # what two faults are near to shows the smear of neither
-    rows, far = rows[alone := (far < HIDDEN) & (second[rows] > HIDDEN)], far[alone]
+    fault, side, (_, second) = two_nearest(solver.inputs.nearby, len(picks.z))
+    alone = (far < HIDDEN) & (second[rows] > HIDDEN)
+    rows, far = rows[alone], far[alone]
     off = (picks.z[rows] - state.values[picks.nodes_of(rows)]) * side[rows]
     throw = np.zeros(len(rows))
-    for trace, beside_it, walls in zip(state.network.traces, state.near, state.walls, strict=True):
+    for trace, near, walls in zip(state.network.traces, state.near, state.walls, strict=True):
         if len(walls.place):
             beside = np.flatnonzero(fault[rows] == trace.fault)
-            at = beside_it.look_up(picks.nodes_of(rows[beside]))
-            beside, place = beside[at >= 0], beside_it.place[at[at >= 0]]
+            at = near.look_up(picks.nodes_of(rows[beside]))
+            beside, place = beside[at >= 0], near.place[at[at >= 0]]
             torn = (place > trace.start) & (place < trace.stop)
             throw[beside[torn]] = np.interp(place[torn], walls.place, walls.throw)
     rows, far, off, throw = (of[throw != 0.0] for of in (rows, far, off, throw))
