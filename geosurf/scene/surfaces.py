@@ -433,6 +433,10 @@ class InputSurfaces:
         self._known: dict[str, TriSurface] = {}  # those that have been asked for
         self._maps: list[weakref.ref[Lattice]] = []  # as long as somebody holds them
 
+    def __getstate__(self) -> dict[str, Any]:
+        """All but the weak references, which do not pickle: they only save memory."""
+        return {**self.__dict__, "_maps": []}
+
     def horizon(self, name: str, others: Lookup) -> TriSurface:
         """Return a horizon with all its nodes; one that is torn looks up its faults in `others`."""
         known = self.inputs.names

@@ -10,6 +10,7 @@ import weakref
 import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import InputError
@@ -69,6 +70,19 @@ def test_a_torn_scene_travels_with_its_results(tmp_path):
     for other in (pickle.loads(pickle.dumps(scene)), copy.deepcopy(scene)):
         assert (other.volumes == scene.volumes).all()
         assert other.replace(contacts={"OWC": -1800.0}).check().ok
+
+
+def test_a_scene_of_turned_grids_travels_with_its_results():
+    world = gs.synthetic.tilted_planes(n=5)
+    turned = {}
+    for name, grid in world.horizons.items():
+        x, y = np.meshgrid(grid.easting, grid.northing)
+        coords = {"easting": (("r", "c"), 0.8 * x - 0.6 * y), "northing": (("r", "c"), 0.6 * x + y)}
+        turned[name] = xr.DataArray(grid.values, coords, ("r", "c"), attrs=grid.attrs)
+    scene = gs.Scene(turned, {}, (-500, 500, 1500, 2500, -2400, -1900))
+    assert len(scene.units) > 1
+    for other in (pickle.loads(pickle.dumps(scene)), copy.deepcopy(scene)):
+        assert (other.volumes == scene.volumes).all()
 
 
 @pytest.mark.parametrize("of", ["horizon", "arrays of a fault", "file", "area", "tops"])
