@@ -67,7 +67,7 @@ def main() -> None:
     start = time.perf_counter()
     result = gs.run_ensemble(
         scene, asked.n, uncertain=uncertain, workers=asked.workers, processes=asked.processes
-    )
+    ).data
     seconds = time.perf_counter() - start
     user = sum(resource.getrusage(who).ru_utime
                for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))  # fmt: skip

@@ -1,4 +1,4 @@
-"""The command ``ensemble``: P90, P50 and P10 of the volumes of a scenario."""
+"""The command ``ensemble``: P90, P50 and P10 of volumes and fluids in place of a scenario."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from pathlib import Path
 from geosurf.cli.console import Answer
 from geosurf.cli.scenario_commands import scenario_of
 from geosurf.conventions.packages import missing_sentence
-from geosurf.ensemble import report_ensemble, run_ensemble
-from geosurf.ensemble.results import quantile_csv, quantile_text
+from geosurf.ensemble import run_ensemble
+from geosurf.ensemble.results import quantile_csv, quantile_text, realisations_csv
 from geosurf.ensemble.run import console_line
 from geosurf.errors import OutputError
 from geosurf.files.atomic import write_whole
@@ -29,7 +29,7 @@ def ensemble_command(options: argparse.Namespace) -> Answer:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise OutputError(f"{out}: {error.strerror}. Choose another folder.") from error
-    result = run_ensemble(
+    ensemble = run_ensemble(
         scenario,
         options.n,
         seed=options.seed,
@@ -39,22 +39,26 @@ def ensemble_command(options: argparse.Namespace) -> Answer:
         processes=options.processes,
         progress=False if options.quiet or options.json else _Log(),
     )
-    include = scenario.output.include
-    tables = {by: quantile_csv(result, by, include) for by in ("unit", "zone", "contact")}
+    include, parts = scenario.output.include, ensemble.parts
+    groups: dict[str, tuple[str, ...]] = {
+        "total": (), "region": ("region", parts), "zone": ("zone", parts), "unit": ("unit",)
+    }  # fmt: skip
+    tables = {by: quantile_csv(ensemble, keys, include) for by, keys in groups.items()}
     for by, text in tables.items():
         write_whole(out / f"quantiles_{by}.csv", text.encode("utf-8"))
+    each = realisations_csv(ensemble, include)
+    write_whole(out / "realisations.csv", each.encode("utf-8"))
     # clusters have no matplotlib; the report can be written elsewhere, from the store
     missing, page = missing_sentence("charts need", "matplotlib"), None
     if not missing:
-        page = report_ensemble(
-            result,
+        page = ensemble.report(
             out,
             title=scenario.heading,
             inputs=input_files(scenario),
             relative_to=scenario.path.parent,
             include=include,
         )
-    seconds, count = time.perf_counter() - start, result.sizes["realization"]
+    seconds, count = time.perf_counter() - start, ensemble.data.sizes["realisation"]
     data = {
         "scenario": scenario.path,
         "settings": scenario.settings,
@@ -66,10 +70,11 @@ def ensemble_command(options: argparse.Namespace) -> Answer:
     }
     return Answer(
         data,
-        f"\n{quantile_text(result, include=include)}\n\n{count} realisations in {seconds:.1f} s.",
+        f"\n{quantile_text(ensemble, include)}\n\n{count} realisations in {seconds:.1f} s.",
         closing=(
             f"There is no report: {missing}" if page is None else f"Open {page}.",
-            f"Tables: {out}/quantiles_*.csv; all results: {out / 'ensemble.zarr'}",
+            f"Tables: {out}/quantiles_*.csv and realisations.csv",
+            f"All results: {out / 'ensemble.zarr'}",
         ),
     )
 

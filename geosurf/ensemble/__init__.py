@@ -9,12 +9,13 @@ scenario_model.py    the tables [ensemble] and [[uncertain]] of a scenario
 uncertain.py         depths of horizons, fluid contacts; uncertain_faults.py: faults
 horizon_data.py      the data of a horizon, as places and elevations
 fields.py            Gaussian random fields on a lattice, conditioned to known values
+rock.py              rock and fluids: the arguments of `Scene.volumetrics`, some of them drawn
 record.py            the result of one realisation: volumes, maps, juxtaposed zones
 on_dask.py           realisations on Dask: threads, processes, clusters
 worker_processes.py  worker processes of one machine
 store.py             the Zarr store
-results.py           quantiles, convergence, tornado; also as text
-report.py            one HTML page
+results.py           `Ensemble`: sums, quantiles, convergence, tornado, tables
+plots.py             its charts; report.py: one HTML page
 ===================  ============================================================
 """
 
@@ -32,14 +33,9 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
     from geosurf.ensemble.fields import Covariance as Covariance
     from geosurf.ensemble.fields import FieldGrid as FieldGrid
     from geosurf.ensemble.fields import GaussianField as GaussianField
-    from geosurf.ensemble.record import juxtaposition as juxtaposition
-    from geosurf.ensemble.report import report_ensemble as report_ensemble
-    from geosurf.ensemble.results import convergence as convergence
+    from geosurf.ensemble.results import Ensemble as Ensemble
     from geosurf.ensemble.results import open_ensemble as open_ensemble
-    from geosurf.ensemble.results import quantiles as quantiles
-    from geosurf.ensemble.results import tornado as tornado
-    from geosurf.ensemble.results import volumes_by as volumes_by
-    from geosurf.ensemble.run import realize as realize
+    from geosurf.ensemble.run import realise as realise
     from geosurf.ensemble.run import run_ensemble as run_ensemble
     from geosurf.ensemble.uncertain import ContactLevel as ContactLevel
     from geosurf.ensemble.uncertain import DepthError as DepthError

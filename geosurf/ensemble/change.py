@@ -28,7 +28,7 @@ class Draws:
     Attributes
     ----------
     seed : int
-    realization : int or None
+    realisation : int or None
         None: the base case, in which each number is its median and each field its mean.
 
     Examples
@@ -39,22 +39,22 @@ class Draws:
     """
 
     seed: int
-    realization: int | None
+    realisation: int | None
 
     def number(self, parameter: str, distribution: Distribution) -> float:
         """Return the value of a parameter."""
         # The base case: the median of each number, which is also its most central value.
-        if self.realization is None:
+        if self.realisation is None:
             return distribution.quantile(0.5)
         # A stream for each parameter: adding one leaves the numbers of the others as they are.
-        stream = stream_of(self.seed, self.realization, parameter)
+        stream = stream_of(self.seed, self.realisation, parameter)
         return distribution.quantile(probability_of(stream))
 
     def field(self, parameter: str, field: GaussianField) -> np.ndarray:
         """Return a field on the nodes of its lattice [m]."""
-        if self.realization is None:
+        if self.realisation is None:
             return field.mean()
-        return field.simulate(stream_of(self.seed, self.realization, parameter))
+        return field.simulate(stream_of(self.seed, self.realisation, parameter))
 
 
 _STEPS = 1 << 53
@@ -73,14 +73,14 @@ def check_seed(seed: Any) -> int:
     return int(seed)
 
 
-def stream_of(seed: int, realization: int, parameter: str) -> np.random.Generator:
+def stream_of(seed: int, realisation: int, parameter: str) -> np.random.Generator:
     """
     Return the random numbers of one parameter in one realisation.
 
     Parameters
     ----------
     seed : int
-    realization : int
+    realisation : int
     parameter : str
         Name of the parameter.
 
@@ -96,7 +96,7 @@ def stream_of(seed: int, realization: int, parameter: str) -> np.random.Generato
     """
     # The name enters by its hash: 128 bits, the same in every process and on every machine.
     words = np.frombuffer(hashlib.sha256(parameter.encode()).digest()[:16], dtype="<u4")
-    sequence = np.random.SeedSequence(seed, spawn_key=(realization, *words.tolist()))
+    sequence = np.random.SeedSequence(seed, spawn_key=(realisation, *words.tolist()))
     return np.random.Generator(np.random.PCG64(sequence))
 
 

@@ -15,6 +15,7 @@ from geosurf.ensemble.horizon_data import HorizonData
 from geosurf.ensemble.uncertain_faults import Factor
 from geosurf.errors import InputError
 from geosurf.model import Sheet, TriSurface
+from geosurf.model.regions import KnownRegions
 from geosurf.model.sheets import TearPlan
 from geosurf.model.tops import Tops
 from geosurf.scene import Scene
@@ -25,6 +26,7 @@ from geosurf.scene.given import (
     given_fault,
     given_horizon,
     given_settings,
+    named_like,
     prepared_faults,
     torn_like,
 )
@@ -50,6 +52,9 @@ class Model(Protocol):
 
     def started(self, base: Scene) -> None:
         """Take what all realisations share from the base case in the final box."""
+
+    def name_regions(self, known: KnownRegions | None) -> None:
+        """Let regions of realisations have the names of those of the base case."""
 
     def identity(self) -> str:
         """Return a hash of all inputs: the same in every process."""
@@ -195,6 +200,10 @@ class SceneModel:
         before = prepared_faults(self.scene.replace(**self._frame))
         self.longer = longer_faults(before, {name: base.whole_surface(name) for name in before})
 
+    def name_regions(self, known: KnownRegions | None) -> None:
+        """Let regions of realisations have the names of those of the base case."""
+        self.scene = named_like(self.scene, known)
+
     def identity(self) -> str:
         """Return a hash of all inputs: the same in every process."""
         # Names and arrays: a store must not be continued with other data.
@@ -223,6 +232,7 @@ class BuiltModel:
     def __init__(self, function: Callable[[np.random.Generator], Scene], seed: int) -> None:
         self.function, self.seed = function, seed
         self.contacts: dict[str, Any] = {}
+        self._known: KnownRegions | None = None
 
     def horizon(self, name: str) -> HorizonData:
         """Refuse: a function has no inputs to change."""
@@ -235,13 +245,13 @@ class BuiltModel:
     def build(self, change: Change) -> Scene:
         """Return the scene of one realisation."""
         # One stream for all that the function draws.
-        scene = self.function(stream_of(self.seed, change.draws.realization or 0, "build"))
+        scene = self.function(stream_of(self.seed, change.draws.realisation or 0, "build"))
         if not isinstance(scene, Scene):
             raise InputError(
                 f"the function that builds a realisation returned {type(scene).__name__}. Return "
                 "a geosurf.Scene."
             )
-        return scene
+        return scene if self._known is None else named_like(scene, self._known)
 
     def outline(self, change: Change) -> Scene:
         """Return the scene of a realisation: only the function knows its box."""
@@ -252,6 +262,10 @@ class BuiltModel:
 
     def started(self, base: Scene) -> None:
         """Nothing: the function builds all of each realisation."""
+
+    def name_regions(self, known: KnownRegions | None) -> None:
+        """Let regions of realisations have the names of those of the base case."""
+        self._known = known
 
     def identity(self) -> str:
         """Return the name of the function: what it does cannot be compared."""

@@ -165,10 +165,10 @@ def _in_threads(plan: Plan, wanted: list[int], on_record: OnRecord, workers: int
 def _on_one_core(run: Callable[[int], Record]) -> Callable[[int], Record]:
     """The same in one thread, where other realisations run on the other cores."""
 
-    def alone(realization: int) -> Record:
+    def alone(realisation: int) -> Record:
         """Run a realisation."""
         with on_one_core():
-            return run(realization)
+            return run(realisation)
 
     return alone
 
@@ -186,7 +186,7 @@ def _on_cluster(plan: Plan, wanted: list[int], on_record: OnRecord, client: Any)
     # Keys of their own: a cluster remembers results by key, and another run must not get these.
     futures = client.map(
         lambda k, data: run_from_bytes(token, data, k), wanted, data=remote, pure=False,
-        key=[f"geosurf-realization-{os.urandom(4).hex()}-{k}" for k in wanted],
+        key=[f"geosurf-realisation-{os.urandom(4).hex()}-{k}" for k in wanted],
     )  # fmt: skip
     try:
         finished: Any = as_completed
@@ -204,18 +204,18 @@ def _graph(run: Callable[[int], Record], wanted: list[int]) -> dict[str, Any]:
     """Tasks of Dask, named so that it runs the realisations in their order."""
     from dask.order import order
 
-    names = [f"realization-{row:09d}" for row in range(len(wanted))]
+    names = [f"realisation-{row:09d}" for row in range(len(wanted))]
     # Dask orders tasks by itself: names are handed out so that its order is ours.
     rank = order(dict.fromkeys(names, (int,)))
     names.sort(key=rank.__getitem__)
     return {name: (partial(run, k),) for name, k in zip(names, wanted, strict=True)}
 
 
-def run_from_bytes(token: str, data: bytes, realization: int) -> Record:
+def run_from_bytes(token: str, data: bytes, realisation: int) -> Record:
     """Run a realisation on a worker of a cluster; its plan is opened once."""
     plan = _PLANS.get(token)
     if plan is None:
         plan = pickle.loads(data)
         _PLANS.clear()
         _PLANS[token] = plan
-    return plan.run(realization)
+    return plan.run(realisation)

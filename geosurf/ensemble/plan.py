@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -15,10 +15,11 @@ from geosurf.conventions import counted
 from geosurf.conventions.running import silence
 from geosurf.ensemble.change import Change, Draws, Prepared, Uncertainty
 from geosurf.ensemble.models import add_to
-from geosurf.ensemble.record import Layers, Record, UnitKey, areas_of
+from geosurf.ensemble.record import Layers, Record, areas_of
+from geosurf.ensemble.rock import Rock
 from geosurf.errors import GeosurfError, InputError
 from geosurf.scene import Scene
-from geosurf.scene.given import keep_results_apart, volumes_by_unit
+from geosurf.scene.given import keep_results_apart, known_regions, measured_units
 from geosurf.warning import silenced
 
 _BROKEN = (ArithmeticError, AssertionError, LookupError, TypeError, ValueError)
@@ -38,17 +39,21 @@ class Plan:
     seed : int
     grid : float, xarray object or None
         Nodes of maps; None: no maps.
+    rock : Rock
+        What is counted of each unit; what is uncertain of it is drawn with the rest.
     """
 
     model: Any
     uncertain: tuple[Uncertainty, ...]
     seed: int
     grid: Any = None
+    rock: Rock = field(default_factory=Rock)
 
     def __post_init__(self) -> None:
+        self.uncertain = (*self.uncertain, *self.rock.uncertain)
         self.layers: Layers | None = None
         self.reservoir: tuple[str, ...] = ()
-        self.regions: list[str] = []  # of the base case: zone, block, region, zone ...
+        self.regions: list[str] = []  # of the base case, the largest first
         # whether this process has the results that realisations share
         self._shared = False
         # Parameters are columns of the result, and select streams of random numbers.
@@ -95,26 +100,25 @@ class Plan:
         # The version counts: another geosurf may compute other volumes.
         digest = hashlib.sha256(f"{__version__} {self.seed}".encode())
         digest.update(self.model.identity().encode())
-        add_to(digest, (self.uncertain, self.layers.identity if self.layers else ""))
+        layers = self.layers.identity if self.layers else ""
+        add_to(digest, (self.uncertain, layers, self.rock.identity))
         return digest.hexdigest()
 
     # ---- scenes --------------------------------------------------------------------------
 
     def start(self) -> Record:
         """Build the base case, keep its area for all realisations, and measure it."""
+        change = self._change(None)
         base = self.base_case()
+        self.regions = list(base.regions)
+        self.rock.check(measured_units(base, whole=False))
         self.model.started(base)
+        self.model.name_regions(known_regions(base))
         self._shared = True
         self.reservoir = base.reservoir
-        self.regions = [
-            word
-            for region in base.regions.values()
-            for block in region.blocks
-            for word in (*block, region.name)
-        ]
         if self.grid is not None:
             self.layers = Layers.of(base, self.grid)
-        return self.measure(base, {})
+        return self.measure(base, change.numbers)
 
     def base_case(self) -> Scene:
         """Return the scene in which each parameter has its median; the model keeps its area.
@@ -126,28 +130,28 @@ class Plan:
         self.model.framed(lambda: self.model.outline(self._change(None)), reach)
         return self.scene(None)
 
-    def scene(self, realization: int | None) -> Scene:
+    def scene(self, realisation: int | None) -> Scene:
         """Return the scene of a realisation; None: the base case."""
-        scene: Scene = self.model.build(self._change(realization))
+        scene: Scene = self.model.build(self._change(realisation))
         return scene
 
-    def _change(self, realization: int | None) -> Change:
+    def _change(self, realisation: int | None) -> Change:
         """What changes in a realisation, with the numbers that were drawn for it."""
         # Uncertainties act in the order in which they were given.
-        change = Change(self.model, Draws(self.seed, realization))
+        change = Change(self.model, Draws(self.seed, realisation))
         for one in self.prepared:
             one.apply(change)
         return change
 
     # ---- results -------------------------------------------------------------------------
 
-    def run(self, realization: int) -> Record:
+    def run(self, realisation: int) -> Record:
         """
         Build and measure a realisation; one that fails has its reason in place of volumes.
 
         Warnings are counted, not issued: those of the base case are issued once.
         """
-        change = Change(self.model, Draws(self.seed, realization))
+        change = Change(self.model, Draws(self.seed, realisation))
         # One warning per realisation would fill the console; the ensemble has a line of its own.
         with silence(), silenced() as warnings:
             try:
@@ -162,7 +166,7 @@ class Plan:
             except _BROKEN as error:
                 record = Record.failed(change.numbers, f"{type(error).__name__}: {error}")
         # Equal warnings count once.
-        return record.numbered(realization, len(set(warnings)))
+        return record.numbered(realisation, len(set(warnings)))
 
     def _keep_apart(self, scene: Scene) -> None:
         """Let a realisation take shared results, and give none: nobody asks for its own.
@@ -176,17 +180,13 @@ class Plan:
             self._shared = True
 
     def measure(self, scene: Scene, numbers: dict[str, float]) -> Record:
-        """Return volumes of all units, and maps if they are requested."""
+        """Return what all units hold, and maps if they are requested."""
+        # Moved contacts cut known units for volumes; maps need the units themselves.
+        units = measured_units(scene, whole=self.layers is not None or self.rock.has_maps)
+        amounts = self.rock.amounts(units, numbers)
         if self.layers is None:
-            # Moved contacts cut known units for volumes; maps need the units themselves.
-            found = volumes_by_unit(scene)
-            return Record({UnitKey(*key): of for key, of in found.items()}, numbers, None)
-        volumes = {
-            # Labels go along: tables sum by zone, block or contact.
-            UnitKey(unit.name, unit.zone, unit.block, unit.contact): float(unit.volume)
-            for unit in scene.units.values()
-        }
-        return Record(volumes, numbers, self.layers.thickness(scene), juxtaposed=areas_of(scene))
+            return Record(amounts, numbers)
+        return Record(amounts, numbers, self.layers.thickness(scene), juxtaposed=areas_of(scene))
 
 
 def _with_tears(record: Record, scene: Scene) -> Record:

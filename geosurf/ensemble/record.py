@@ -1,4 +1,4 @@
-"""The result of one realisation, and the bytes that it is stored as until its region is full."""
+"""The result of one realisation, and the bytes that it is stored as until its batch is full."""
 
 from __future__ import annotations
 
@@ -138,7 +138,7 @@ def _intervals(names: list[str]) -> list[str]:
 # realisations have them.
 
 
-AREA, COLUMNS = "juxtaposed_area", "region_pairs"
+AREA, COLUMNS = "juxtaposed_area", "batch_pairs"
 PAIRS = 64  # columns of a chunk
 
 
@@ -173,33 +173,33 @@ class PairAreas:
         Of the ensemble.
     base : dict of PairKey to float
         Of the base case: its pairs come first.
-    n, n_region : int
-        Numbers of realisations and regions.
+    n, n_batch : int
+        Numbers of realisations and batches.
     whole : int
-        Regions that are written.
+        Batches that are written.
     """
 
     def __init__(
-        self, group: Any, base: dict[PairKey, float], n: int, n_region: int, whole: int
+        self, group: Any, base: dict[PairKey, float], n: int, n_batch: int, whole: int
     ) -> None:
         self.group = group
         columns = [group[name][:].tolist() for name in PairKey._fields]
         known = int(group[COLUMNS][whole - 1]) if whole else 0
         self.keys = [PairKey(*row) for row in zip(*(c[:known] for c in columns), strict=True)]
         group[AREA].resize((n, group[AREA].shape[1]))
-        group[COLUMNS].resize((n_region,))
+        group[COLUMNS].resize((n_batch,))
         self._add(base)
 
     @staticmethod
-    def create(new: Callable[..., Any], region: int) -> None:
+    def create(new: Callable[..., Any], batch: int) -> None:
         """Create the arrays; `new` creates one of the store."""
-        new(AREA, "f8", ("realization", "pair"), (region, PAIRS), units="m2")
-        new(COLUMNS, "i4", ("region",), (1,))
+        new(AREA, "f8", ("realisation", "pair"), (batch, PAIRS), units="m2")
+        new(COLUMNS, "i4", ("batch",), (1,))
         for name in PairKey._fields:
             new(name, str, ("pair",), (PAIRS,))
 
-    def write(self, region: int, at: slice, records: list[Record]) -> None:
-        """Write the areas of a region: NaN where a realisation failed, 0 for an absent pair."""
+    def write(self, batch: int, at: slice, records: list[Record]) -> None:
+        """Write the areas of a batch: NaN where a realisation failed, 0 for an absent pair."""
         for record in records:
             self._add(record.juxtaposed)
         if self.keys:
@@ -209,10 +209,10 @@ class PairAreas:
                     for r in records
                 ]
             )
-        self.group[COLUMNS][region] = len(self.keys)
+        self.group[COLUMNS][batch] = len(self.keys)
 
     def _add(self, keys: Iterable[PairKey]) -> None:
-        """Give new pairs a column; those of an interrupted region are written again."""
+        """Give new pairs a column; those of an interrupted batch are written again."""
         known = set(self.keys)
         self.keys += [key for key in keys if key not in known]
         n = len(self.keys)
@@ -226,37 +226,7 @@ class PairAreas:
 
 
 def juxtaposition(result: xarray.Dataset) -> xarray.Dataset:
-    """
-    Return how likely zones face each other across each fault, and over what area.
-
-    Parameters
-    ----------
-    result : xarray.Dataset
-        Of `run_ensemble` with maps.
-
-    Returns
-    -------
-    xarray.Dataset
-        Over ``pair``, with ``fault``, ``hanging_zone`` and ``foot_zone``: ``probability``, the
-        share of the realisations in which the area is above 0, and ``P90``, ``P50``, ``P10`` and
-        ``mean`` of the area [m2].
-
-    Raises
-    ------
-    InputError
-        If the ensemble has no areas, or no realisation was built.
-
-    Examples
-    --------
-    >>> import geosurf as gs
-    >>> world = gs.synthetic.tilted_planes(n=5)
-    >>> scene = gs.Scene(world.horizons, world.faults, world.box)
-    >>> shift = gs.ensemble.DepthShift("Top", gs.ensemble.Uniform(-9.0, 9.0))
-    >>> result = gs.run_ensemble(scene, 3, uncertain=[shift], maps=500.0, progress=False)
-    >>> float(juxtaposition(result).probability.max())
-    1.0
-    """
-    expect_ensemble(result, "juxtaposition")
+    """Return how likely zones face each other, see `Ensemble.juxtaposition`."""
     if AREA not in result.data_vars:
         raise InputError("this ensemble has no areas of juxtaposition. Run it with maps=True.")
     values = result[AREA].values[result.status.values == 1]
@@ -271,12 +241,17 @@ def juxtaposition(result: xarray.Dataset) -> xarray.Dataset:
 
 
 class UnitKey(NamedTuple):
-    """The name of a unit, and what it is a part of."""
+    """The name of a unit, what it is a part of, and what it holds.
+
+    A block may belong to another region in another realisation: that is another key.
+    """
 
     name: str
     zone: str
+    region: str
     block: str
     contact: str
+    fluid: str
 
 
 class PairKey(NamedTuple):
@@ -290,19 +265,19 @@ class PairKey(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class Record:
     """
-    Volumes, drawn numbers and maps of one realisation.
+    What units hold, drawn numbers and maps of one realisation.
 
     Attributes
     ----------
-    volumes : dict of UnitKey to float
-        [m3]; empty if the realisation failed.
+    amounts : dict of UnitKey to tuple of float
+        Columns of each unit, the gross rock volume first; empty if the realisation failed.
     numbers : dict of str to float
         Drawn value of each parameter.
     maps : ndarray of float32, shape (n_layer, n_row, n_col), or None
         Thickness of each layer [m], 0 where it is absent.
     reason : str
         Why it failed; empty if it did not.
-    realization : int
+    realisation : int
     juxtaposed : dict of PairKey to float
         Area of contact of zones across faults [m2]; with maps only.
     n_torn, n_searched : int
@@ -313,17 +288,18 @@ class Record:
 
     Examples
     --------
-    >>> record = Record({UnitKey("above Top", "above Top", "whole", ""): 5.0}, {"throw F1": 31.5})
+    >>> key = UnitKey("above Top", "above Top", "", "whole", "", "")
+    >>> record = Record({key: (5.0,)}, {"throw F1": 31.5})
     >>> twin = Record.from_bytes(record.to_bytes())
-    >>> twin.volumes == record.volumes, twin.numbers
+    >>> twin.amounts == record.amounts, twin.numbers
     (True, {'throw F1': 31.5})
     """
 
-    volumes: dict[UnitKey, float]
+    amounts: dict[UnitKey, tuple[float, ...]]
     numbers: dict[str, float] = field(default_factory=dict)
     maps: np.ndarray | None = None
     reason: str = ""
-    realization: int = -1
+    realisation: int = -1
     n_warning: int = 0
     juxtaposed: dict[PairKey, float] = field(default_factory=dict)
     n_torn: int = 0
@@ -335,25 +311,25 @@ class Record:
         # Reasons are shown in tables: one line.
         return cls({}, numbers, None, " ".join(reason.split()) or "no reason is given")
 
-    def numbered(self, realization: int, n_warning: int) -> Record:
+    def numbered(self, realisation: int, n_warning: int) -> Record:
         """Return the same with its number and warnings."""
-        return replace(self, realization=realization, n_warning=n_warning)
+        return replace(self, realisation=realisation, n_warning=n_warning)
 
     def to_bytes(self) -> bytes:
         """Return the record as the content of a file."""
         # Names and texts as JSON, numbers as arrays.
         head = {
-            "units": [list(key) for key in self.volumes],
+            "units": [list(key) for key in self.amounts],
             "parameters": list(self.numbers),
             "reason": self.reason,
-            "realization": self.realization,
+            "realisation": self.realisation,
             "n_warning": self.n_warning,
             "pairs": list(map(list, self.juxtaposed)),
             "torn": [self.n_torn, self.n_searched],
         }
         arrays: dict[str, Any] = {
             "head": np.frombuffer(json.dumps(head).encode(), dtype=np.uint8),
-            "volumes": np.array([*self.volumes.values()], dtype=np.float64),
+            "amounts": np.array([*self.amounts.values()], dtype=np.float64),
             "numbers": np.array([*self.numbers.values()], dtype=np.float64),
             "areas": np.array([*self.juxtaposed.values()], dtype=np.float64),
         }
@@ -372,18 +348,18 @@ class Record:
             keys = [UnitKey(*key) for key in head["units"]]
             pairs = [PairKey(*key) for key in head["pairs"]]
             return cls(
-                dict(zip(keys, arrays["volumes"].tolist(), strict=True)),
+                dict(zip(keys, map(tuple, arrays["amounts"].tolist()), strict=True)),
                 dict(zip(head["parameters"], arrays["numbers"].tolist(), strict=True)),
                 arrays.get("maps", None),
-                head["reason"], head["realization"], head["n_warning"],
+                head["reason"], head["realisation"], head["n_warning"],
                 dict(zip(pairs, arrays["areas"].tolist(), strict=True)), *head["torn"],
             )  # fmt: skip
 
 
 def expect_ensemble(result: Any, who: str) -> None:
     """Refuse what is not the result of an ensemble."""
-    if not {"volume", "status", "drawn"} <= set(getattr(result, "data_vars", ())):
+    if not {"bulk", "status", "drawn"} <= set(getattr(result, "data_vars", ())):
         raise InputError(
-            f"{who} takes the results of an ensemble, not {type(result).__name__}. Pass what "
-            "run_ensemble or open_ensemble returns."
+            f"{who} takes the data of an ensemble, not {type(result).__name__}. Call run_ensemble "
+            "or open_ensemble."
         )

@@ -1,4 +1,4 @@
-"""The results of an ensemble: quantiles, convergence with the number of realisations, tornado."""
+"""The results of an ensemble: sums, quantiles, convergence, tornado, tables."""
 
 from __future__ import annotations
 
@@ -6,93 +6,525 @@ import csv
 import io
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
 from geosurf.conventions import counted, did_you_mean, is_number, is_word, volume_text
-from geosurf.ensemble.record import expect_ensemble
+from geosurf.conventions.card import Card
+from geosurf.ensemble.record import expect_ensemble, juxtaposition
 from geosurf.errors import InputError
+from geosurf.measure.volumetrics import COLUMNS, FLUIDS
+from geosurf.model.base import Noun
 from geosurf.model.expected import listed, path_of
-from geosurf.model.regions import opposite, sides_of_block
 from geosurf.model.units import INCLUDE, INTERVALS
 
 if TYPE_CHECKING:  # pragma: no cover - types only
+    import pandas
     import xarray
 
+    from geosurf.ensemble.plots import EnsemblePlots
 
-# ---- tables ----------------------------------------
-# Tables of quantiles, for people and for spreadsheets.
-
-
-COLUMNS = ("P90", "P50", "P10", "mean", "sd", "present")
-
-
-def quantile_csv(result: xarray.Dataset, by: str, include: str = "reservoir") -> str:
-    """
-    Return quantiles as text with commas: volumes in m3.
-
-    Parameters
-    ----------
-    result : xarray.Dataset
-        Of `run_ensemble`.
-    by : {"unit", "zone", "region", "block", "contact"}
-    include : {"reservoir", "all"}
-
-    Returns
-    -------
-    str
-        One row for each unit or sum; the columns ``n`` and ``failed`` count realisations.
-    """
-    found, file = quantiles(result, by, include=include), io.StringIO()
-    writer = csv.writer(file, lineterminator="\n")
-    # Units in the names of columns, since a table of text has no attributes.
-    writer.writerow([by, *(f"{c}_m3" if c != "present" else c for c in COLUMNS), "n", "failed"])
-    for row, name in enumerate(found[by].values.tolist()):
-        # repr() keeps all digits.
-        numbers = [repr(float(found[column][row])) for column in COLUMNS]
-        writer.writerow([name, *numbers, found.attrs["n"], found.attrs["failed"]])
-    return file.getvalue()
-
-
-def quantile_text(result: xarray.Dataset, by: str = "contact", include: str = "reservoir") -> str:
-    """
-    Return quantiles as a table for the console: volumes in million m3.
-
-    Parameters
-    ----------
-    result : xarray.Dataset
-        Of `run_ensemble`.
-    by : {"unit", "zone", "region", "block", "contact"}
-    include : {"reservoir", "all"}
-
-    Returns
-    -------
-    str
-    """
-    found = quantiles(result, by, include=include)
-    names = found[by].values.tolist()
-    width = max(len(by), *map(len, names))
-    lines = [
-        f"GRV [million m³] of {found.attrs['n']} realisations, {found.attrs['failed']} failed",
-        f"{by:<{width}}" + "".join(f"{column:>12}" for column in COLUMNS[:3]),
-    ]
-    for row, name in enumerate(names):
-        # Million cubic metres, as in messages.
-        numbers = (float(found[column][row]) / 1e6 for column in COLUMNS[:3])
-        lines.append(f"{name:<{width}}" + "".join(f"{number:12.3f}" for number in numbers))
-    return "\n".join([*lines, *filter(None, [left_out(result, include)])])
-
-
-BY = ("unit", "zone", "region", "block", "contact")
+LABELS = ("unit", "zone", "region", "block", "contact", "fluid")  # of each unit
+FLUIDS_IN_PLACE = ("stoiip", "giip")
 EXCEEDED = (90, 50, 10)  # %: P90 is exceeded by 90 % of the realisations
+STATISTICS = ("P90", "P50", "P10", "mean", "sd", "base", "present")
 LEAST = 10  # realisations for a tornado
 TAIL = 0.2  # of the realisations: those with a low or high value of a parameter
+MILLION = 1e6
+TOTAL = {"reservoir": "reservoir", "all": "all units"}  # what tables call the sum of all
 
 
-def open_ensemble(store: str | os.PathLike[str]) -> xarray.Dataset:
+class Ensemble(Noun):
+    """The realisations of a model, with their volumes and fluids in place.
+
+    All answers are for the reservoir; ``include="all"`` adds over- and underburden. Sums are taken
+    in each realisation, and quantiles of these. Realisations that could not be built take no part.
+    ``print`` shows P90, P50 and P10 by region and fluid.
+
+    What is summed is `of`: a column of `data`; default ``stoiip``, ``giip`` where there is no oil,
+    or the last one that there is. `where` restricts it: ``region="A"``, ``fluid=("oil", "gas")``,
+    likewise ``unit``, ``zone``, ``block``, ``contact``.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        See `run_ensemble`.
+
+    Attributes
+    ----------
+    data : xarray.Dataset
+
+    Examples
+    --------
+    >>> import geosurf as gs
+    >>> world = gs.synthetic.tilted_planes(n=9)
+    >>> scene = gs.Scene(world.horizons, world.faults, world.box, contacts={"OWC": -2100.0})
+    >>> level = gs.ensemble.ContactLevel("OWC", shift=gs.ensemble.Uniform(-10.0, 10.0))
+    >>> ensemble = gs.run_ensemble(scene, 20, uncertain=[level], progress=False)
+    >>> found = ensemble.quantiles(by="region", fluid="oil")
+    >>> bool((found.P90 <= found.P50).all() and (found.P50 <= found.P10).all()), found.attrs["n"]
+    (True, 20)
+    """
+
+    def __init__(self, data: xarray.Dataset) -> None:
+        expect_ensemble(data, "Ensemble")
+        self.data = data
+
+    # ---- what there is -------------------------------------------------------------------
+
+    @property
+    def n_built(self) -> int:
+        """Number of realisations that were built."""
+        return int((self.data.status == 1).sum())
+
+    @property
+    def n_failed(self) -> int:
+        """Number of realisations that could not be built: ``data.reason`` has the reasons."""
+        return int((self.data.status == 2).sum())
+
+    @property
+    def columns(self) -> list[str]:
+        """What is counted of each unit, from gross rock volume (``bulk``) to fluids in place."""
+        return [name for name in COLUMNS if name in self.data]
+
+    @cached_property
+    def parts(self) -> str:
+        """What zones consist of: ``"fluid"`` where contacts name fluids, else ``"contact"``."""
+        return "fluid" if (self.data.fluid.values != "").any() else "contact"
+
+    @cached_property
+    def answers(self) -> list[tuple[str, dict[str, Any]]]:
+        """What is asked for first: oil and gas in place, else the rock that holds them."""
+        in_place = [k for k in FLUIDS_IN_PLACE if k in self.data and (self.data[k] > 0).any()]
+        if in_place:
+            return [(name, {}) for name in in_place]
+        words = set(self.data[self.parts].values.tolist())
+        part = [w for w in sorted(words) if w in FLUIDS[:2] or w.startswith("above ")]
+        return [(self.columns[-1], {self.parts: tuple(part)} if part else {})]
+
+    def name(self, of: str | None = None) -> str:
+        """Return a column and its unit in words, as ``"STOIIP [million Sm³]"``.
+
+        Parameters
+        ----------
+        of : str, optional
+        """
+        attrs = self.data[self._column(of)].attrs
+        words = attrs["long_name"].rpartition("(")
+        short = words[2].rstrip(")") if words[0] else attrs["long_name"]
+        return f"{short} [million {attrs['units'].replace('m3', 'm³')}]"
+
+    # ---- sums and quantiles --------------------------------------------------------------
+
+    def sums(
+        self, by: str | Sequence[str] = (), of: str | None = None, include: str = "reservoir",
+        **where: Any,
+    ) -> xarray.DataArray:  # fmt: skip
+        """
+        Return the sums of each realisation that was built.
+
+        Parameters
+        ----------
+        by : str or sequence of str
+            ``"region"``, ``"zone"``, ``"block"``, ``"contact"``, ``"fluid"``, ``"unit"``, several
+            of them, or none for the total.
+        of : str, optional
+        include : {"reservoir", "all"}
+        **where
+
+        Returns
+        -------
+        xarray.DataArray
+            (realisation, by ...); 0 where there is no unit.
+
+        Raises
+        ------
+        InputError
+            For an unknown word, or if no realisation was built.
+        """
+        part, keys, name = self._part(include, where), _keys(by), self._column(of)
+        rows = np.flatnonzero(self.data.status.values == 1)
+        if not len(rows):
+            raise InputError("no realisation of this ensemble has been built, so it has no sums.")
+        values, names, _ = _summed(part, part[name].values[rows], keys, self._regions)
+        return xr.DataArray(
+            values, {"realisation": self.data.realisation.values[rows], **names},
+            ("realisation", *keys), name=name, attrs=part[name].attrs,
+        )  # fmt: skip
+
+    def quantiles(
+        self, by: str | Sequence[str] | None = None, of: str | None = None,
+        include: str = "reservoir", exceeded: Sequence[float] = EXCEEDED, **where: Any,
+    ) -> xarray.Dataset:  # fmt: skip
+        """
+        Return P90, P50 and P10 of sums, their mean and the base case.
+
+        Parameters
+        ----------
+        by : str or sequence of str, optional
+            As for `sums`. Default: region; of rock also fluid, or contact interval.
+        of, include, **where
+            As for `sums`.
+        exceeded : sequence of float
+            Percentages: P90, the low case, is what 90 % of the realisations exceed.
+
+        Returns
+        -------
+        xarray.Dataset
+            Over `by`: ``P90``, ``P50``, ``P10``, ``mean``, ``sd``, ``base``, and ``present``: share
+            of the realisations in which the sum is above 0. ``attrs["n"]`` counts realisations that
+            were built, ``attrs["failed"]`` the others.
+
+        Raises
+        ------
+        InputError
+            As `sums`, and for percentages outside of 0 to 100.
+        """
+        for share in listed(exceeded, "quantiles takes percentages", "exceeded=(90, 50, 10)"):
+            if not (is_number(share) and 0 <= share <= 100):
+                raise InputError(f"exceeded has {share!r}; give percentages from 0 to 100.")
+        name = self._column(of)
+        parts = () if name in FLUIDS_IN_PLACE else (self.parts,)
+        keys = ("region", *parts) if by is None else _keys(by)
+        found = self.sums(keys, name, include, **where)
+        values, attrs = found.values, found.attrs
+        data: dict[str, Any] = {
+            # P90 is exceeded by 90 %: the lower tail, as reserves are quoted.
+            f"P{share:g}": (keys, np.quantile(values, 1.0 - share / 100.0, axis=0), attrs)
+            for share in exceeded
+        }
+        data["mean"] = keys, values.mean(axis=0), attrs
+        data["sd"] = keys, values.std(axis=0, ddof=1 if len(values) > 1 else 0), attrs
+        # How often a unit exists at all, which volumes alone do not show.
+        data["present"] = keys, (values > 0).mean(axis=0), {"units": "1"}
+        part = self._part(include, where)
+        base, names, _ = _summed(part, part[f"base_{found.name}"].values[None], keys, self._regions)
+        data["base"] = keys, base[0], attrs
+        return xr.Dataset(data, names, {"n": len(values), "failed": self.n_failed})
+
+    def convergence(
+        self, of: str | None = None, include: str = "reservoir", **where: Any
+    ) -> xarray.Dataset:
+        """
+        Return how P90, P50, P10 and the mean of a sum settle with the number of realisations.
+
+        Parameters
+        ----------
+        of, include, **where
+            As for `sums`. Default: the first of `answers`.
+
+        Returns
+        -------
+        xarray.Dataset
+            Over ``n``, from 2 to all that were built: ``P90``, ``P50``, ``P10``, ``mean`` and
+            ``standard_error`` of the mean.
+
+        Raises
+        ------
+        InputError
+            As `sums`, and for an ensemble of less than two realisations.
+        """
+        sums = self.answer(of, include, **where)
+        values, attrs = sums.values, sums.attrs
+        if len(values) < 2:
+            raise InputError("convergence needs at least two realisations. Give a larger n.")
+        # From two on: one realisation has no spread.
+        counts = np.arange(2, len(values) + 1)
+        data: dict[str, Any] = {
+            f"P{share}": (
+                "n", np.array([np.quantile(values[:n], 1 - share / 100) for n in counts]), attrs
+            )
+            for share in EXCEEDED
+        }  # fmt: skip
+        data["mean"] = ("n", np.array([values[:n].mean() for n in counts]), attrs)
+        # Standard error of the mean: by how much more realisations could still move it.
+        errors = np.array([values[:n].std(ddof=1) / np.sqrt(n) for n in counts])
+        data["standard_error"] = ("n", errors, attrs)
+        return xr.Dataset(data, coords={"n": counts})
+
+    def tornado(
+        self, of: str | None = None, include: str = "reservoir", **where: Any
+    ) -> xarray.Dataset:
+        """
+        Return how strongly each uncertain input moves a sum, the strongest first.
+
+        Parameters
+        ----------
+        of, include, **where
+            As for `sums`. Default: the first of `answers`.
+
+        Returns
+        -------
+        xarray.Dataset
+            Over ``parameter``: ``rank_correlation`` (Spearman, -1 to 1), and ``low`` and ``high``:
+            the mean of the fifth of the realisations with its lowest and highest values.
+            ``attrs["noise"]``: smaller rank correlations may be chance.
+
+        Raises
+        ------
+        InputError
+            As `sums`, and for an ensemble of less than ten realisations.
+
+        Notes
+        -----
+        It takes the realisations as they are: no model is built for it, parameters interact as they
+        do in the ensemble, and a field counts by its mean. See docs/guides/ensembles.md.
+        """
+        sums = self.answer(of, include, **where)
+        values, attrs = sums.values, sums.attrs
+        if len(values) < LEAST:
+            raise InputError("a tornado needs at least ten realisations. Give a larger n.")
+        # Rows of the volumes: realisations that were built.
+        drawn = self.data.drawn.values[self.data.status.values == 1]
+        n_tail = max(1, round(TAIL * len(values)))
+        rows = []
+        # Both measures need no assumption about the shape of the dependence.
+        for column in drawn.T:
+            order = np.argsort(column, kind="stable")
+            low, high = values[order[:n_tail]].mean(), values[order[-n_tail:]].mean()
+            rows.append((_rank_correlation(column, values), low, high))
+        table = np.array(rows).reshape(-1, 3)
+        # Widest bar first, as a tornado is drawn.
+        order = np.argsort(-np.abs(table[:, 2] - table[:, 1]), kind="stable")
+        return xr.Dataset(
+            {
+                "rank_correlation": ("parameter", table[order, 0], {"units": "1"}),
+                "low": ("parameter", table[order, 1], attrs),
+                "high": ("parameter", table[order, 2], attrs),
+            },
+            coords={"parameter": self.data.parameter.values[order]},
+            attrs={"mean": float(values.mean()), "noise": 2.0 / np.sqrt(len(values))},
+        )
+
+    def answer(
+        self, of: str | None = None, include: str = "reservoir", **where: Any
+    ) -> xarray.DataArray:
+        """Return one sum of each realisation: by default the first of `answers`."""
+        if of is None and not where:
+            of, where = self.answers[0]
+        return self.sums((), of, include, **where)
+
+    def juxtaposition(self) -> xarray.Dataset:
+        """
+        Return how likely zones face each other across each fault, and over what area.
+
+        Returns
+        -------
+        xarray.Dataset
+            Over ``pair``, with ``fault``, ``hanging_zone`` and ``foot_zone``: ``probability``, the
+            share of the realisations in which the area is above 0, and ``P90``, ``P50``, ``P10``
+            and ``mean`` of the area [m2].
+
+        Raises
+        ------
+        InputError
+            If the ensemble has no maps, and therefore no areas, or no realisation was built.
+        """
+        return juxtaposition(self.data)
+
+    # ---- tables --------------------------------------------------------------------------
+
+    def to_dataframe(
+        self, by: str | Sequence[str] | None = None, include: str = "reservoir", **where: Any
+    ) -> pandas.DataFrame:
+        """
+        Return one row for each realisation and part of the reservoir, with all columns.
+
+        Parameters
+        ----------
+        by : str or sequence of str, optional
+            As for `sums`. Default: region, zone, and fluid or contact interval.
+        include, **where
+            As for `sums`.
+
+        Returns
+        -------
+        pandas.DataFrame
+            ``realisation``, labels, and the columns that there are; NaN where a realisation failed,
+            0 where it does not have a part. ``attrs["units"]`` has the units of measure.
+            ``data.drawn.to_pandas()`` has the drawn numbers of each realisation.
+        """
+        import pandas
+
+        keys = ("region", "zone", self.parts) if by is None else _keys(by)
+        part, rows = self._part(include, where), np.flatnonzero(self.data.status.values)
+        found = {}
+        for name in self.columns:
+            sums, names, count = _summed(part, part[name].values[rows], keys, self._regions)
+            found[name] = sums[:, count > 0].ravel() if keys else sums
+        there = np.nonzero(count) if keys else ()
+        n = int((count > 0).sum())
+        table = {"realisation": np.repeat(self.data.realisation.values[rows], n)}
+        for key, at in zip(keys, there, strict=True):
+            table[key] = np.tile(np.array(names[key], dtype=object)[at], len(rows))
+        frame = pandas.DataFrame({**table, **found})
+        frame.attrs["units"] = {name: self.data[name].attrs["units"] for name in self.columns}
+        return frame
+
+    def rows(
+        self, of: str | None = None, include: str = "reservoir",
+        groups: Sequence[Sequence[str]] | None = None, **where: Any,
+    ) -> Iterator[tuple[tuple[str, ...], dict[str, float]]]:  # fmt: skip
+        """
+        Yield labels and statistics of sums that are not 0 everywhere, for tables.
+
+        Parameters
+        ----------
+        of, include, **where
+            As for `sums`.
+        groups : sequence of sequence of str, optional
+            What to sum by, one after the other. Default: the total, regions and fluids, where there
+            are several.
+        """
+        if groups is None:
+            part = self._part(include, where)
+            every: list[Sequence[str]] = [(self.parts,), ("region",), ("region", self.parts)]
+            every = every[1:2] if self._column(of) in FLUIDS_IN_PLACE else every
+            groups = [(), *(k for k in every if all(len(np.unique(part[w])) > 1 for w in k))]
+        for keys in groups:
+            found = self.quantiles(keys, of, include, **where)
+            for at in np.ndindex(*found.sizes.values()):
+                numbers = {key: float(found[key].values[at]) for key in STATISTICS}
+                if not keys or any(numbers[key] for key in STATISTICS):
+                    yield (
+                        tuple(str(found[k].values[i]) for k, i in zip(keys, at, strict=True)),
+                        numbers,
+                    )
+
+    def __str__(self) -> str:
+        return quantile_text(self)
+
+    def __repr__(self) -> str:
+        return f"<Ensemble: {self.n_built} realisations built, {self.n_failed} failed>"
+
+    def _card(self) -> Card:
+        """Return P90, P50 and P10 of the answers by region."""
+        rows = []
+        for of, where in self.answers if self.n_built else ():
+            for labels, found in self.rows(of, groups=[(), ("region",)], **where):
+                numbers = " / ".join(f"{found[key] / MILLION:.2f}" for key in STATISTICS[:3])
+                rows.append((" ".join((self.name(of), *labels)), f"{numbers} (P90 / P50 / P10)"))
+        return Card(repr(self)[1:-1], rows)
+
+    # ---- pictures and pages --------------------------------------------------------------
+
+    @property
+    def plot(self) -> EnsemblePlots:
+        """The charts of the ensemble: ``plot.tornado()``, ``plot.quantiles()`` ..."""
+        from geosurf.ensemble.plots import EnsemblePlots
+
+        return EnsemblePlots(self)
+
+    def report(
+        self, folder: str | os.PathLike[str], *, title: str = "Ensemble", made: str = "",
+        inputs: Mapping[str, Any] | None = None,
+        relative_to: str | os.PathLike[str] | None = None, include: str = "reservoir",
+    ) -> Path:  # fmt: skip
+        """
+        Write ``index.html``: quantiles, tornado, convergence, maps and failures.
+
+        The page is one file, which needs no network. Its charts are PNG files, too, in the folder
+        ``pictures``.
+
+        Parameters
+        ----------
+        folder : path-like
+            Folder of the page. It is created if it does not exist.
+        title : str
+            Heading of the page.
+        made : str
+            A date or a name to print below the title. By default the page has no date, so the same
+            results give the same page.
+        inputs : mapping of str to path-like, optional
+            Files that the model was made of: the page lists their paths, sizes and hashes.
+        relative_to : path-like, optional
+            Folder that printed paths start from. Default: the current folder.
+        include : {"reservoir", "all"}
+            ``"all"``: also over- and underburden.
+
+        Returns
+        -------
+        pathlib.Path
+            File of the page.
+
+        Raises
+        ------
+        InputError
+            If no realisation was built, or the files or their folder are not named as above.
+        OutputError
+            If a file cannot be written.
+        DependencyError
+            If matplotlib, which draws the charts, is not installed.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> import geosurf as gs
+        >>> from geosurf.ensemble import ContactLevel, Uniform
+        >>> world = gs.synthetic.tilted_planes(n=3)
+        >>> scene = gs.Scene(world.horizons, world.faults, world.box, contacts={"OWC": -2200.0})
+        >>> level = ContactLevel("OWC", shift=Uniform(-9.0, 9.0))
+        >>> ensemble = gs.run_ensemble(scene, 3, uncertain=[level], progress=False)
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     ensemble.report(folder, title="Two planes").name
+        'index.html'
+        """
+        from geosurf.ensemble.report import report_ensemble
+
+        return report_ensemble(
+            self, path_of(folder, "report"), str(title), made, inputs, relative_to, include
+        )
+
+    # ---- inner ---------------------------------------------------------------------------
+
+    @property
+    def _regions(self) -> list[str]:
+        """Names of regions of the base case, the largest first."""
+        return list(self.data.attrs.get("regions", ()))
+
+    def _column(self, of: Any) -> str:
+        """The name of a column, or an error that lists them."""
+        if of is None:
+            return self.answers[0][0]
+        if not is_word(of, self.columns):
+            raise InputError(
+                f"of is {of!r}; this ensemble has {', '.join(self.columns)}."
+                f"{did_you_mean(str(of), self.columns)} Others need volumetrics=."
+            )
+        return str(of)
+
+    def _part(self, include: str, where: Mapping[str, Any]) -> xarray.Dataset:
+        """Data of the units that count."""
+        if not is_word(include, INCLUDE):
+            raise InputError(f"include is {include!r}; it must be one of {', '.join(INCLUDE)}.")
+        keep = np.ones(self.data.sizes["unit"], dtype=bool)
+        if include != "all" and "reservoir" in self.data.attrs:
+            keep &= np.isin(self.data.zone.values.astype(str), self.data.attrs["reservoir"])
+        for key, value in where.items():
+            if key not in LABELS:
+                raise InputError(
+                    f"{key!r} does not restrict sums; {', '.join(LABELS)} do."
+                    f"{did_you_mean(key, LABELS)}"
+                )
+            known = list(dict.fromkeys(self.data[key].values.tolist()))
+            how = f"give one name or several: {key}={known[-1:]}"
+            words = [value] if isinstance(value, str) else listed(value, f"{key} takes names", how)
+            for word in words or [None]:
+                if not is_word(word, known):
+                    raise InputError(
+                        f"no {key} is called {word!r}; there are {', '.join(known)}."
+                        f"{did_you_mean(str(word), known)}"
+                    )
+            keep &= np.isin(self.data[key].values.astype(str), words)
+        return self.data.isel(unit=np.flatnonzero(keep))
+
+
+def open_ensemble(store: str | os.PathLike[str]) -> Ensemble:
     """
     Return the results in the store of an ensemble; also while it is running.
 
@@ -103,7 +535,7 @@ def open_ensemble(store: str | os.PathLike[str]) -> xarray.Dataset:
 
     Returns
     -------
-    xarray.Dataset
+    Ensemble
         As from `run_ensemble`, in memory. Realisations that have not run have status 0.
 
     Raises
@@ -119,8 +551,8 @@ def open_ensemble(store: str | os.PathLike[str]) -> xarray.Dataset:
     if not (path / ".zgroup").is_file():
         raise InputError(f"{path} is not an ensemble. Give the store= of run_ensemble.")
     opened = xr.open_zarr(path, consolidated=False, chunks=None, mask_and_scale=False)
-    # Sums of single regions are for continuing only.
-    hidden = [name for name in opened.data_vars if str(name).startswith("region_")]
+    # Sums of single batches are for continuing only.
+    hidden = [name for name in opened.data_vars if str(name).startswith("batch_")]
     result: xarray.Dataset = opened.drop_vars(hidden).load()
     opened.close()
     for name in [*result.variables]:
@@ -131,334 +563,149 @@ def open_ensemble(store: str | os.PathLike[str]) -> xarray.Dataset:
                 if name in result.coords
                 else result.assign({name: (result[name].dims, values)})
             )
-    result = result.set_coords(["zone", "block", "contact", "parameter_unit"])
-    words = [*result.attrs.pop("regions", ())]  # stores that were begun earlier do not state them
-    names = regions_of(result.zone.values, result.block.values, words)
-    result = result.assign_coords(region=("unit", np.array(names, dtype=object)))
-    # Stores that were begun earlier have no distributions in words.
-    if "parameter_distribution" in result:
-        result = result.set_coords("parameter_distribution")
+    labels = (*LABELS[1:], "parameter_unit", "parameter_distribution")
+    result = result.set_coords(labels)
     if "juxtaposed_area" in result:
         result = result.set_coords(["fault", "hanging_zone", "foot_zone"])
     # Realisations that have not run have no volume; 0 would mean an absent unit.
     unfinished = result.status.values == 0
-    result["volume"] = result.volume.where(~unfinished[:, None])
-    return result
+    for name in COLUMNS:
+        if name in result:
+            result[name] = result[name].where(~unfinished[:, None])
+    return Ensemble(result)
 
 
-def regions_of(zones: Sequence[str], blocks: Sequence[str], words: Sequence[str]) -> list[str]:
+# ---- tables ----------------------------------------
+# Tables of quantiles, for people and for spreadsheets.
+
+
+def quantile_csv(ensemble: Ensemble, by: Sequence[str], include: str = "reservoir") -> str:
     """
-    Return the region of the base case that each block of a zone belongs to; '' for none.
+    Return quantiles of all columns as text with commas.
 
-    A block that the base case does not have belongs to the region of one that lies on no opposite
-    side of a fault, and on the most sides that it lies on: of several the first, in the largest
-    region.
+    Parameters
+    ----------
+    ensemble : Ensemble
+    by : sequence of str
+    include : {"reservoir", "all"}
 
-    Examples
-    --------
-    >>> base = ["T/B", "F1+", "A", "T/B", "F1-", "B"]
-    >>> regions_of(["T/B", "T/B", "below B"], ["F1-", "F1+ F2-", "whole"], base)
-    ['B', 'A', '']
+    Returns
+    -------
+    str
+        One row for each column and sum that is not 0 everywhere; ``n`` and ``failed`` count
+        realisations.
     """
-    known = list(zip(words[0::3], words[1::3], words[2::3], strict=True))
-    exact = {(zone, block): region for zone, block, region in known}
-    found = []
-    for zone, block in zip(zones, blocks, strict=True):
-        sides = sides_of_block(block)
-        others = {opposite(side) for side in sides}
-        fits = [
-            (len(sides & sides_of_block(other)), -k, region)
-            for k, (its_zone, other, region) in enumerate(known)
-            if its_zone == zone and not others & sides_of_block(other)
+    file = io.StringIO()
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow([*by, "quantity", "units", *STATISTICS, "n", "failed"])
+    for of in ensemble.columns:
+        for labels, found in ensemble.rows(of, include, [by]):
+            # repr() keeps all digits.
+            numbers = [repr(found[key]) for key in STATISTICS]
+            units = ensemble.data[of].attrs["units"]
+            writer.writerow([*labels, of, units, *numbers, ensemble.n_built, ensemble.n_failed])
+    return file.getvalue()
+
+
+def realisations_csv(ensemble: Ensemble, include: str = "reservoir") -> str:
+    """Return one row for each realisation and region as text: rock by fluid, and drawn numbers."""
+    data, keys = ensemble.data, ["realisation", "region"]
+    frame = ensemble.to_dataframe("region", include).set_index(keys)
+    parts = ensemble.to_dataframe(("region", ensemble.parts), include)
+    rock = parts.pivot_table("bulk", keys, ensemble.parts, sort=False, dropna=False).fillna(0.0)
+    for k, name in enumerate(word for word in rock.columns if word):
+        frame.insert(k + 1, f"bulk {name}", rock[name].where(frame.bulk.notna()))
+    units = {name: data[name.partition(" ")[0]].attrs["units"] for name in frame.columns}
+    frame = frame.rename(columns={name: f"{name} [{unit}]" for name, unit in units.items()})
+    drawn = data.drawn.to_pandas()
+    drawn.columns = [
+        f"{name} [{unit}]"
+        for name, unit in zip(data.parameter.values, data.parameter_unit.values, strict=True)
+    ]
+    text: str = frame.reset_index().join(drawn, on="realisation").to_csv(index=False)
+    return text
+
+
+def quantile_text(ensemble: Ensemble, include: str = "reservoir") -> str:
+    """Return P90, P50 and P10 by region and fluid for the console: oil and gas in place first."""
+    asked = [of for of, _ in ensemble.answers]
+    lines = [f"{counted(ensemble.n_built, 'realisation')}, {ensemble.n_failed} failed"]
+    for of in dict.fromkeys([*asked, "bulk"]):
+        rows = [
+            (" ".join(labels) or TOTAL[include], found)
+            for labels, found in ensemble.rows(of, include)
+            if not labels or found["P10"] or found["base"]  # others are in the files
         ]
-        found.append(exact.get((zone, block)) or max(fits, default=(0, 0, ""))[2])
-    return found
+        head = ensemble.name(of)
+        width = max(len(head), *(len(label) for label, _ in rows))
+        lines += ["", f"{head:<{width}}" + "".join(f"{key:>12}" for key in STATISTICS[:3])]
+        for label, found in rows:
+            # Millions, as in messages.
+            numbers = "".join(f"{found[key] / MILLION:12.3f}" for key in STATISTICS[:3])
+            lines.append(f"{label:<{width}}{numbers}")
+    return "\n".join([*lines, *filter(None, [left_out(ensemble, include)])])
 
 
-def included(result: xarray.Dataset, include: str) -> xarray.Dataset:
-    """Return results of the units that tables show; these are all that is in them.
-
-    Raises
-    ------
-    InputError
-        For another word than ``"reservoir"`` and ``"all"``.
-    """
-    if not is_word(include, INCLUDE):
-        raise InputError(f"include is {include!r}; it must be one of {', '.join(INCLUDE)}.")
-    zones = result.attrs.get("reservoir")  # stores that were begun earlier do not state it
-    if zones is not None and include != "all":
-        result = result.isel(unit=np.flatnonzero(np.isin(result.zone.values.astype(str), zones)))
-    found: xarray.Dataset = result.assign_attrs()  # a copy, in which nothing is left to leave out
-    found.attrs.pop("reservoir", None)
-    return found
-
-
-def left_out(result: xarray.Dataset, include: str) -> str:
+def left_out(ensemble: Ensemble, include: str) -> str:
     """How many units tables leave out, their volume, and how to see them; '' for none."""
-    part = included(result, include)
-    n = result.sizes["unit"] - part.sizes["unit"]
-    if not n:
+    part, data = ensemble._part(include, {}), ensemble.data
+    n = data.sizes["unit"] - part.sizes["unit"]
+    if not n or data.bulk.attrs["units"] != "m3":
         return ""
-    rest = volume_text(float(result.base_volume.sum() - part.base_volume.sum()))
+    rest = volume_text(float(data.base_bulk.sum() - part.base_bulk.sum()))
     return (
         f"Not shown: {counted(n, 'unit')} outside the reservoir, {rest} in the base case. To list "
         'them: include="all" (in a scenario: in [output]).'
     )
 
 
-def volumes_by(
-    result: xarray.Dataset, by: str = "unit", include: str = "reservoir"
-) -> xarray.DataArray:
-    """
-    Return the volumes of realisations that were built, unit by unit or summed.
+# ---- sums ----------------------------------------
 
-    Parameters
-    ----------
-    result : xarray.Dataset
-        Of `run_ensemble`.
-    by : {"unit", "zone", "region", "block", "contact"}
-        Over what units are summed. ``"contact"``: zone and contact interval.
-    include : {"reservoir", "all"}
-        ``"all"``: also over- and underburden, which the results hold as well.
 
-    Returns
-    -------
-    xarray.DataArray
-        (realization, by) [m3].
-
-    Raises
-    ------
-    InputError
-        For another word, or if no realisation was built.
-    """
-    expect_ensemble(result, "volumes_by")
-    result = included(result, include)
-    if not is_word(by, BY):
+def _keys(by: Any) -> tuple[str, ...]:
+    """Words to sum by, or an error that lists them."""
+    keys = (by,) if isinstance(by, str) else by
+    if not isinstance(keys, list | tuple) or any(not is_word(key, LABELS) for key in keys):
         raise InputError(
-            f"by is {by!r}; it must be one of {', '.join(BY)}.{did_you_mean(str(by), BY)}"
+            f"by is {by!r}; give one or several of {', '.join(LABELS)}."
+            f"{did_you_mean(str(by), LABELS)}"
         )
-    # Failed realisations take no part in statistics.
-    rows = np.flatnonzero(result.status.values == 1)
-    if not len(rows):
-        raise InputError("no realisation of this ensemble has been built, so it has no volumes.")
-    volume: xarray.DataArray = result.volume.isel(realization=rows)
-    if by == "unit":
-        return volume
-    labels, names = _labels(result, by)
-    sums = np.stack(
-        [volume.values[:, [k for k, one in enumerate(labels) if one == name]].sum(axis=1)
-         for name in names], axis=1,
-    )  # fmt: skip
-    return xr.DataArray(
-        sums, dims=("realization", by), attrs={"units": "m3"}, name="volume",
-        coords={"realization": volume.realization.values, by: np.array(names, dtype=object)},
-    )  # fmt: skip
+    return tuple(keys)
 
 
-def _labels(result: xarray.Dataset, by: str) -> tuple[list[str], list[str]]:
-    """The sum that each unit is a part of, and all sums in the order of units, each once.
-
-    Parts of a zone go from above its contacts to below them: the first block of a zone may lack
-    some of them.
+def _summed(
+    part: xarray.Dataset, values: np.ndarray, keys: Sequence[str], regions: Sequence[str]
+) -> tuple[np.ndarray, dict[str, Any], np.ndarray]:
     """
-    labels = result[by].values.tolist()
-    if by != "contact":
-        return labels, list(dict.fromkeys(labels))
-    zones = result.zone.values.tolist()
-    place = {zone: k for k, zone in enumerate(dict.fromkeys(zones))}
-    sums = [f"{zone} {part}".strip() for zone, part in zip(zones, labels, strict=True)]
-    order = {
-        name: (place[zone], INTERVALS.get(part.partition(" ")[0], 0))
-        for name, zone, part in zip(sums, zones, labels, strict=True)
-    }
-    return sums, sorted(order, key=order.__getitem__)
+    Sum the columns (n, unit) of units with the same labels.
 
-
-def quantiles(
-    result: xarray.Dataset,
-    by: str = "unit",
-    exceeded: tuple[float, ...] = EXCEEDED,
-    include: str = "reservoir",
-) -> xarray.Dataset:
+    Returns the sums (n, words of the first key, of the second ...), the words by key in the order
+    of tables, and how many units each sum has.
     """
-    Return P90, P50 and P10 of volumes, their mean and the base case.
-
-    Parameters
-    ----------
-    result : xarray.Dataset
-        Of `run_ensemble`.
-    by : {"unit", "zone", "region", "block", "contact"}
-        As for `volumes_by`.
-    exceeded : tuple of float
-        Percentages: P90 is the volume that 90 % of the realisations exceed.
-    include : {"reservoir", "all"}
-        As for `volumes_by`.
-
-    Returns
-    -------
-    xarray.Dataset
-        Over `by`: ``P90``, ``P50``, ``P10``, ``mean``, ``sd`` [m3], ``present``: share of the
-        realisations in which the volume is above 0. ``attrs["n"]`` counts realisations that were
-        built, ``attrs["failed"]`` the others.
-
-    Raises
-    ------
-    InputError
-        For percentages outside of 0 to 100.
-
-    Examples
-    --------
-    >>> import geosurf as gs
-    >>> world = gs.synthetic.tilted_planes(n=9)
-    >>> scene = gs.Scene(world.horizons, world.faults, world.box)
-    >>> shift = gs.ensemble.DepthShift("Top", gs.ensemble.Uniform(-10.0, 10.0))
-    >>> found = gs.ensemble.quantiles(gs.run_ensemble(scene, 20, uncertain=[shift]), by="zone")
-    >>> bool((found.P90 <= found.P50).all() and (found.P50 <= found.P10).all()), found.attrs["n"]
-    (True, 20)
-    """
-    for one in listed(exceeded, "quantiles takes percentages", "exceeded=(90, 50, 10)"):
-        if not (is_number(one) and 0 <= one <= 100):
-            raise InputError(f"exceeded has {one!r}; give percentages from 0 to 100.")
-    expect_ensemble(result, "quantiles")
-    result = included(result, include)
-    volume = volumes_by(result, by)
-    values = volume.values
-    metric = {"units": "m3"}
-    data: dict[str, Any] = {
-        # P90 is exceeded by 90 %: the lower tail, as reserves are quoted.
-        f"P{one:g}": (by, np.quantile(values, 1.0 - one / 100.0, axis=0), metric)
-        for one in exceeded
-    }
-    data["mean"] = (by, values.mean(axis=0), metric)
-    data["sd"] = (by, values.std(axis=0, ddof=1 if len(values) > 1 else 0), metric)
-    # How often a unit exists at all, which volumes alone do not show.
-    data["present"] = (by, (values > 0).mean(axis=0), {"units": "1"})
-    coords: dict[str, Any] = {by: volume[by].values}
-    labels, names = _labels(result, by)
-    base = result.base_volume.values
-    sums = [math.fsum(base[[one == name for one in labels]].tolist()) for name in names]
-    data["base"] = (by, np.array(sums), metric)
-    if by == "unit":
-        coords |= {k: (by, result[k].values) for k in BY[1:] if k in result.coords}
-    attrs = {"n": len(values), "failed": int((result.status.values == 2).sum())}
-    return xr.Dataset(data, coords=coords, attrs=attrs)
+    names = {key: _in_order(key, part[key].values.tolist(), regions) for key in keys}
+    at = np.zeros(part.sizes["unit"], dtype=np.int64)
+    for key, words in names.items():
+        rank = [words.index(word) for word in part[key].values.tolist()]
+        at = at * len(words) + np.array(rank, dtype=np.int64)
+    shape = tuple(map(len, names.values()))
+    n = math.prod(shape)
+    # in the order of the columns: the same bytes each time
+    sums = [values[:, at == k].sum(axis=1) for k in range(n)]
+    count = np.bincount(at, minlength=n).reshape(shape)
+    coords = {key: np.array(words, dtype=object) for key, words in names.items()}
+    return np.stack(sums, axis=1).reshape(len(values), *shape), coords, count
 
 
-def convergence(
-    result: xarray.Dataset, name: str, by: str = "unit", include: str = "reservoir"
-) -> xarray.Dataset:
-    """
-    Return how P90, P50, P10 and the mean of one volume settle with the number of realisations.
-
-    Parameters
-    ----------
-    result : xarray.Dataset
-        Of `run_ensemble`.
-    name : str
-        Of a unit, or of what `by` sums over.
-    by : {"unit", "zone", "region", "block", "contact"}
-    include : {"reservoir", "all"}
-        As for `volumes_by`.
-
-    Returns
-    -------
-    xarray.Dataset
-        Over ``n``, from 2 to all that were built: ``P90``, ``P50``, ``P10``, ``mean`` and
-        ``standard_error`` of the mean [m3].
-
-    Raises
-    ------
-    InputError
-        For an unknown name, or an ensemble of less than two realisations.
-    """
-    values = _one(result, name, by, include)
-    if len(values) < 2:
-        raise InputError("convergence needs at least two realisations. Give a larger n.")
-    # From two on: one realisation has no spread.
-    counts = np.arange(2, len(values) + 1)
-    metric = {"units": "m3"}
-    data: dict[str, Any] = {
-        f"P{one}": ("n", np.array([np.quantile(values[:n], 1 - one / 100) for n in counts]), metric)
-        for one in EXCEEDED
-    }
-    data["mean"] = ("n", np.array([values[:n].mean() for n in counts]), metric)
-    # Standard error of the mean: by how much more realisations could still move it.
-    errors = np.array([values[:n].std(ddof=1) / np.sqrt(n) for n in counts])
-    data["standard_error"] = ("n", errors, metric)
-    return xr.Dataset(data, coords={"n": counts}, attrs={"name": name})
-
-
-def tornado(
-    result: xarray.Dataset, name: str, by: str = "unit", include: str = "reservoir"
-) -> xarray.Dataset:
-    """
-    Return how strongly each parameter moves one volume, the strongest first.
-
-    Parameters
-    ----------
-    result : xarray.Dataset
-        Of `run_ensemble`.
-    name : str
-        Of a unit, or of what `by` sums over.
-    by : {"unit", "zone", "region", "block", "contact"}
-    include : {"reservoir", "all"}
-        As for `volumes_by`.
-
-    Returns
-    -------
-    xarray.Dataset
-        Over ``parameter``: ``rank_correlation`` (Spearman, -1 to 1), and ``low`` and ``high``: the
-        mean volume of the fifth of the realisations with its lowest and highest values [m3].
-        ``attrs["noise"]``: smaller rank correlations may be chance.
-
-    Raises
-    ------
-    InputError
-        For an unknown name, or an ensemble of less than ten realisations.
-
-    Notes
-    -----
-    It takes the realisations as they are: no model is built for it, parameters interact as they do
-    in the ensemble, and a field counts by its mean. See docs/guides/ensembles.md.
-    """
-    values = _one(result, name, by, include)
-    if len(values) < LEAST:
-        raise InputError("a tornado needs at least ten realisations. Give a larger n.")
-    # Rows of the volumes: realisations that were built.
-    drawn = result.drawn.values[result.status.values == 1]
-    n_tail = max(1, round(TAIL * len(values)))
-    rows = []
-    # Both measures need no assumption about the shape of the dependence.
-    for column in drawn.T:
-        order = np.argsort(column, kind="stable")
-        low, high = values[order[:n_tail]].mean(), values[order[-n_tail:]].mean()
-        rows.append((_rank_correlation(column, values), low, high))
-    table = np.array(rows).reshape(-1, 3)
-    # Widest bar first, as a tornado is drawn.
-    order = np.argsort(-np.abs(table[:, 2] - table[:, 1]), kind="stable")
-    metric = {"units": "m3"}
-    return xr.Dataset(
-        {
-            "rank_correlation": ("parameter", table[order, 0], {"units": "1"}),
-            "low": ("parameter", table[order, 1], metric),
-            "high": ("parameter", table[order, 2], metric),
-        },
-        coords={"parameter": result.parameter.values[order]},
-        attrs={"name": name, "mean": float(values.mean()), "noise": 2.0 / np.sqrt(len(values))},
-    )
-
-
-def _one(result: xarray.Dataset, name: str, by: str, include: str) -> np.ndarray:
-    """Volumes of one unit, or of one sum of them."""
-    volume = volumes_by(result, by, include)
-    known = volume[by].values.tolist()
-    if not is_word(name, known):
-        raise InputError(
-            f"no {by} is called {name!r}; there are {', '.join(map(str, known))}."
-            f"{did_you_mean(str(name), known)}"
-        )
-    values: np.ndarray = volume.values[:, known.index(name)]
-    return values
+def _in_order(key: str, words: list[str], regions: Sequence[str]) -> list[str]:
+    """Each word once: regions by size, fluids and contact intervals from the top down."""
+    found = list(dict.fromkeys(words))
+    if key == "region":
+        return sorted(found, key=[*regions, *found].index)
+    if key == "fluid":
+        return sorted(found, key=[*FLUIDS, *found].index)
+    if key == "contact":
+        return sorted(found, key=lambda word: INTERVALS.get(word.partition(" ")[0], 0))
+    return found
 
 
 def _rank_correlation(one: np.ndarray, other: np.ndarray) -> float:

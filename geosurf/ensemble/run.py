@@ -7,7 +7,7 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import Any, TextIO
 
 import numpy as np
 
@@ -23,7 +23,8 @@ from geosurf.ensemble.on_dask import (
 )
 from geosurf.ensemble.plan import Plan, uncertainties
 from geosurf.ensemble.record import Record
-from geosurf.ensemble.results import open_ensemble
+from geosurf.ensemble.results import Ensemble, open_ensemble
+from geosurf.ensemble.rock import Rock
 from geosurf.ensemble.scenario_model import ScenarioModel
 from geosurf.ensemble.store import EnsembleStore, is_finished
 from geosurf.ensemble.worker_processes import Workers
@@ -36,9 +37,6 @@ from geosurf.scene.result_cache import ResultCache
 from geosurf.stopping import temporary_folder
 from geosurf.warning import warn
 
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
-
 
 def run_ensemble(
     model: Any,
@@ -48,12 +46,13 @@ def run_ensemble(
     seed: int | None = None,
     store: str | os.PathLike[str] | None = None,
     cache_dir: str | os.PathLike[str] | None = None,
+    volumetrics: Any = None,
     maps: Any = None,
     client: Any = None,
     workers: int | None = None,
     processes: bool | None = None,
     progress: bool | Callable[[str], object] = True,
-) -> xarray.Dataset:
+) -> Ensemble:
     """
     Build many realisations of a model, and return the volumes of all units in each.
 
@@ -78,6 +77,9 @@ def run_ensemble(
     cache_dir : path-like, optional
         The folder of `run_scenario`, for a scenario: the base case takes its torn horizons from
         there, or stores them there.
+    volumetrics : mapping, optional
+        The arguments of `Scene.volumetrics`, for net rock, pores and fluids in place of each
+        realisation; a number may be a distribution. A scenario has them in ``[volumetrics]``.
     maps : bool, float or xarray object, optional
         Also map thickness, mean and standard deviation, and the probability of each zone: the width
         of a cell [m], a grid, or True for 100 cells along the longer side.
@@ -93,14 +95,16 @@ def run_ensemble(
 
     Returns
     -------
-    xarray.Dataset
-        ``volume`` (realization, unit) [m3], NaN where a realisation failed and 0 where a unit does
-        not exist; ``base_volume`` of the base case, in which each parameter has its median;
-        ``drawn`` (realization, parameter); ``status`` (1: done, 2: failed) and ``reason``; ``torn``
-        and ``searched``: how many horizons were torn, and for how many of these the remedies of
-        the base case were not enough.
+    Ensemble
+        Quantiles, tornado, tables and charts. Its ``data`` have ``bulk`` (realisation, unit): gross
+        rock volume [m3], NaN where a realisation failed and 0 where a unit does not exist; with
+        `volumetrics` also ``net``, ``pore``, ``hydrocarbon_pore``, ``stoiip`` and ``giip``;
+        ``base_bulk`` ... of the base case, in which each parameter has its median; ``drawn``
+        (realisation, parameter); ``status`` (1: done, 2: failed) and ``reason``; ``torn`` and
+        ``searched``: how many horizons were torn, and how many of these could not be cut as in
+        the base case. Regions have the names of those of the base case with the largest overlap.
         With maps ``thickness_mean``, ``thickness_sd`` and ``probability`` (layer, northing,
-        easting). See `quantiles`, `convergence` and `tornado` of ``geosurf.ensemble``.
+        easting).
 
     Raises
     ------
@@ -131,16 +135,16 @@ def run_ensemble(
     >>> world = gs.synthetic.tilted_planes(n=9)
     >>> scene = gs.Scene(world.horizons, world.faults, world.box)
     >>> shift = gs.ensemble.DepthShift("Top", gs.ensemble.Normal(0.0, 10.0))
-    >>> result = gs.run_ensemble(scene, 8, uncertain=[shift])
-    >>> result.volume.sizes["realization"], int((result.status == 1).sum())
-    (8, 8)
+    >>> ensemble = gs.run_ensemble(scene, 8, uncertain=[shift])
+    >>> dict(ensemble.sums("region").sizes), ensemble.n_built
+    ({'realisation': 8, 'region': 2}, 8)
     """
     require_extra()
 
     # Arguments are checked before the first model is built.
     workers = check_workers(workers)
     processes = None if processes is None else flag_of(processes, "processes")
-    plan, n = planned(model, n, uncertain, seed, maps, cache_dir)
+    plan, n = planned(model, n, uncertain, seed, maps, cache_dir, volumetrics)
     # a second call for results that are there: a torn field's base case takes seconds
     if store is not None and plan.is_known_before_base and is_finished(store, plan.identity, n):
         result = open_ensemble(store)
@@ -170,11 +174,14 @@ def planned(
     seed: int | None,
     maps: Any,
     cache_dir: str | os.PathLike[str] | None = None,
+    volumetrics: Any = None,
 ) -> tuple[Plan, int]:
     """Return the plan of an ensemble and its number of realisations, all arguments checked."""
     cache = None if cache_dir is None else ResultCache(cache_dir)
     # A path is a scenario, which has its uncertainties along.
     if isinstance(model, str | os.PathLike | Scenario):
+        if volumetrics is not None:
+            raise InputError("a scenario has its own table [volumetrics]. Leave out volumetrics=.")
         return _of_scenario(ScenarioModel(model, cache), n, uncertain, seed, maps)
     if cache is not None:
         raise InputError(
@@ -188,17 +195,18 @@ def planned(
     listed = uncertainties(uncertain)
     # False means no maps, as None does; True asks for the default grid.
     grid = None if maps is None or maps is False else maps
+    rock = Rock.of(volumetrics, model.crs if isinstance(model, Scene) else None)
     if isinstance(model, Scene):
-        if not listed:
+        if not listed and not rock.uncertain:
             raise InputError(
                 "nothing is uncertain, so that all realisations would be the same. Give uncertain="
                 "[geosurf.ensemble.DepthShift(...), ...]."
             )
-        return Plan(SceneModel(model), listed, chosen, grid), int(count)
+        return Plan(SceneModel(model), listed, chosen, grid, rock), int(count)
     if callable(model):
         if listed:
             raise InputError(OWN_NUMBERS)
-        return Plan(BuiltModel(model, chosen), listed, chosen, grid), int(count)
+        return Plan(BuiltModel(model, chosen), listed, chosen, grid, rock), int(count)
     raise InputError(
         f"run_ensemble takes a Scene, the path of a scenario or a function, not "
         f"{type(model).__name__}."
@@ -220,7 +228,9 @@ def _of_scenario(
         raise InputError(f"n is {n!r}; give the number of realisations, a whole number above 0.")
     grid = given.map_cell_m if maps is None else maps
     chosen = check_seed(given.seed if seed is None else seed)
-    return Plan(model, model.uncertain, chosen, None if grid is False else grid), int(count)
+    return Plan(model, model.uncertain, chosen, None if grid is False else grid, model.rock), int(
+        count
+    )
 
 
 def _run(
@@ -253,19 +263,19 @@ def _run(
 
 
 def _refuse_if_all_fail(target: EnsembleStore) -> None:
-    """Stop if no realisation of the first region could be built."""
-    # After one region: later ones would fail like it, and each costs time.
-    if target.next_region >= 1 and (target.status[: target.rows(0).stop] == 2).all():
+    """Stop if no realisation of the first batch could be built."""
+    # After one batch: later ones would fail like it, and each costs time.
+    if target.next_batch >= 1 and (target.status[: target.rows(0).stop] == 2).all():
         reasons = target.group["reason"][: target.rows(0).stop].tolist()
         raise GeometryError(
             f"none of the first {len(reasons)} realisations can be built. The first one: "
             f"{reasons[0]} Give narrower distributions, or see "
-            f"geosurf.ensemble.realize(model, 0, uncertain=...)."
+            f"geosurf.ensemble.realise(model, 0, uncertain=...)."
         )
 
 
-def realize(
-    model: Any, realization: int | None, *, uncertain: Any = (), seed: int | None = None
+def realise(
+    model: Any, realisation: int | None, *, uncertain: Any = (), seed: int | None = None
 ) -> Scene:
     """
     Return the scene of one realisation, as `run_ensemble` builds it: to look at it.
@@ -274,7 +284,7 @@ def realize(
     ----------
     model, uncertain, seed
         As for `run_ensemble`.
-    realization : int or None
+    realisation : int or None
         Its number; None: the base case, in which each parameter has its median.
 
     Returns
@@ -287,23 +297,24 @@ def realize(
     >>> world = gs.synthetic.tilted_planes(n=9)
     >>> scene = gs.Scene(world.horizons, world.faults, world.box)
     >>> shift = gs.ensemble.DepthShift("Top", gs.ensemble.Normal(0.0, 10.0))
-    >>> one = gs.ensemble.realize(scene, 3, uncertain=[shift])
+    >>> one = gs.ensemble.realise(scene, 3, uncertain=[shift])
     >>> round(float(one.surface("Top").bounds[4] - scene.surface("Top").bounds[4]), 2)
     -1.36
     """
-    if realization is not None and not (is_whole(realization) and realization >= 0):
-        raise InputError(f"realization is {realization!r}; give its number, 0 or above, or None.")
+    if realisation is not None and not (is_whole(realisation) and realisation >= 0):
+        raise InputError(f"realisation is {realisation!r}; give its number, 0 or above, or None.")
     plan, _ = planned(model, None, uncertain, seed, None)
     # As in an ensemble: the area of the base case, with the reach of all uncertainties.
     base = plan.base_case()
-    if realization is None:
+    if realisation is None:
         return base
     plan.model.started(base)
-    return plan.scene(realization)
+    return plan.scene(realisation)
 
 
-def _warn_of_failed(result: xarray.Dataset) -> None:
+def _warn_of_failed(ensemble: Ensemble) -> None:
     """Warn of realisations that failed, with the reason that is most frequent."""
+    result = ensemble.data
     failed = np.flatnonzero(result.status.values == 2)
     if not len(failed):
         return
@@ -311,14 +322,14 @@ def _warn_of_failed(result: xarray.Dataset) -> None:
     # The most frequent reason, and the first realisation that had it.
     most = max(dict.fromkeys(reasons), key=reasons.count)
     first = int(failed[reasons.index(most)])
-    total = result.sizes["realization"]
+    total = result.sizes["realisation"]
     warn(
         GeosurfWarning(
             "ensemble",
-            "realizations",
+            "realisations",
             f"{len(failed)} of {total} realisations could not be built; quantiles are of the other "
             f"{total - len(failed)}. {reasons.count(most)} failed like realisation {first}: {most}",
-            f"See geosurf.ensemble.realize(model, {first}, ...) and result.reason.",
+            f"See geosurf.ensemble.realise(model, {first}, ...) and ensemble.data.reason.",
         )
     )
 

@@ -12,6 +12,7 @@ from geosurf.conventions.checks import are_points
 from geosurf.ensemble.change import Change, Uncertainty
 from geosurf.ensemble.horizon_data import HorizonData
 from geosurf.ensemble.models import SceneModel, add_to
+from geosurf.ensemble.rock import Rock
 from geosurf.ensemble.uncertain import TOPS, ContactLevel, DepthError, DepthShift
 from geosurf.ensemble.uncertain_faults import Factor, FaultDip, FaultShift, Throw
 from geosurf.errors import InputError
@@ -44,20 +45,24 @@ class ScenarioModel(SceneModel):
     scenario : Scenario
     uncertain : tuple of Uncertainty
         Of its tables ``[[uncertain]]``.
+    rock : Rock
+        Of its table ``[volumetrics]``.
     """
 
     def __init__(
         self, source: str | os.PathLike[str] | Scenario, cache: ResultCache | None = None
     ) -> None:
         self.scenario = source if isinstance(source, Scenario) else read_scenario(source)
-        if not self.scenario.uncertain:
+        # Without tearing: that is repeated in each realisation.
+        scene, self._values = untorn_scene(self.scenario)
+        given = self.scenario.volumetrics
+        self.rock = Rock.of(None if given is None else vars(given), scene.crs)
+        if not self.scenario.uncertain and not self.rock.uncertain:
             raise InputError(
                 f"{self.scenario.path}: nothing is uncertain. Add a table [[uncertain]] for each "
                 "input that is, for example these four lines:\n\n"
                 '[[uncertain]]\nkind = "depth error"\nsd_m = 10.0\nrange_m = 1500.0'
             )
-        # Without tearing: that is repeated in each realisation.
-        scene, self._values = untorn_scene(self.scenario)
         super().__init__(scene)
         self._sheets: dict[str, tuple[tuple[str, ...], Sheet]] = {}
         self._cache = cache

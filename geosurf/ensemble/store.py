@@ -1,8 +1,8 @@
-"""The Zarr store of an ensemble: written region by region, in order, and continued after a kill.
+"""The Zarr store of an ensemble: written batch by batch, in order, and continued after a kill.
 
-A region is `REGION` realisations in a row. Each finished realisation is first a file of its own in
-``.records``, so that a kill at any moment loses none. When all of a region are there, and all
-regions before it are written, the region goes into the arrays, its status last. So names of units
+A batch is `BATCH` realisations in a row. Each finished realisation is first a file of its own in
+``.records``, so that a kill at any moment loses none. When all of a batch are there, and all
+batches before it are written, the batch goes into the arrays, its status last. So names of units
 are found in the order of the realisations, and the bytes of the store do not depend on workers,
 on their order, or on how often a run was interrupted.
 """
@@ -25,14 +25,14 @@ from geosurf.files.atomic import write_whole
 from geosurf.files.folders import Lock
 from geosurf.model.expected import path_of
 
-REGION = 20  # realisations
+BATCH = 20  # realisations
 UNITS = 64  # units of one chunk
 DONE, FAILED = 1, 2
 STATUSES = {0: "not run", DONE: "done", FAILED: "failed"}
 RECORDS = ".records"
 TEARS = {
     "torn": "horizons that were torn as picked",
-    "searched": "horizons among these that the remedies of the base case did not close",
+    "searched": "horizons among these that were not cut as in the base case, but anew",
 }
 
 
@@ -51,7 +51,7 @@ def is_finished(path: str | os.PathLike[str], identity: str, n: int) -> bool:
         group: Any = zarr.open_group(folder, mode="r", zarr_format=2)
         same = group.attrs.get("identity") == identity
         status = group["status"][:]
-        return bool(same and len(status) == n and status.all() and (status[:REGION] == DONE).any())
+        return bool(same and len(status) == n and status.all() and (status[:BATCH] == DONE).any())
     except (KeyError, OSError, ValueError):
         return False  # what is wrong with it is said when it is opened to be continued
 
@@ -85,7 +85,7 @@ class EnsembleStore:
     def __init__(self, path: Path, plan: Plan, base: Record, n: int, *, stays: bool = True) -> None:
         self.path, self.plan, self.base, self.n, self.stays = path, plan, base, n, stays
         self.pending: dict[int, Record] = {}
-        # One process at a time: two would write different regions into the same arrays.
+        # One process at a time: two would write different batches into the same arrays.
         self.lock = Lock(path / ".lock")
         self._keys: list[UnitKey] = []
         try:
@@ -133,32 +133,33 @@ class EnsembleStore:
                 "another store, or delete this folder."
             )
         self._resize()
-        # Columns of finished regions first, then units of the base case.
+        # Columns of finished batches first, then units of the base case.
         self._keys = self._stored_keys()
-        self._add_columns(self.base.volumes)
+        self._add_columns(self.base.amounts)
         mapped = self.plan.layers is not None
         self.sums = MapSums(self.group, self.base.maps) if mapped else None
         self.pairs = None
         if mapped:
-            sizes = self.n, self.n_region, self._whole_regions()
+            sizes = self.n, self.n_batch, self._whole_batches()
             self.pairs = PairAreas(self.group, self.base.juxtaposed, *sizes)
         (self.path / RECORDS).mkdir(exist_ok=True)
 
     def _create(self) -> None:
         """Create all arrays, empty; the identity comes last, so that this can be repeated."""
         n_parameter = len(self.plan.parameters)
-        self.array("volume", "f8", ("realization", "unit"), (REGION, UNITS), units="m3")
+        for name, attrs in self.plan.rock.columns.items():
+            self.array(name, "f8", ("realisation", "unit"), (BATCH, UNITS), **attrs)
+            self.array(f"base_{name}", "f8", ("unit",), (UNITS,), **attrs)
         # Flags as the CF conventions name them.
         meanings = {"flag_values": [*STATUSES], "flag_meanings": ", ".join(STATUSES.values())}
-        self.array("status", "u1", ("realization",), (REGION,), **meanings)
-        self.array("reason", str, ("realization",), (REGION,), long_name="why it failed")
-        self.array("warnings", "i4", ("realization",), (REGION,), long_name="number of warnings")
+        self.array("status", "u1", ("realisation",), (BATCH,), **meanings)
+        self.array("reason", str, ("realisation",), (BATCH,), long_name="why it failed")
+        self.array("warnings", "i4", ("realisation",), (BATCH,), long_name="number of warnings")
         for name, words in TEARS.items():
-            self.array(name, "i4", ("realization",), (REGION,), long_name=words)
-        self.array("drawn", "f8", ("realization", "parameter"), (REGION, max(1, n_parameter)))
-        self.array("realization", "i8", ("realization",), (REGION,))
-        self.array("region_units", "i4", ("region",), (1,))
-        self.array("base_volume", "f8", ("unit",), (UNITS,), units="m3", long_name="base case")
+            self.array(name, "i4", ("realisation",), (BATCH,), long_name=words)
+        self.array("drawn", "f8", ("realisation", "parameter"), (BATCH, max(1, n_parameter)))
+        self.array("realisation", "i8", ("realisation",), (BATCH,))
+        self.array("batch_units", "i4", ("batch",), (1,))
         for name in UnitKey._fields:
             self.array("unit" if name == "name" else name, str, ("unit",), (UNITS,))
         for name, values in (
@@ -171,7 +172,7 @@ class EnsembleStore:
                 made[:] = np.array(values, dtype=object)
         if self.plan.layers is not None:
             MapSums.create(self.array, self.plan.layers, self.base.maps)
-            PairAreas.create(self.array, REGION)
+            PairAreas.create(self.array, BATCH)
         self.group.attrs.update(
             {"title": "geosurf ensemble", "seed": str(self.plan.seed),
              "reservoir": list(self.plan.reservoir), "regions": self.plan.regions,
@@ -192,62 +193,63 @@ class EnsembleStore:
     def _resize(self) -> None:
         """Make the arrays as long as the ensemble."""
         # Longer is the same ensemble with more realisations; shorter would drop results.
-        known = self.group["realization"].shape[0]
+        known = self.group["realisation"].shape[0]
         if known > self.n:
             raise InputError(
                 f"{self.path} holds {known} realisations, more than n={self.n}. Give n={known} or "
                 "more (at the command line -n), or another store (at the command line -o)."
             )
-        for name in ("volume", "status", "reason", "warnings", *TEARS, "drawn"):
+        rows = "status", "reason", "warnings", *TEARS, "drawn", *self.plan.rock.columns
+        for name in rows:
             one = self.group[name]
             one.resize((self.n, *one.shape[1:]))
         drawn = self.group["drawn"]
         drawn.resize((self.n, len(self.plan.parameters)))
-        self.group["region_units"].resize((self.n_region,))
-        self.group["realization"].resize((self.n,))
-        self.group["realization"][:] = np.arange(self.n)
+        self.group["batch_units"].resize((self.n_batch,))
+        self.group["realisation"].resize((self.n,))
+        self.group["realisation"][:] = np.arange(self.n)
 
     def _stored_keys(self) -> list[UnitKey]:
-        """Units that have a column, those of the base case first, as far as regions are whole."""
+        """Units that have a column, those of the base case first, as far as batches are whole."""
         columns = [self.group[name][:].tolist() for name in ("unit", *UnitKey._fields[1:])]
-        # Names of a region that was interrupted do not count: they may be incomplete.
-        whole = self._whole_regions()
-        n = int(self.group["region_units"][whole - 1]) if whole else 0
+        # Names of a batch that was interrupted do not count: they may be incomplete.
+        whole = self._whole_batches()
+        n = int(self.group["batch_units"][whole - 1]) if whole else 0
         return [UnitKey(*row) for row in zip(*(c[:n] for c in columns), strict=True)]
 
-    def _whole_regions(self) -> int:
-        """Number of regions that are whole, from the first."""
+    def _whole_batches(self) -> int:
+        """Number of batches that are whole, from the first."""
         status = self.group["status"][:]
-        whole = [bool(status[r.start : r.stop].all()) for r in map(self.rows, range(self.n_region))]
-        return whole.index(False) if False in whole else self.n_region
+        whole = [bool(status[r.start : r.stop].all()) for r in map(self.rows, range(self.n_batch))]
+        return whole.index(False) if False in whole else self.n_batch
 
     # ---- what is there -------------------------------------------------------------------
 
     @property
-    def n_region(self) -> int:
-        """Number of regions."""
-        return -(-self.n // REGION)
+    def n_batch(self) -> int:
+        """Number of batches."""
+        return -(-self.n // BATCH)
 
-    def rows(self, region: int) -> range:
-        """Realisations of a region."""
-        return range(region * REGION, min((region + 1) * REGION, self.n))
+    def rows(self, batch: int) -> range:
+        """Realisations of a batch."""
+        return range(batch * BATCH, min((batch + 1) * BATCH, self.n))
 
     def missing(self) -> list[int]:
-        """Load finished records that are in no region yet; return the realisations to run."""
-        # From the first incomplete region on, records decide and not the arrays.
+        """Load finished records that are in no batch yet; return the realisations to run."""
+        # From the first incomplete batch on, records decide and not the arrays.
         self.status = self.group["status"][:]
-        self.next_region = self._whole_regions()
-        self.status[self.next_region * REGION :] = 0
+        self.next_batch = self._whole_batches()
+        self.status[self.next_batch * BATCH :] = 0
         for file in sorted((self.path / RECORDS).glob("*.npz")):
             try:
                 record = Record.from_bytes(file.read_bytes())
             except (OSError, ValueError, KeyError, EOFError, BadZipFile):
                 continue  # damaged by a crash of the machine: it is run again
-            # Records of regions that are written already are left-overs.
-            if self.next_region * REGION <= record.realization < self.n:
-                self.pending[record.realization] = record
-        self._write_regions()
-        first = self.next_region * REGION
+            # Records of batches that are written already are left-overs.
+            if self.next_batch * BATCH <= record.realisation < self.n:
+                self.pending[record.realisation] = record
+        self._write_batches()
+        first = self.next_batch * BATCH
         return [k for k in range(first, self.n) if k not in self.pending]
 
     # ---- write ---------------------------------------------------------------------------
@@ -262,44 +264,46 @@ class EnsembleStore:
         """
         try:
             if self.stays:
-                file = self.path / RECORDS / f"{record.realization:09d}.npz"
+                file = self.path / RECORDS / f"{record.realisation:09d}.npz"
                 # Written aside and renamed: a record is there completely or not at all.
                 write_whole(file, record.to_bytes())
-            self.pending[record.realization] = record
-            self._write_regions()
+            self.pending[record.realisation] = record
+            self._write_batches()
         except OSError as error:
             raise self._unwritable(error) from error
 
-    def _write_regions(self) -> None:
-        """Write all regions whose turn it is."""
+    def _write_batches(self) -> None:
+        """Write all batches whose turn it is."""
         # In order, so that columns do not depend on which worker was faster.
-        while self.next_region < self.n_region:
-            rows = self.rows(self.next_region)
+        while self.next_batch < self.n_batch:
+            rows = self.rows(self.next_batch)
             if not all(k in self.pending for k in rows):
                 return
-            self._write_region(rows, [self.pending[k] for k in rows])
+            self._write_batch(rows, [self.pending[k] for k in rows])
             for k in rows:
                 # Maps of a record are large: memory is given back at once.
                 del self.pending[k]
                 if self.stays:
                     (self.path / RECORDS / f"{k:09d}.npz").unlink(missing_ok=True)
-            self.next_region += 1
+            self.next_batch += 1
 
-    def _write_region(self, rows: range, records: list[Record]) -> None:
-        """Write the results of a region; its status last, so that it counts only when whole."""
-        # Columns first, so that all rows of the region have one width.
+    def _write_batch(self, rows: range, records: list[Record]) -> None:
+        """Write the results of a batch; its status last, so that it counts only when whole."""
+        # Columns first, so that all rows of the batch have one width.
         for record in records:
-            self._add_columns(record.volumes)
+            self._add_columns(record.amounts)
         at = slice(rows.start, rows.stop)
-        volumes = np.array(
-            # NaN: failed. 0: built, and the unit is absent.
+        # NaN: failed. 0: built, and the unit is absent.
+        failed, absent = ((value,) * len(self.plan.rock.columns) for value in (np.nan, 0.0))
+        amounts = np.array(
             [
-                [np.nan if r.reason else r.volumes.get(key, 0.0) for key in self._keys]
+                [failed if r.reason else r.amounts.get(key, absent) for key in self._keys]
                 for r in records
             ]
-        ).reshape(len(records), len(self._keys))
+        ).reshape(len(records), len(self._keys), -1)
         drawn = np.array([vector(r.numbers, self.plan.parameters) for r in records])
-        self.group["volume"][at, : len(self._keys)] = volumes
+        for k, name in enumerate(self.plan.rock.columns):
+            self.group[name][at, : len(self._keys)] = amounts[..., k]
         if drawn.size:
             self.group["drawn"][at] = drawn
         self.group["reason"][at] = np.array([r.reason for r in records], dtype=object)
@@ -307,11 +311,11 @@ class EnsembleStore:
         self.group["torn"][at] = np.array([r.n_torn for r in records], dtype=np.int32)
         self.group["searched"][at] = np.array([r.n_searched for r in records], dtype=np.int32)
         # How many columns there were then, for a run that continues here.
-        self.group["region_units"][rows.start // REGION] = len(self._keys)
+        self.group["batch_units"][rows.start // BATCH] = len(self._keys)
         if self.sums is not None:
-            self.sums.write(rows.start // REGION, records)
+            self.sums.write(rows.start // BATCH, records)
         if self.pairs is not None:
-            self.pairs.write(rows.start // REGION, at, records)
+            self.pairs.write(rows.start // BATCH, at, records)
         status = np.array([FAILED if r.reason else DONE for r in records], dtype=np.uint8)
         self.group["status"][at] = status
         self.status[at] = status
@@ -322,24 +326,26 @@ class EnsembleStore:
         self._keys = [*self._keys, *(key for key in keys if key not in known)]
         n = len(self._keys)
         # Nothing new, and the base case is written.
-        if n == len(known) == self.group["base_volume"].shape[0]:
+        if n == len(known) == self.group["base_bulk"].shape[0]:
             return
 
-        # names as a whole: those of a region that was not finished are written again
+        # names as a whole: those of a batch that was not finished are written again
         for i, name in enumerate(("unit", *UnitKey._fields[1:])):
             self.group[name].resize((n,))
             self.group[name][:] = np.array([key[i] for key in self._keys], dtype=object)
-        self.group["base_volume"].resize((n,))
-        base = [self.base.volumes.get(key, 0.0) for key in self._keys]
-        self.group["base_volume"][:] = np.array(base)
-        if self.group["volume"].shape[1] < n:
-            self.group["volume"].resize((self.n, n))
+        columns = self.plan.rock.columns
+        base = np.array([self.base.amounts.get(key, (0.0,) * len(columns)) for key in self._keys])
+        for k, name in enumerate(columns):
+            self.group[f"base_{name}"].resize((n,))
+            self.group[f"base_{name}"][:] = base[:, k]
+            if self.group[name].shape[1] < n:
+                self.group[name].resize((self.n, n))
 
     def finish(self) -> None:
         """Write what follows from all realisations: maps."""
         try:
             if self.sums is not None:
-                self.sums.finish(self.n_region)
+                self.sums.finish(self.n_batch)
             # All records are in the arrays now.
             shutil.rmtree(self.path / RECORDS, ignore_errors=True)
         except OSError as error:
@@ -357,7 +363,7 @@ class EnsembleStore:
         )
 
 
-_PARTS = {"region_difference": "f8", "region_square": "f8", "region_present": "i4"}
+_PARTS = {"batch_difference": "f8", "batch_square": "f8", "batch_present": "i4"}
 _MAPS = {
     "thickness_mean": (
         "m",
@@ -369,7 +375,7 @@ _MAPS = {
 
 
 class MapSums:
-    """Sums of maps over the realisations of each region.
+    """Sums of maps over the realisations of each batch.
 
     Parameters
     ----------
@@ -385,11 +391,11 @@ class MapSums:
     @staticmethod
     def create(new: Callable[..., Any], layers: Layers, base: Any) -> None:
         """Create the arrays of maps; `new` creates one of the store."""
-        # One chunk per region: it is written once, as a whole.
+        # One chunk per batch: it is written once, as a whole.
         n_layer, n_row, n_col = layers.shape
         dims = ("layer", "northing", "easting")
         for name, dtype in _PARTS.items():
-            made = new(name, dtype, ("region", *dims), (1, n_layer, n_row, n_col))
+            made = new(name, dtype, ("batch", *dims), (1, n_layer, n_row, n_col))
             made.resize((0, n_layer, n_row, n_col))
         for name, (unit, words) in _MAPS.items():
             made = new(name, "f8", dims, layers.shape, units=unit, long_name=words)
@@ -408,8 +414,8 @@ class MapSums:
             axis.resize((len(values),))
             axis[:] = values
 
-    def write(self, region: int, records: list[Record]) -> None:
-        """Write the sums of a region."""
+    def write(self, batch: int, records: list[Record]) -> None:
+        """Write the sums of a batch."""
         maps = [record.maps for record in records if record.maps is not None]
         # Differences from the base case are small: their squares keep their digits.
         off = np.zeros((2, *self.base.shape))
@@ -422,19 +428,19 @@ class MapSums:
             present += one > 0
         for name, values in zip(_PARTS, (*off, present), strict=True):
             array = self.group[name]
-            if array.shape[0] <= region:
-                array.resize((region + 1, *self.base.shape))
-            array[region] = values
+            if array.shape[0] <= batch:
+                array.resize((batch + 1, *self.base.shape))
+            array[batch] = values
 
-    def finish(self, n_region: int) -> None:
+    def finish(self, n_batch: int) -> None:
         """Write mean, standard deviation and probability over all realisations."""
         # Failed realisations have no maps and do not count.
         n = int((self.group["status"][:] == 1).sum())
         total = [np.zeros(self.base.shape) for _ in _PARTS]
-        # In the order of regions: the sum is the same in any run.
-        for region in range(n_region):
+        # In the order of batches: the sum is the same in any run.
+        for batch in range(n_batch):
             for sum_, name in zip(total, _PARTS, strict=True):
-                sum_ += self.group[name][region]
+                sum_ += self.group[name][batch]
         with np.errstate(invalid="ignore", divide="ignore"):
             mean = total[0] / n
             # The unbiased variance; rounding may make it slightly negative.

@@ -92,20 +92,20 @@ class Workers:
         for process in self.processes:
             threading.Thread(target=self._greet, args=(process, data), daemon=True).start()
 
-    def run(self, realization: int) -> Record:
+    def run(self, realisation: int) -> Record:
         """Run a realisation on the next worker that is free."""
         runner = self.free.get()
         try:
-            return runner(realization)
+            return runner(realisation)
         finally:
             self.free.put(runner)
 
     def _greet(self, process: subprocess.Popen[bytes], data: bytes) -> None:
         """Send the plan, and free the worker when it has read it."""
 
-        def runner(realization: int) -> Record:
+        def runner(realisation: int) -> Record:
             """Run one realisation in this worker."""
-            found: Record = self._asked(process, pickle.dumps(realization))
+            found: Record = self._asked(process, pickle.dumps(realisation))
             return found
 
         ready: Runner = _Failed(WorkerError(lost(f"{self.n} worker processes")))
@@ -138,7 +138,7 @@ class _Failed:
     def __init__(self, error: BaseException) -> None:
         self.error = error
 
-    def __call__(self, realization: int) -> Record:
+    def __call__(self, realisation: int) -> Record:
         raise self.error
 
 

@@ -22,6 +22,7 @@ from geosurf.conventions import area_text, is_number, is_word, known_names, numb
 from geosurf.errors import InputError
 from geosurf.model import Lattice, Unit, Units
 from geosurf.model.column import ELSEWHERE
+from geosurf.model.distributions import ends_of, is_distribution
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
@@ -140,6 +141,10 @@ def factors_of(given: Mapping[str, Any], open_map: OpenMap) -> list[Factor]:
     InputError
         If an argument is given without one before it, or a value is out of range.
 
+    Notes
+    -----
+    Distributions, of ensembles, stay what they are; nearly all of their values must be in range.
+
     Examples
     --------
     >>> found = factors_of({"net_to_gross": 0.8, "porosity": {("A/B", "oil"): 0.2}}, None)
@@ -155,25 +160,28 @@ def factors_of(given: Mapping[str, Any], open_map: OpenMap) -> list[Factor]:
             )
 
     def check(value: Any, what: str) -> Any:
-        """A number as float, anything else as a grid."""
+        """A number as float, a distribution as it is, anything else as a grid."""
         if is_number(value):
-            _check_range(float(value), float(value), what)
+            check_range(float(value), float(value), what)
             return float(value)
+        if is_distribution(value):
+            check_range(*ends_of(value, what), what)
+            return value
         lattice = open_map(value, what)
         if lattice is not None:
-            _check_range(float(np.nanmin(lattice.elevation)), _largest(lattice), what)
+            check_range(float(np.nanmin(lattice.elevation)), _largest(lattice), what)
         return lattice
 
     return [Factor.of(name, given[name], check) for name in names]
 
 
-def _check_range(low: float, high: float, what: str) -> None:
+def check_range(low: float, high: float, what: str) -> None:
     """Refuse values that cannot be."""
     wrong, allowed = not 0.0 <= low <= high <= 1.0, "from 0 to 1 (divide percent by 100)"
     if what.startswith(ARGUMENTS[3]):
         wrong, allowed = low <= 0.0, "above 0: volume in the reservoir over volume at the surface"
     if wrong:
-        shown = f"{low:g}" if low == high else f"from {low:g} to {high:g}"
+        shown = f"{low:g}" if low == high else f"from {low:.4g} to {high:.4g}"
         raise InputError(f"{what} is {shown}; it must be {allowed}.")
 
 
@@ -236,33 +244,60 @@ def fluids_in_place(
     InputError
         If a unit has no value, or no fluid, or a map does not cover it.
     """
+    check_system(system)
+    rule = fluids_rule(fluids)
+    refuse_unknown_words(units, factors, rule)
+    part = units.included(include)
+    of, values = amounts_of(part, factors, rule, system)
+    columns = columns_of(len(factors), system)
+    data = {key: ("unit", values[:, k], attrs) for k, (key, attrs) in enumerate(columns.items())}
+    column = np.array(of, dtype=object)
+    crs = {} if units.crs is None else {"crs": units.crs}
+    return xr.Dataset(data, part.volumes.coords, crs).assign_coords(fluid=("unit", column))
+
+
+def check_system(system: Any) -> None:
+    """Refuse what is no system of units of measure."""
     if not is_word(system, SYSTEMS):
         raise InputError(f"units is {system!r}; it must be one of {', '.join(SYSTEMS)}.")
-    rule = fluids_rule(fluids)
-    part = units.included(include)
-    words_of = {u.name: {u.zone, u.region, u.block, u.contact} - {""} for u in units.values()}
-    known = sorted(set().union(*words_of.values()))
+
+
+def columns_of(n_factor: int, system: str) -> dict[str, dict[str, str]]:
+    """Attributes of the columns that so many factors lead to, by name."""
+    shown = list(COLUMNS)[: n_factor + 1 + (n_factor == len(ARGUMENTS))]
+    return {
+        key: {"units": COLUMNS[key][1 + SYSTEMS.index(system)], "long_name": COLUMNS[key][0]}
+        for key in shown
+    }
+
+
+def refuse_unknown_words(units: Units, factors: Sequence[Factor], rule: Factor) -> None:
+    """Refuse entries for what a model does not have."""
+    known = sorted(set().union(*map(_words_of, units.values())))
     rule.refuse_unknown(known)
     for factor in factors:
         factor.refuse_unknown([*known, *FLUIDS])
 
-    values = np.zeros((len(part), len(COLUMNS)))
-    of = []
-    for row, unit in enumerate(part.values()):
-        of.append(fluid_of(unit, words_of[unit.name], rule))
-        chain = _chain(unit, factors, words_of[unit.name] | {of[row]} - {""}, of[row])
+
+def _words_of(unit: Unit) -> set[str]:
+    """What entries can name a unit by."""
+    return {unit.zone, unit.region, unit.block, unit.contact} - {""}
+
+
+def amounts_of(
+    units: Units, factors: Sequence[Factor], rule: Factor, system: str
+) -> tuple[list[str], np.ndarray]:
+    """Return the fluid of each unit, and its columns, see `columns_of`: (n_unit, n_column)."""
+    values, of = np.zeros((len(units), len(COLUMNS))), []
+    for row, unit in enumerate(units.values()):
+        words = _words_of(unit)
+        of.append(fluid_of(unit, words, rule))
+        chain = _chain(unit, factors, words | {of[row]} - {""}, of[row])
         values[row, : len(chain) + 1] = unit.volume, *_in_steps(unit, chain)
         if of[row] == "gas":
             values[row, 4:] = 0.0, values[row, 4]
-
-    shown = list(COLUMNS)[: len(factors) + 1 + (len(factors) == len(ARGUMENTS))]
-    data = {}
-    for k, key in enumerate(shown):
-        attrs = {"units": COLUMNS[key][1 + SYSTEMS.index(system)], "long_name": COLUMNS[key][0]}
-        data[key] = ("unit", values[:, k] / SIZES[attrs["units"]], attrs)
-    column = np.array(of, dtype=object)
-    crs = {} if units.crs is None else {"crs": units.crs}
-    return xr.Dataset(data, part.volumes.coords, crs).assign_coords(fluid=("unit", column))
+    sizes = [SIZES[attrs["units"]] for attrs in columns_of(len(factors), system).values()]
+    return of, values[:, : len(sizes)] / np.array(sizes)
 
 
 def _chain(unit: Unit, factors: Sequence[Factor], words: set[str], fluid: str) -> list[Any]:

@@ -7,7 +7,7 @@ number for each parameter, and the same number always gives the same value.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from statistics import NormalDist
 from typing import Any, Protocol
@@ -253,6 +253,34 @@ def distribution_of(value: Any, what: str) -> Distribution:
     if not fits:
         raise InputError(f"{what}: {value!r} has quantiles that are not finite. {HOW}.")
     return made
+
+
+def is_distribution(value: Any) -> bool:
+    """Whether a value is a distribution of ours, or a frozen one of `scipy.stats`."""
+    ours = Constant, Normal, Uniform, Triangular, Discrete, OfScipy
+    return isinstance(value, ours) or (callable(getattr(value, "ppf", None)))
+
+
+def medians(value: Any) -> Any:
+    """Return a value with medians in place of distributions, also inside mappings.
+
+    Examples
+    --------
+    >>> medians({"porosity": {"oil": Uniform(0.2, 0.3), "water": 0.2}})
+    {'porosity': {'oil': 0.25, 'water': 0.2}}
+    """
+    if isinstance(value, Mapping):
+        return {key: medians(one) for key, one in value.items()}
+    return distribution_of(value, "").quantile(0.5) if is_distribution(value) else value
+
+
+def ends_of(value: Any, what: str) -> tuple[float, float]:
+    """Return the lowest and the highest value that is likely: `TAIL` lies beyond either."""
+    made = distribution_of(value, what)
+    ends = [made.quantile(p) for p in (TAIL, 1.0 - TAIL)]
+    # the values of a discrete one need not rise
+    values = made.values if isinstance(made, Discrete) else ends
+    return min(values), max(values)
 
 
 def reach_of(distribution: Distribution) -> float:

@@ -17,6 +17,7 @@ from geosurf.errors import InputError
 from geosurf.model.base import Noun
 
 Block = tuple[str, str]  # zone, and block of the zone
+Places = tuple[tuple[float, ...], np.ndarray]  # a box, and the row of the region all over its map
 LEAST = 1e-3  # of the volume of the reservoir: smaller regions become parts of others
 HOW = (
     "Give {name: (easting, northing)}, {name: polygon} or {name: ('F1+', 'F2-')}: a place in the "
@@ -152,9 +153,7 @@ class KnownRegions:
     labels: tuple[tuple[str, str], ...] = ()
     blocks: tuple[tuple[Block, ...], ...] = ()
     model: Hashable = ()
-    places: Callable[[], tuple[tuple[float, ...], np.ndarray]] | None = field(
-        default=None, compare=False
-    )
+    places: Callable[[], Places] | None = field(default=None, compare=False)
 
     def of_blocks(self, proposals: Sequence[Proposal]) -> np.ndarray:
         """Volume that each known region has in blocks of the same names, float64 (n, n_new)."""

@@ -18,6 +18,7 @@ from geosurf.errors import DependencyError
 from geosurf.measure.volumetrics import totals_in_words
 from geosurf.model import Certificate
 from geosurf.model.column import CONFORMABLE
+from geosurf.model.distributions import medians
 from geosurf.model.expected import flag_of
 from geosurf.read import read_points, read_polygons
 from geosurf.report import report_scene
@@ -420,8 +421,10 @@ def fluids_of(scenario: Scenario, scene: Scene, log: StepLog) -> Any:
     if scenario.volumetrics is None:
         return None
     log.begin("volumetrics")
-    found = scene.volumetrics(**vars(scenario.volumetrics), include=scenario.output.include)
-    log.step("volumetrics", "reservoir", totals_in_words(found))
+    given = medians(vars(scenario.volumetrics))
+    found = scene.volumetrics(**given, include=scenario.output.include)
+    at = "" if given == vars(scenario.volumetrics) else "; at medians of distributions"
+    log.step("volumetrics", "reservoir", totals_in_words(found) + at)
     return found
 
 

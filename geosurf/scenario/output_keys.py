@@ -35,18 +35,19 @@ KINDS = {  # what `of` names
     "fault position": "faults",
     "fault dip": "faults",
 }
-# Number of parameters of each.
-DISTRIBUTIONS = {"normal": 2, "uniform": 2, "triangular": 3}
+DISTRIBUTIONS: dict[str, Any] = {"normal": Normal, "uniform": Uniform, "triangular": Triangular}
+COUNTS = {"normal": (2, 4), "uniform": (2,), "triangular": (3,)}  # of the numbers of each
 
 
-def _numbers(n: int) -> values.Check:
-    """Return the check for so many numbers."""
+def _numbers(kind: str) -> values.Check:
+    """Return the check for the numbers of a distribution."""
+    counts = COUNTS[kind]
 
-    @values.check(f"{n} numbers")
+    @values.check(f"{' or '.join(map(str, counts))} numbers")
     def numbers(_: values.KeyPath, value: Any) -> tuple[float, ...] | None:
         """The numbers as a tuple."""
         # Lists only: a single number would be ambiguous.
-        fits = isinstance(value, list) and len(value) == n and all(map(is_number, value))
+        fits = isinstance(value, list) and len(value) in counts and all(map(is_number, value))
         return tuple(map(float, value)) if fits else None
 
     return numbers
@@ -83,11 +84,15 @@ class UncertainInput:
         default=(),
     )
     normal: tuple[float, ...] | None = key(
-        "Mean and standard deviation.", _numbers(2), default=None
+        "Mean and standard deviation; if it is cut off, also the lowest and highest value.",
+        _numbers("normal"),
+        default=None,
     )
-    uniform: tuple[float, ...] | None = key("Lowest and highest value.", _numbers(2), default=None)
+    uniform: tuple[float, ...] | None = key(
+        "Lowest and highest value.", _numbers("uniform"), default=None
+    )
     triangular: tuple[float, ...] | None = key(
-        "Lowest, most likely and highest value.", _numbers(3), default=None
+        "Lowest, most likely and highest value.", _numbers("triangular"), default=None
     )
     sd_m: float | None = key(
         "With a depth error: its standard deviation.", values.above_zero, unit="m", default=None
@@ -118,11 +123,11 @@ def distribution_of(entry: UncertainInput) -> Normal | Uniform | Triangular | No
     >>> distribution_of(UncertainInput(kind="fault dip", uniform=(-2.0, 2.0)))
     Uniform(low=-2.0, high=2.0)
     """
-    if entry.normal is not None:
-        return Normal(*entry.normal)
-    if entry.uniform is not None:
-        return Uniform(*entry.uniform)
-    return None if entry.triangular is None else Triangular(*entry.triangular)
+    for word, made in DISTRIBUTIONS.items():
+        if getattr(entry, word) is not None:
+            found: Normal | Uniform | Triangular = made(*getattr(entry, word))
+            return found
+    return None
 
 
 def check_uncertain(scenario: Any, at: values.KeyPath) -> None:
@@ -248,28 +253,45 @@ class GridInput:
 
 def _leaves(at: values.KeyPath, value: Any, leaf: Callable[[values.KeyPath, Any], Any]) -> Any:
     """A value, or a table of these by the words of each: names in tables inside it add up."""
-    if not isinstance(value, dict):
+    # names have numbers or tables, distributions have lists
+    if not isinstance(value, dict) or isinstance(next(iter(value.values()), 0), list):
         return leaf(at, value)
     found: dict[tuple[str, ...], Any] = {}
     for word, inner in value.items():
         one = _leaves(at.inside(word), inner, leaf)
+        if one is None:
+            return None
         many = one if isinstance(one, dict) else {(): one}
         found |= {(word, *words): last for words, last in many.items()}
     return found or None
 
 
 @values.check(
-    "a number, the file of a grid, or a table of these by zone, region, contact interval or "
-    "fluid, such as "
+    "a number, the file of a grid, a distribution such as {normal = [0.25, 0.02]}, or a table of "
+    "these by zone, region, contact interval or fluid, such as "
     '`{"Top/Base" = 0.25, elsewhere = 0.2}` or `{"Top/Base" = {oil = 0.25, gas = 0.22}}`'
 )
 def ratio(at: values.KeyPath, value: Any) -> Any:
-    """Numbers and files, by names that are checked when all units are known."""
+    """Numbers, files and distributions, by names that are checked when all units are known."""
 
     def leaf(at: values.KeyPath, value: Any) -> Any:
+        if isinstance(value, dict):
+            return _drawn(at, value)
         return values.file(at, value) if isinstance(value, str) else values.number(at, value)
 
     return _leaves(at, value, leaf)
+
+
+def _drawn(at: values.KeyPath, value: dict[str, Any]) -> Any:
+    """The distribution of one number; None for another table."""
+    word, numbers = next(iter(value.items()))
+    if len(value) > 1 or word not in DISTRIBUTIONS:
+        return None
+    made = _numbers(word)(at.inside(word), numbers)
+    try:
+        return DISTRIBUTIONS[word](*made)
+    except InputError as error:
+        at.inside(word).refuse(f"{at.words}: {error}")
 
 
 @values.check('"oil", "gas" or "water", or a table such as `{"above FWL" = "oil"}`')
@@ -280,8 +302,10 @@ def fluids(at: values.KeyPath, value: Any) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class FluidsInput:
-    """``[volumetrics]``: rock and fluids in place, as `volumetrics.csv` and in the report. Each of
-    the first four keys needs those before it. See [volumetrics](guides/volumetrics.md).
+    """``[volumetrics]``: rock and fluids in place, as `volumetrics.csv` and in the report, and of
+    each realisation in `geosurf ensemble`. Each of the first four keys needs those before it. A
+    distribution, as `{normal = [0.25, 0.02]}`, counts by its median elsewhere than in ensembles.
+    See [volumetrics](guides/volumetrics.md).
     """
 
     net_to_gross: Any = key("Share of net rock.", ratio)

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from geosurf.model import Sheet, TriSurface
+from geosurf.model import Sheet, TriSurface, Units
+from geosurf.model.regions import KnownRegions, Places
 from geosurf.model.sheets import TearPlan
 from geosurf.scene.faults import LongerFaults
 from geosurf.scene.inputs import INPUTS, Box, undeclared
@@ -104,11 +107,31 @@ def keep_results_apart(scene: Scene) -> None:
     scene._plain.memory.shares = False
 
 
-def volumes_by_unit(scene: Scene) -> dict[tuple[str, str, str, str], float]:
-    """Return the volume of each unit [m3] by name, zone, block and contact: without a table."""
+def measured_units(scene: Scene, whole: bool) -> Units:
+    """Return the units of a scene; unless they are to be whole, labels and volumes may do."""
     graph = scene._graph
-    units = graph.units_at_levels or graph.units
-    return {(u.name, u.zone, u.block, u.contact): float(u.volume) for u in units.values()}
+    return graph.units if whole else graph.units_at_levels or graph.units
+
+
+def known_regions(scene: Scene) -> KnownRegions | None:
+    """Return the regions of a scene, as others take their names; not the scene itself."""
+    has_some, graph = bool(scene.regions), scene._graph
+    if not has_some or graph._regions is None:
+        return None
+    known = graph._regions.known_as("base case")
+    return replace(known, places=partial(_as_they_are, graph._regions.places()))
+
+
+def _as_they_are(places: Places) -> Places:
+    """Return what other processes can take along, too."""
+    return places
+
+
+def named_like(scene: Scene, known: KnownRegions | None) -> Scene:
+    """Return the scene; its regions, and those of scenes made from it, have the names of others."""
+    twin = scene.replace()
+    twin._plain.known_regions = known
+    return twin
 
 
 def given_contacts(scene: Scene) -> dict[str, Any]:

@@ -26,6 +26,7 @@ from geosurf.faults.rules import Halves, Rule, faults_at, halves_of, read_extend
 from geosurf.measure.volumetrics import ARGUMENTS, Factor, factors_of
 from geosurf.model import FaultSticks, Lattice, Sheet, check_column
 from geosurf.model.column import read_compartments
+from geosurf.model.distributions import is_distribution
 from geosurf.model.expected import box_of_sides, flag_of, name_of
 from geosurf.model.network import filling_by_horizon
 from geosurf.model.regions import check_regions
@@ -505,10 +506,20 @@ def undeclared(value: Any, options: Mapping[str, Any]) -> dict[str, Any]:
 # Maps of properties, given or read as horizons are.
 
 
-def factors_of_rock(values: Sequence[Any], crs: str | None) -> list[Factor]:
-    """Return the first four arguments of `Scene.volumetrics`, checked, with maps as grids."""
+def factors_of_rock(values: Sequence[Any], crs: str | None, *, drawn: bool = False) -> list[Factor]:
+    """Return the first four arguments of `Scene.volumetrics`, checked, with maps as grids.
+
+    Distributions are refused unless numbers are drawn from them.
+    """
     given = dict(zip(ARGUMENTS, values, strict=True))
-    return factors_of(given, lambda value, name: opened_map(value, name, crs))
+    found = factors_of(given, lambda value, name: opened_map(value, name, crs))
+    for factor in found:
+        if not drawn and any(map(is_distribution, factor.entries.values())):
+            raise InputError(
+                f"{factor.name} has a distribution, but one scene has one value. Give a number, or "
+                "draw many: run_ensemble(scene, volumetrics={...})."
+            )
+    return found
 
 
 def opened_map(value: Any, name: str, crs: str | None) -> Lattice:

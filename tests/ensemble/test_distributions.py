@@ -85,7 +85,7 @@ def test_impossible_parameters_are_refused(make, words):
         make()
 
 
-def test_streams_depend_on_seed_realization_and_parameter_only():
+def test_streams_depend_on_seed_realisation_and_parameter_only():
     def draw(*key):
         return probability_of(stream_of(*key))
 
@@ -95,7 +95,7 @@ def test_streams_depend_on_seed_realization_and_parameter_only():
     assert all(draw(*key) == values[key] for key in reversed(keys))
 
 
-def test_uniform_numbers_of_many_realizations_are_uniform():
+def test_uniform_numbers_of_many_realisations_are_uniform():
     drawn = np.array([probability_of(stream_of(7, k, "throw F1")) for k in range(2000)])
     assert scipy.stats.kstest(drawn, "uniform").pvalue > 1e-3
     lag = np.corrcoef(drawn[:-1], drawn[1:])[0, 1]

@@ -84,7 +84,7 @@ def test_conditioned_fields_are_those_of_simple_kriging(model):
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_known_values_are_met_by_every_realization(model):
+def test_known_values_are_met_by_every_realisation(model):
     grid = grid_of(80, 70)
     rng = np.random.default_rng(5)
     inside = np.array([[0.0, 0.0], [69 * 60.0, 79 * 40.0]])
@@ -96,7 +96,7 @@ def test_known_values_are_met_by_every_realization(model):
         assert np.abs(known @ made.ravel() - values).max() < 1e-6
 
 
-def test_many_realizations_have_mean_zero_and_the_sill():
+def test_many_realisations_have_mean_zero_and_the_sill():
     grid, covariance = grid_of(120, 120, cell=(50.0, 50.0)), Covariance(8.0, 400.0)
     field = GaussianField(grid, covariance)
     made = np.stack([field.simulate(np.random.default_rng(seed)) for seed in range(12)])

@@ -15,13 +15,12 @@ from geosurf.ensemble import (
     ContactLevel,
     DepthShift,
     Discrete,
+    Ensemble,
     Normal,
     Triangular,
     Uniform,
-    quantiles,
-    report_ensemble,
 )
-from geosurf.ensemble.report import detail_chart, map_chart
+from geosurf.ensemble.report import map_chart
 from geosurf.ensemble.uncertain import words_of_distribution
 from geosurf.errors import InputError, OutputError
 from geosurf.report.page import number
@@ -32,7 +31,7 @@ def result():
     world = gs.synthetic.tilted_planes(n=5)
     scene = gs.Scene(world.horizons, world.faults, world.box, contacts={"O$W$C": -2150.0})
     uncertain = [ContactLevel("O$W$C", shift=Uniform(-9, 9)), DepthShift("Top", Normal(0.0, 5.0))]
-    return gs.run_ensemble(scene, 8, uncertain=uncertain, maps=400.0, progress=False)
+    return gs.run_ensemble(scene, 8, uncertain=uncertain, maps=400.0, progress=False).data
 
 
 def without_maps(result):
@@ -42,16 +41,15 @@ def without_maps(result):
 
 
 def test_the_page_has_all_quantiles_parameters_and_maps(result, tmp_path):
-    page = report_ensemble(result, tmp_path, title="Two <planes>").read_text(encoding="utf-8")
+    page = Ensemble(result).report(tmp_path, title="Two <planes>").read_text(encoding="utf-8")
     assert "<h1>Two &lt;planes&gt;</h1>" in page
-    for by in ("contact", "zone", "block", "unit"):
-        found = quantiles(result, by)
-        for key in ("P90", "P50", "P10", "mean", "sd", "base"):
-            for value in found[key].values.tolist():
-                assert number(value / 1e6, 3) in page
+    for groups in (None, [("zone",)], [("block",)], [("unit",)]):
+        for _, found in Ensemble(result).rows(groups=groups):
+            for key in ("P90", "P50", "P10", "mean", "sd", "base"):
+                assert number(found[key] / 1e6, 3) in page
     for words in (*result.parameter.values, *result.layer.values, "seed 0", "8 realisations built"):
         assert str(words) in page
-    n_picture = 1 + 2 + result.sizes["layer"] + 1  # the last: its only fault
+    n_picture = 1 + 3 + result.sizes["layer"] + 1  # the last: its only fault
     assert len(re.findall("<img ", page)) == len([*(tmp_path / "pictures").iterdir()]) == n_picture
     assert "Failed realisations" not in page
 
@@ -59,7 +57,7 @@ def test_the_page_has_all_quantiles_parameters_and_maps(result, tmp_path):
 def test_the_page_lists_distributions_and_files(result, tmp_path):
     (tmp_path / "top.txt").write_text("1 2 3")
     files = {"Top": tmp_path / "top.txt", "gone": tmp_path / "gone.txt"}
-    page = report_ensemble(without_maps(result), tmp_path, inputs=files, relative_to=tmp_path)
+    page = Ensemble(without_maps(result)).report(tmp_path, inputs=files, relative_to=tmp_path)
     text = page.read_text(encoding="utf-8")
     for words in result.parameter_distribution.values.tolist():
         assert words in text
@@ -71,16 +69,16 @@ def test_the_page_lists_distributions_and_files(result, tmp_path):
 def test_wrong_files_are_refused_before_anything_is_drawn(result, tmp_path):
     for wrong in (["top.txt"], []):
         with pytest.raises(InputError, match="mapping"):
-            report_ensemble(result, tmp_path / "page", inputs=wrong)
+            Ensemble(result).report(tmp_path / "page", inputs=wrong)
     with pytest.raises(InputError, match="not a path"):
-        report_ensemble(result, tmp_path / "page", relative_to=5)
+        Ensemble(result).report(tmp_path / "page", relative_to=5)
     assert not (tmp_path / "page").exists()
 
 
 def test_a_layer_that_no_realisation_has_is_named_without_a_map(result, tmp_path):
     twin = result.isel(layer=slice(3)).drop_vars("juxtaposed_area").copy(deep=True)
     twin.probability[1] = 0.0
-    page = report_ensemble(twin, tmp_path).read_text(encoding="utf-8")
+    page = Ensemble(twin).report(tmp_path).read_text(encoding="utf-8")
     assert f"In no realisation: {twin.layer.values[1]}." in page
     assert len([*(tmp_path / "pictures").glob("map_*.png")]) == twin.sizes["layer"] - 1
 
@@ -88,15 +86,16 @@ def test_a_layer_that_no_realisation_has_is_named_without_a_map(result, tmp_path
 def test_parameters_that_may_be_chance_are_pale():
     rng = np.random.default_rng(3)
     drawn = rng.normal(size=(200, 2))
-    labels = {"zone": ["Top/Base"], "block": ["whole"], "contact": [""]}
+    labels = {key: [""] for key in ("zone", "region", "block", "contact", "fluid")}
+    attrs = {"units": "m3", "long_name": "gross rock volume (GRV)"}
     twin = xr.Dataset(
-        {"volume": (("realization", "unit"), 1e6 * (9.0 + drawn[:, :1])),
-         "status": ("realization", np.ones(200, np.uint8)),
-         "drawn": (("realization", "parameter"), drawn), "base_volume": ("unit", [9e6])},
+        {"bulk": (("realisation", "unit"), 1e6 * (9.0 + drawn[:, :1]), attrs),
+         "status": ("realisation", np.ones(200, np.uint8)),
+         "drawn": (("realisation", "parameter"), drawn), "base_bulk": ("unit", [9e6])},
         coords={"unit": ["Top/Base"], "parameter": ["throw F1", "dip F1"],
-                "realization": np.arange(200), **{k: ("unit", v) for k, v in labels.items()}},
+                "realisation": np.arange(200), **{k: ("unit", v) for k, v in labels.items()}},
     )  # fmt: skip
-    bars = detail_chart(twin, "Top/Base", "unit").axes[2]
+    bars = Ensemble(twin).plot.tornado().axes[0]
     assert "pale: may be chance" in bars.get_xlabel()
     # low and high of the parameter that matters, then of the other one
     assert [bar.get_alpha() < 1.0 for bar in bars.patches] == [False, True, False, True]
@@ -127,39 +126,41 @@ def test_every_distribution_has_words_with_its_unit():
 
 
 def test_juxtaposed_areas_cover_the_fault_in_each_realisation(result):
-    areas, found = result.juxtaposed_area.values, gs.ensemble.juxtaposition(result)
+    areas, found = result.juxtaposed_area.values, Ensemble(result).juxtaposition()
     # a plane in one box: its area is the same, however zones share it
     np.testing.assert_allclose(areas.sum(axis=1), areas[0].sum())
     assert np.ptp(areas, axis=0).max() > 0
     assert found.probability.values.tolist() == (areas > 0).mean(axis=0).tolist()
     assert (found.P90 <= found.P10).all()
     with pytest.raises(InputError, match="maps=True"):
-        gs.ensemble.juxtaposition(result.drop_vars("juxtaposed_area"))
+        Ensemble(result.drop_vars("juxtaposed_area")).juxtaposition()
 
 
 def test_base_cases_of_sums_add_up(result):
-    whole = result.base_volume.values.sum()
+    whole = result.base_bulk.values.sum()
     for by in ("contact", "zone", "block", "unit"):
-        assert quantiles(result, by, include="all").base.values.sum() == pytest.approx(whole)
+        assert Ensemble(result).quantiles(by, include="all").base.values.sum() == pytest.approx(
+            whole
+        )
 
 
 def test_failures_are_listed_and_what_has_not_run_is_counted(result, tmp_path):
     broken = without_maps(result).copy(deep=True)
     broken.status[2], broken.status[5], broken.reason[2] = 2, 0, "horizons cross & <leak>"
-    broken.volume[[2, 5]] = np.nan
-    page = report_ensemble(broken, tmp_path).read_text(encoding="utf-8")
-    assert report_ensemble(broken, tmp_path).read_text(encoding="utf-8") == page
+    broken.bulk[[2, 5]] = np.nan
+    page = Ensemble(broken).report(tmp_path).read_text(encoding="utf-8")
+    assert Ensemble(broken).report(tmp_path).read_text(encoding="utf-8") == page
     assert "6 realisations built, 1 failed; seed 0. 1 have not run yet." in page
     assert "horizons cross &amp; &lt;leak&gt;" in page
     assert "Maps" not in page
 
 
 def test_what_is_no_ensemble_is_refused(result, tmp_path):
-    for wrong in (None, 5, result.drop_vars("status"), result.volume):
-        with pytest.raises(InputError, match="report_ensemble takes the results of an ensemble"):
-            report_ensemble(wrong, tmp_path)
+    for wrong in (None, 5, result.drop_vars("status"), result.bulk):
+        with pytest.raises(InputError, match="takes the data of an ensemble"):
+            Ensemble(wrong)
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="file"):
-        report_ensemble(result, tmp_path / "file")
+        Ensemble(result).report(tmp_path / "file")
     with pytest.raises(InputError, match="no realisation of this ensemble has been built"):
-        report_ensemble(result.assign(status=("realization", [2] * 8)), tmp_path)
+        Ensemble(result.assign(status=("realisation", [2] * 8))).report(tmp_path)

@@ -2,21 +2,12 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
 import pytest
 import scipy.stats
 import xarray as xr
 
-from geosurf.ensemble import (
-    convergence,
-    juxtaposition,
-    quantiles,
-    report_ensemble,
-    tornado,
-    volumes_by,
-)
+from geosurf.ensemble import Ensemble
 from geosurf.errors import InputError
 
 UNITS = ["above Top", "Top/Base F1- above OWC", "Top/Base F1+ above OWC", "Top/Base F1+ below OWC"]
@@ -33,23 +24,25 @@ def result():
     status = np.where(np.arange(300) % 10 == 3, 2, 1).astype(np.uint8)
     volume[status == 2] = np.nan
     labels = {"zone": ["above Top", *["Top/Base"] * 3], "block": ["whole", "F1-", "F1+", "F1+"],
+              "region": ["", "B", "A", "A"], "fluid": ["", "oil", "oil", "water"],
               "contact": ["", "above OWC", "above OWC", "below OWC"]}  # fmt: skip
+    attrs = {"units": "m3", "long_name": "gross rock volume (GRV)"}
     return xr.Dataset(
-        {"volume": (("realization", "unit"), volume), "status": ("realization", status),
-         "drawn": (("realization", "parameter"), drawn),
-         "base_volume": ("unit", np.full(4, 100.0))},
-        coords={"unit": UNITS, "realization": np.arange(300),
+        {"bulk": (("realisation", "unit"), volume, attrs), "status": ("realisation", status),
+         "drawn": (("realisation", "parameter"), drawn),
+         "base_bulk": ("unit", np.full(4, 100.0))},
+        coords={"unit": UNITS, "realisation": np.arange(300),
                 "parameter": ["throw F1", "contact OWC", "dip F1"],
                 **{key: ("unit", value) for key, value in labels.items()}},
     )  # fmt: skip
 
 
 def built(result):
-    return result.volume.values[result.status.values == 1]
+    return result.bulk.values[result.status.values == 1]
 
 
 def test_p90_is_exceeded_by_nine_tenths(result):
-    found, values = quantiles(result), built(result)
+    found, values = Ensemble(result).quantiles("unit"), built(result)
     assert found.attrs["n"] == 270
     assert found.attrs["failed"] == 30
     for share in (90, 50, 10):
@@ -57,34 +50,48 @@ def test_p90_is_exceeded_by_nine_tenths(result):
         assert np.abs(exceeded[:3] - share / 100).max() < 1 / 270
     np.testing.assert_allclose(found["mean"], values.mean(axis=0))
     np.testing.assert_allclose(found.sd, values.std(axis=0, ddof=1))
-    assert list(quantiles(result, exceeded=(95.0, 99.5)))[:2] == ["P95", "P99.5"]
+    assert list(Ensemble(result).quantiles((), exceeded=(95.0, 99.5)))[:2] == ["P95", "P99.5"]
 
 
 def test_sums_are_taken_before_quantiles(result):
     values = built(result)
-    zone = volumes_by(result, "zone")
+    zone = Ensemble(result).sums("zone")
     assert zone.zone.values.tolist() == ["above Top", "Top/Base"]
     np.testing.assert_allclose(zone.sel(zone="Top/Base"), values[:, 1:].sum(axis=1))
-    part = volumes_by(result, "contact").sel(contact="Top/Base above OWC")
+    part = Ensemble(result).sums(fluid="oil")
     np.testing.assert_allclose(part, values[:, 1] + values[:, 2])
-    for by in ("unit", "zone", "block", "contact"):
-        np.testing.assert_allclose(volumes_by(result, by).sum(by), values.sum(axis=1))
+    for by in ("unit", "zone", "block", "contact", "fluid", ("region", "fluid"), ()):
+        dims = (by,) if isinstance(by, str) else by
+        sums = Ensemble(result).sums(by).sum(dims)
+        np.testing.assert_allclose(sums, values.sum(axis=1), rtol=1e-12)
 
 
 def test_parts_of_a_zone_go_from_above_its_contacts_to_below(result):
     # the first block lies below the contact as a whole
-    swapped = result.isel(unit=[3, 0, 1, 2])
-    names = ["Top/Base above OWC", "Top/Base below OWC", "above Top"]
-    assert volumes_by(swapped, "contact").contact.values.tolist() == names
-    np.testing.assert_allclose(quantiles(swapped, "contact").base, [200.0, 100.0, 100.0])
-    np.testing.assert_allclose(
-        volumes_by(swapped, "contact").sel(contact=names[:2]),
-        volumes_by(result, "contact").sel(contact=names[:2]),
-    )
+    swapped, names = Ensemble(result.isel(unit=[3, 1, 2])), ["above OWC", "below OWC"]
+    assert swapped.sums("contact").contact.values.tolist() == names
+    np.testing.assert_allclose(swapped.quantiles("contact").base, [200.0, 100.0])
+    assert swapped.sums("fluid").fluid.values.tolist() == ["oil", "water"]
+
+
+def test_tables_have_a_row_for_each_realisation_and_part(result):
+    ensemble, values = Ensemble(result), result.bulk.values
+    frame = ensemble.to_dataframe()
+    assert list(frame) == ["realisation", "region", "zone", "fluid", "bulk"]
+    assert len(frame) == 300 * 4
+    assert frame.attrs["units"] == {"bulk": "m3"}
+    oil = frame[frame.fluid == "oil"].groupby("realisation").bulk.sum(min_count=1)
+    np.testing.assert_allclose(oil, values[:, 1] + values[:, 2])
+    assert len(ensemble.to_dataframe("region", region=["A", "B"])) == 300 * 2
+    found = dict(ensemble.rows("bulk", region=["A", "B"]))
+    labels = [(), ("oil",), ("water",), ("B",), ("A",), ("B", "oil"), ("A", "oil"), ("A", "water")]
+    assert list(found) == labels
+    assert found["A", "oil"]["P50"] == np.median(built(result)[:, 2])
 
 
 def test_convergence_ends_at_the_quantiles(result):
-    found, last = convergence(result, UNITS[1]), quantiles(result).sel(unit=UNITS[1])
+    ensemble = Ensemble(result)
+    found, last = ensemble.convergence(unit=UNITS[1]), ensemble.quantiles((), unit=UNITS[1])
     assert found.n.values[[0, -1]].tolist() == [2, 270]
     for name in ("P90", "P50", "P10", "mean"):
         assert float(found[name][-1]) == pytest.approx(float(last[name]))
@@ -93,7 +100,8 @@ def test_convergence_ends_at_the_quantiles(result):
 
 
 def test_a_tornado_ranks_parameters_by_their_effect(result):
-    found = tornado(result, UNITS[1])
+    ensemble = Ensemble(result)
+    found = ensemble.tornado(unit=UNITS[1])
     assert found.parameter.values.tolist()[:2] == ["contact OWC", "throw F1"]
     drawn = result.drawn.values[result.status.values == 1]
     for name, column in zip(result.parameter.values, drawn.T, strict=True):
@@ -101,42 +109,49 @@ def test_a_tornado_ranks_parameters_by_their_effect(result):
         assert float(found.rank_correlation.sel(parameter=name)) == pytest.approx(expected)
     first = found.isel(parameter=0)
     assert float(first.low) < found.attrs["mean"] < float(first.high)
-    lone = tornado(result, UNITS[2]).isel(parameter=0)
+    lone = ensemble.tornado(unit=UNITS[2]).isel(parameter=0)
     assert lone.parameter == "throw F1"
     assert float(lone.rank_correlation) == pytest.approx(1.0)
-    nothing = tornado(result, UNITS[3]).rank_correlation
+    nothing = ensemble.tornado(unit=UNITS[3]).rank_correlation
     assert (nothing == 0).all()
+    # without words: the rock that holds oil
+    assert ensemble.tornado().identical(ensemble.tornado(fluid="oil"))
 
 
 def test_what_cannot_be_answered_is_refused(result):
-    with pytest.raises(InputError, match="by is 'layer'; it must be one of unit, zone"):
-        quantiles(result, by="layer")
+    ensemble = Ensemble(result)
+    with pytest.raises(InputError, match="by is 'layer'; give one or several of unit, zone"):
+        ensemble.quantiles(by="layer")
     with pytest.raises(InputError, match="no zone is called 'Top'; there are above Top, Top/Base"):
-        tornado(result, "Top", by="zone")
+        ensemble.tornado(zone="Top")
+    with pytest.raises(InputError, match="'layer' does not restrict sums; unit, zone"):
+        ensemble.tornado(layer="Top")
+    with pytest.raises(InputError, match="of is 'stoip'; this ensemble has bulk"):
+        ensemble.tornado("stoip")
     with pytest.raises(InputError, match="exceeded has 101; give percentages"):
-        quantiles(result, exceeded=(101,))
+        ensemble.quantiles(exceeded=(101,))
     with pytest.raises(InputError, match="a tornado needs at least ten realisations"):
-        tornado(result.isel(realization=slice(0, 9)), UNITS[0])
+        Ensemble(result.isel(realisation=slice(0, 9))).tornado()
     with pytest.raises(InputError, match="convergence needs at least two realisations"):
-        convergence(result.isel(realization=[0]), UNITS[0])
+        Ensemble(result.isel(realisation=[0])).convergence()
     with pytest.raises(InputError, match="no realisation of this ensemble has been built"):
-        quantiles(result.isel(realization=[3]))
+        Ensemble(result.isel(realisation=[3])).quantiles()
 
 
 @pytest.mark.parametrize("wrong", [5, None, "store", np.zeros(3), xr.Dataset(), object()])
-def test_other_objects_are_refused_in_a_sentence(result, tmp_path, wrong):
-    takes = (
-        quantiles, volumes_by, juxtaposition, partial(convergence, name="Top"),
-        partial(tornado, name="Top"), partial(report_ensemble, folder=tmp_path / "page"),
-    )  # fmt: skip
-    for function in takes:
-        with pytest.raises(InputError, match="takes the results of an ensemble, not"):
-            function(wrong)
-    for function in (convergence, tornado):
-        with pytest.raises(InputError):
-            function(result, wrong)
-        with pytest.raises(InputError, match="by is"):
-            function(result, "Top/Middle", wrong)
+def test_other_objects_are_refused_in_a_sentence(result, wrong):
+    with pytest.raises(InputError, match="takes the data of an ensemble, not"):
+        Ensemble(wrong)
+    ensemble = Ensemble(result)
+    for function in (ensemble.sums, ensemble.to_dataframe):
+        if wrong is not None or function == ensemble.sums:
+            with pytest.raises(InputError, match="by is"):
+                function(wrong)
+    if wrong is not None:
+        with pytest.raises(InputError, match="of is"):
+            ensemble.tornado(wrong)
+    with pytest.raises(InputError):
+        ensemble.tornado(region=wrong)
     if not isinstance(wrong, str | np.ndarray | xr.Dataset):
         with pytest.raises(InputError, match="takes percentages"):
-            quantiles(result, exceeded=wrong)
+            ensemble.quantiles(exceeded=wrong)

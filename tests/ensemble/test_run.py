@@ -37,7 +37,7 @@ from geosurf.scene.graph import Graph
 from geosurf.sheets import tear
 from tests.ensemble.worlds import AREA, bytes_of, layer_cake
 
-N = 25  # more than one region
+N = 25  # more than one batch
 POINTS = (70, 130, 186, 10_000)  # writes that fail
 UNCERTAIN = [
     DepthShift("Top", Normal(0.0, 10.0)),
@@ -51,7 +51,8 @@ def scene():
 
 
 def run(n=N, **more):
-    return gs.run_ensemble(scene(), n, **{"uncertain": UNCERTAIN, "maps": 500.0, **more})
+    asked = {"uncertain": UNCERTAIN, "maps": 500.0, **more}
+    return gs.run_ensemble(scene(), n, **asked).data
 
 
 @pytest.fixture(scope="module")
@@ -139,10 +140,10 @@ def test_another_process_builds_once_what_does_not_change(monkeypatch):
     plan.start()
     built, rebuilt = [], Graph._rebuilt
     monkeypatch.setattr(Graph, "_rebuilt", lambda *given: built.append(1) or rebuilt(*given))
-    here = [plan.run(k).volumes for k in range(n)]
+    here = [plan.run(k).amounts for k in range(n)]
     assert not built
     there = pickle.loads(worker_processes.dumps(plan))
-    assert [there.run(k).volumes for k in range(n)] == here
+    assert [there.run(k).amounts for k in range(n)] == here
     assert len(built) == 1
 
 
@@ -179,8 +180,8 @@ def test_a_longer_ensemble_continues_a_shorter_one(tmp_path, truth):
     first = run(n=7, store=tmp_path / "e.zarr")
     second = run(store=tmp_path / "e.zarr")
     assert bytes_of(tmp_path / "e.zarr") == truth
-    columns = second.volume.sel(unit=first.unit)[:7]
-    np.testing.assert_array_equal(columns, first.volume)
+    columns = second.bulk.sel(unit=first.unit)[:7]
+    np.testing.assert_array_equal(columns, first.bulk)
     again = run(store=tmp_path / "e.zarr", progress=lambda line: pytest.fail(line))
     assert again.identical(second)
     with pytest.raises(InputError, match=f"holds {N} realisations, more than n=7"):
@@ -229,7 +230,7 @@ def test_a_killed_ensemble_continues_to_the_same_bytes(tmp_path, truth):
 
 
 def test_a_write_that_fails_costs_nothing(tmp_path, truth, made, monkeypatch):
-    """The disk is full at one write after another: records, regions, maps."""
+    """The disk is full at one write after another: records, batches, maps."""
     from zarr.storage import LocalStore
 
     left, plain, whole = [0], LocalStore.set, store_room.write_whole
@@ -309,21 +310,22 @@ def sometimes(stream):
     if number < 0.4:
         raise ValueError("a mistake of the function")
     shift = DepthShift("Top", 100.0 * number)
-    return gs.ensemble.realize(layer_cake(), 0, uncertain=[shift])
+    return gs.ensemble.realise(layer_cake(), 0, uncertain=[shift])
 
 
-def test_failed_realizations_are_recorded_with_their_reason():
+def test_failed_realisations_are_recorded_with_their_reason():
     with pytest.warns(gs.GeosurfWarning, match=r"of 24 realisations could not be built") as found:
-        result = gs.run_ensemble(sometimes, 24)
+        ensemble = gs.run_ensemble(sometimes, 24)
+    result = ensemble.data
     failed = result.status.values == 2
     assert 4 < failed.sum() < 20
     assert found[0].message.kind == "ensemble"
     reasons = result.reason.values
     assert ((reasons != "") == failed).all()
     assert {word.split()[0] for word in reasons[failed]} == {"drew", "ValueError:"}
-    assert np.isnan(result.volume.values[failed]).all()
-    assert np.isfinite(result.volume.values[~failed]).all()
-    found = gs.ensemble.quantiles(result, by="zone")
+    assert np.isnan(result.bulk.values[failed]).all()
+    assert np.isfinite(result.bulk.values[~failed]).all()
+    found = ensemble.quantiles(by="zone")
     assert (found.attrs["n"], found.attrs["failed"]) == ((~failed).sum(), failed.sum())
 
 
@@ -406,9 +408,9 @@ def test_a_missing_package_is_named(monkeypatch):
 
 def test_maps_are_those_of_the_volumes(tmp_path, made):
     fill(tmp_path / "e.zarr", made)
-    result = gs.ensemble.open_ensemble(tmp_path / "e.zarr")
+    result = gs.ensemble.open_ensemble(tmp_path / "e.zarr").data
     cell = 500.0 * 500.0
-    zone = result.volume.isel(unit=np.flatnonzero(result.zone == "Top/Base")).sum("unit")
+    zone = result.bulk.isel(unit=np.flatnonzero(result.zone == "Top/Base")).sum("unit")
     mean = result.thickness_mean.sel(layer="Top/Base").sum() * cell
     assert float(mean) == pytest.approx(float(zone.mean()), rel=2e-3)
 
@@ -421,7 +423,7 @@ def test_maps_are_those_of_the_volumes(tmp_path, made):
     assert float(spread) == pytest.approx(np.hypot(10.0, 5.0), rel=0.35)
 
 
-def test_time_left_follows_the_last_realizations():
+def test_time_left_follows_the_last_realisations():
     progress = Progress(100, 0, lambda line: None)
     assert progress.seconds_left() is None
     progress._times = [float(2 * k) for k in range(11)]
@@ -438,9 +440,9 @@ def test_progress_is_silent_where_there_is_no_console(capsys):
 def test_records_survive_their_file(made):
     record = made[2][4]
     twin = Record.from_bytes(record.to_bytes())
-    assert (twin.volumes, twin.numbers, twin.realization) == (record.volumes, record.numbers, 4)
+    assert (twin.amounts, twin.numbers, twin.realisation) == (record.amounts, record.numbers, 4)
     assert np.array_equal(twin.maps, record.maps)
-    assert sum(record.volumes.values()) == pytest.approx(500.0 * AREA)
+    assert sum(bulk for (bulk,) in record.amounts.values()) == pytest.approx(500.0 * AREA)
 
 
 def test_a_realisation_with_throw_is_the_scene_that_its_numbers_make():
@@ -449,16 +451,14 @@ def test_a_realisation_with_throw_is_the_scene_that_its_numbers_make():
     faults = {"F1": world.faults["F1"]}
     scene = gs.Scene(horizons, faults, world.box)
     throw = gs.ensemble.Throw("F1", gs.ensemble.Normal(60.0, 10.0))
-    result = gs.run_ensemble(scene, 3, uncertain=[throw], workers=1, progress=False)
+    result = gs.run_ensemble(scene, 3, uncertain=[throw], workers=1, progress=False).data
     for k, by in enumerate(result.drawn.values[:, 0].tolist()):
         sheets = {
             name: gs.throw_horizon(data, faults, {"F1": by}, name=name)
             for name, data in horizons.items()
         }
         fresh = gs.Scene(sheets, faults, world.box).volumes
-        known = dict(
-            zip(result.unit.values.tolist(), result.volume.values[k].tolist(), strict=True)
-        )
+        known = dict(zip(result.unit.values.tolist(), result.bulk.values[k].tolist(), strict=True))
         assert {name: known[name] for name in fresh.unit.values.tolist()} == dict(
             zip(fresh.unit.values.tolist(), fresh.values.tolist(), strict=True)
         )

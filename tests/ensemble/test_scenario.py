@@ -85,17 +85,17 @@ def write(tmp_path):
 
 def test_a_scenario_gives_the_results_of_its_scene(write):
     path = write(CONTACT, ENSEMBLE)
-    result = gs.run_ensemble(path)
+    result = gs.run_ensemble(path).data
     scene = layer_cake(faults={"F1": fault()}, contacts={"OWC": -1050.0})
     uncertain = [
         DepthShift(("Top",), Uniform(-20.0, 20.0)),
         ContactLevel("OWC", shift=Triangular(-9.0, 0.0, 6.0)),
         FaultShift((), Uniform(-100.0, 100.0)),
     ]
-    same = gs.run_ensemble(scene, 3, seed=4, uncertain=uncertain, maps=500.0)
+    same = gs.run_ensemble(scene, 3, seed=4, uncertain=uncertain, maps=500.0).data
     assert result.sizes == same.sizes
     np.testing.assert_allclose(result.drawn, same.drawn)
-    np.testing.assert_allclose(result.volume, same.volume, rtol=1e-9)
+    np.testing.assert_allclose(result.bulk, same.bulk, rtol=1e-9)
 
 
 def test_horizons_are_thrown_again_by_the_factor(write):
@@ -146,16 +146,16 @@ def test_the_command_writes_tables_and_continues(write, tmp_path, capsys):
     path, out = write(CONTACT, ENSEMBLE), tmp_path / "out"
     assert main(["ensemble", str(path), "-o", str(out), "--workers", "1", "-n", "2"]) == 0
     printed = capsys.readouterr().out
-    assert "GRV [million m³] of 2 realisations, 0 failed" in printed
+    assert "2 realisations, 0 failed" in printed
     assert main(["ensemble", str(path), "-o", str(out), "--quiet"]) == 0
     assert capsys.readouterr().out == ""
     assert "Reservoir model" in (out / "index.html").read_text(encoding="utf-8")
-    with (out / "quantiles_zone.csv").open() as file:
-        rows = {row["zone"]: row for row in csv.DictReader(file)}
-    assert rows["Top/Base"]["n"] == "3"
-    result = gs.ensemble.open_ensemble(out / "ensemble.zarr")
+    with (out / "quantiles_total.csv").open() as file:
+        rows = {row["quantity"]: row for row in csv.DictReader(file)}
+    assert rows["bulk"]["n"] == "3"
+    result = gs.ensemble.open_ensemble(out / "ensemble.zarr").data
     shift = result.drawn.sel(parameter="depth shift Top").median()
-    assert float(rows["Top/Base"]["P50_m3"]) == pytest.approx(AREA * (100.0 + float(shift)))
+    assert float(rows["bulk"]["P50"]) == pytest.approx(AREA * (100.0 + float(shift)))
 
 
 def test_keys_can_be_set_and_tables_without_names_are_counted(write, tmp_path, capsys):
@@ -163,7 +163,8 @@ def test_keys_can_be_set_and_tables_without_names_are_counted(write, tmp_path, c
     words = ["ensemble", str(path), "-o", str(out), "--workers", "1", "-n", "1", "--json", "--set"]
     assert main([*words, "uncertain.1.uniform=[4, 6]"]) == 0
     assert json.loads(capsys.readouterr().out)["settings"] == ["uncertain.1.uniform=[4, 6]"]
-    drawn = gs.ensemble.open_ensemble(out / "ensemble.zarr").drawn.sel(parameter="depth shift Top")
+    data = gs.ensemble.open_ensemble(out / "ensemble.zarr").data
+    drawn = data.drawn.sel(parameter="depth shift Top")
     assert 4.0 <= float(drawn[0]) <= 6.0
     assert main([*words, "uncertain.4.uniform=[4, 6]"]) == 2
     assert "no table '4'. These tables have no names; count them" in capsys.readouterr().err
@@ -174,8 +175,8 @@ def test_the_example_of_new_can_be_run_as_an_ensemble(tmp_path, capsys):
     words = ["ensemble", str(tmp_path / "field" / "scenario.toml"), "-n", "3", "--workers", "1"]
     assert main([*words, "-o", str(tmp_path / "out")]) == 0
     assert "3 realisations, 0 failed" in capsys.readouterr().out
-    volumes = gs.ensemble.open_ensemble(tmp_path / "out" / "ensemble.zarr").volume
-    assert (volumes.std("realization") > 0).any()
+    volumes = gs.ensemble.open_ensemble(tmp_path / "out" / "ensemble.zarr").data.bulk
+    assert (volumes.std("realisation") > 0).any()
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ from geosurf.ensemble import (
     Normal,
     Throw,
     Uniform,
-    realize,
+    realise,
     run_ensemble,
 )
 from geosurf.ensemble.run import planned
@@ -45,7 +45,7 @@ class Result:
 
 
 def volumes_of(record):
-    return {key.name: volume for key, volume in record.volumes.items()}
+    return {key.name: bulk for key, (bulk,) in record.amounts.items()}
 
 
 def test_a_shift_changes_the_volume_by_its_length_times_the_area():
@@ -75,18 +75,19 @@ def test_a_contact_splits_the_volume_where_it_is_drawn(words, given):
     np.testing.assert_allclose(result.volume(name), AREA * (-1000.0 - level), rtol=1e-9)
 
 
-def test_units_that_only_some_realizations_have_are_empty_in_the_others():
+def test_units_that_only_some_realisations_have_are_empty_in_the_others():
     scene = layer_cake(contacts={"OWC": -1150.0})
     levels = Discrete([-1150.0, -1050.0], [2, 1])
-    result = run_ensemble(scene, 12, uncertain=[ContactLevel("OWC", elevation=levels)])
+    ensemble = run_ensemble(scene, 12, uncertain=[ContactLevel("OWC", elevation=levels)])
+    result = ensemble.data
     cut = result.drawn.sel(parameter="contact OWC").values == -1050.0
-    below = result.volume.sel(unit="Top/Base below OWC").values
+    below = result.bulk.sel(unit="Top/Base below OWC").values
     assert cut.any()
     assert not cut.all()
     assert (below > 0).tolist() == cut.tolist()
-    assert np.isfinite(result.volume.values).all()
-    assert result.base_volume.sel(unit="Top/Base below OWC") == 0.0
-    present = gs.ensemble.quantiles(result).present.sel(unit="Top/Base below OWC")
+    assert np.isfinite(result.bulk.values).all()
+    assert result.base_bulk.sel(unit="Top/Base below OWC") == 0.0
+    present = ensemble.quantiles("unit").present.sel(unit="Top/Base below OWC")
     assert present == pytest.approx(cut.mean())
 
 
@@ -128,7 +129,7 @@ def test_blocks_change_with_the_fault_between_them():
 def test_throw_is_the_one_that_is_drawn():
     scene = layer_cake(faults={"F1": fault()})
     unc = [Throw("F1", Uniform(10.0, 60.0)), DepthError("Top", sd=3.0, range=900.0)]
-    one = realize(scene, 2, uncertain=unc)
+    one = realise(scene, 2, uncertain=unc)
     result = Result(scene, 3, unc)
     throw = result.drawn("throw F1")[2]
     base = one.sheets["Base"].cuts["F1"].throw
@@ -148,7 +149,7 @@ FORMS = {
 @pytest.mark.parametrize("form", FORMS)
 def test_a_factor_multiplies_throw_of_every_form(form):
     scene = layer_cake(faults={"F1": fault()})
-    one = realize(scene, 0, uncertain=[Throw("F1", FORMS[form], factor=2.0)])
+    one = realise(scene, 0, uncertain=[Throw("F1", FORMS[form], factor=2.0)])
     throw = one.sheets["Top"].cuts["F1"].throw
     np.testing.assert_allclose(throw[np.isfinite(throw)], 40.0, atol=1e-6)
 
@@ -163,10 +164,10 @@ def test_depth_errors_meet_picks_and_the_tops_of_the_scene():
     scene = gs.Scene(horizons, box=(0, 2000, 0, 1500, -1300, -800), tops=tops)
     error = DepthError("Top", sd=10.0, range=800.0)
     for k in (None, 0, 1):
-        assert np.abs(realize(scene, k, uncertain=[error]).misfit().misfit).max() < 1e-6
+        assert np.abs(realise(scene, k, uncertain=[error]).misfit().misfit).max() < 1e-6
     same = DepthError("Top", sd=10.0, range=800.0, picks=picks)
     bare = scene.replace(tops=None)
-    first, second = (realize(s, 1, uncertain=[e]) for s, e in ((scene, error), (bare, same)))
+    first, second = (realise(s, 1, uncertain=[e]) for s, e in ((scene, error), (bare, same)))
     assert np.array_equal(first.surface("Top").vertices, second.surface("Top").vertices)
 
 
@@ -175,7 +176,7 @@ def test_an_error_of_several_horizons_moves_them_alike():
     for n in (31, 26):
         horizons = {"Top": plane(-1000.0, n=31), "Base": plane(-1100.0, n=n)}
         scene = gs.Scene(horizons, box=(0, 2000, 0, 1500, -1300, -800))
-        one = realize(scene, 0, uncertain=[DepthError((), sd=15.0, range=900.0)])
+        one = realise(scene, 0, uncertain=[DepthError((), sd=15.0, range=900.0)])
         assert one.surface("Top").vertices[:, 2].std() > 2.0
         thickness = one.thickness("Top/Base", 100.0).values
         assert np.abs(thickness - 100.0).max() < (1e-9 if n == 31 else 0.5)
@@ -192,7 +193,7 @@ def test_points_that_are_torn_move_like_the_grid_that_they_came_from():
     made = []
     for data in (grid, table):
         scene = gs.Scene({"Top": data}, world.faults, tear=True)
-        moved = realize(scene, 0, uncertain=[DepthShift("Top", 25.0)])
+        moved = realise(scene, 0, uncertain=[DepthShift("Top", 25.0)])
         made.append(moved.sheets["Top"].surface.vertices)
         before = scene.sheets["Top"].surface.vertices
         assert made[-1][:, 2].mean() - before[:, 2].mean() == pytest.approx(25.0, abs=1.0)
@@ -236,7 +237,7 @@ def test_impossible_uncertainties_are_refused(uncertain, words):
 def test_picks_outside_of_the_horizon_are_reported():
     error = DepthError("Top", 5.0, 500.0, picks=[[100.0, 100.0, -999.0], [9000.0, 0.0, -999.0]])
     with pytest.warns(gs.GeosurfWarning, match="1 of 2 picks lie outside of horizon 'Top'"):
-        realize(layer_cake(), 0, uncertain=[error])
+        realise(layer_cake(), 0, uncertain=[error])
 
 
 def test_sheets_are_refused_with_the_remedy():

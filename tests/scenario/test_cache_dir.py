@@ -118,7 +118,7 @@ def test_commands_share_a_folder(folder, tmp_path, counts, capsys):
     assert counts == {**done, "tear": done["tear"] + 4}
     assert set((tmp_path / "cache").iterdir()) == there
     assert answers[0] == answers[1]
-    assert found.volume.values.tobytes() == plain.volume.values.tobytes()
+    assert found.data.bulk.values.tobytes() == plain.data.bulk.values.tobytes()
     with pytest.raises(InputError, match="cache_dir= is for the path of a scenario"):
         gs.run_ensemble(
             run(read_scenario(path), tmp_path / "o", pictures=False).scene, 2, cache_dir=tmp_path

@@ -269,19 +269,18 @@ def test_tables_samples_wells_closures_and_files_have_it(worlds, tmp_path):
 
 
 def test_ensembles_have_those_of_the_base_case():
-    from geosurf.ensemble import DepthShift, Uniform, quantiles, volumes_by
+    from geosurf.ensemble import DepthShift, Uniform
 
     scene = halves(450.0, regions={"West": ("F-",)})
     shift = DepthShift("M", Uniform(-30.0, 30.0))
     result = gs.run_ensemble(scene, 4, uncertain=[shift], progress=False)
-    sums = volumes_by(result, "region")
+    sums = result.sums("region")
     assert set(sums.region.values) == {"A", "West"}
     assert sums.sum("region").values == pytest.approx(
-        volumes_by(result, "zone").sum("zone").values, rel=1e-12
+        result.sums("zone").sum("zone").values, rel=1e-12
     )
-    found = quantiles(result, "unit")
-    assert found.region.sel(unit="T/M F-").item() == "West"
-    base = quantiles(result, "region").base.sel(region="West").item()
+    assert result.data.region.sel(unit="T/M F-").item() == "West"
+    base = result.quantiles("region").base.sel(region="West").item()
     assert base == pytest.approx(scene.table(by="region").volume.sel(region="West").item())
 
 

@@ -167,19 +167,20 @@ def test_scenarios_have_it(tmp_path):
 
 
 def test_ensembles_answer_for_it(scene):
-    from geosurf.ensemble import ContactLevel, Uniform, quantiles, volumes_by
+    from geosurf.ensemble import ContactLevel, Uniform
     from geosurf.ensemble.results import quantile_text
 
     level = ContactLevel("OWC", shift=Uniform(-9.0, 9.0))
     result = gs.run_ensemble(scene, 10, uncertain=[level], progress=False)
-    zones = volumes_by(result, "zone")
+    zones = result.sums("zone")
     assert tuple(zones.zone.values) == INNER
-    everything = volumes_by(result, "zone", include="all")
+    everything = result.sums("zone", include="all")
     assert tuple(everything.zone.values) == ("above Top", *INNER, "below Base")
     for name in everything.zone.values:  # no contact moves any zone as a whole
         np.testing.assert_allclose(everything.sel(zone=name), everything.sel(zone=name)[0], 1e-12)
-    base = quantiles(result, "unit").base.sum().item()
+    base = result.quantiles("unit").base.sum().item()
     assert base == pytest.approx(scene.volumes.sum().item(), rel=1e-12)
-    assert quantiles(result, include="all").sizes["unit"] == result.sizes["unit"]
+    every = result.quantiles("unit", include="all")
+    assert every.sizes["unit"] == result.data.sizes["unit"]
     assert "Not shown: 6 units outside the reservoir, 12 600 million m³" in quantile_text(result)
-    assert "Not shown" not in quantile_text(result, include="all")
+    assert "Not shown" not in quantile_text(result, "all")

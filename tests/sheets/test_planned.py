@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.ensemble import DepthError, realize
+from geosurf.ensemble import DepthError, realise
 from geosurf.ensemble.record import Record
 from geosurf.ensemble.run import planned
 from geosurf.sheets.tear import tear_from
@@ -111,7 +111,7 @@ def test_realisations_count_what_was_torn_and_searched_for(world):
     plan.start()
     record = Record.from_bytes(plan.run(1).to_bytes())
     assert (record.reason, record.n_torn, record.n_searched) == ("", 1, 0)
-    one = realize(scene, 1, uncertain=[error])
+    one = realise(scene, 1, uncertain=[error])
     assert not one.sheets["Top"].plan.searched
     total = sum(unit.volume for unit in one.units.values())
-    assert total == pytest.approx(sum(record.volumes.values()), rel=1e-12)
+    assert total == pytest.approx(sum(bulk for (bulk,) in record.amounts.values()), rel=1e-12)
