@@ -75,7 +75,7 @@ MUTANTS = (
     # ---- ensembles
     Mutant("ensemble", 'n = int((self.group["status"][:] == 1).sum())', 'n = int((self.group["status"][:] != 0).sum())', "tests/ensemble/test_failed_realisations.py"),
     Mutant("ensemble", "variance = (total[1] - n * mean * mean) / max(n - 1, 1)", "variance = (total[1] - n * mean * mean) / max(n, 1)", "tests/ensemble"),
-    Mutant("ensemble", "rows = np.flatnonzero(result.status.values == 1)", "rows = np.flatnonzero(result.status.values >= 0)", "tests/ensemble"),
+    Mutant("ensemble", "rows = np.flatnonzero(self.data.status.values == 1)", "rows = np.flatnonzero(self.data.status.values >= 0)", "tests/ensemble"),
     Mutant("ensemble", "values = result[AREA].values[result.status.values == 1]", "values = result[AREA].values", "tests/ensemble/test_failed_realisations.py"),
     Mutant("ensemble", "made[..., 2] = middle[2] - sine * flat + cosine * high", "made[..., 2] = middle[2] + sine * flat + cosine * high", "tests/ensemble"),
     Mutant("ensemble", "return float(old) + level", "return float(old) - level", "tests/ensemble"),

@@ -15,7 +15,7 @@ on_dask.py           realisations on Dask: threads, processes, clusters
 worker_processes.py  worker processes of one machine
 store.py             the Zarr store
 results.py           `Ensemble`: sums, quantiles, convergence, tornado, tables
-plots.py             its charts; report.py: one HTML page
+plots.py             its charts; tables.py: texts and csv; report.py: one HTML page
 ===================  ============================================================
 """
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.conventions.packages import need_plots
-from geosurf.ensemble.results import EXCEEDED, LEAST, MILLION, TOTAL, Ensemble
+from geosurf.ensemble.record import EXCEEDED, LEAST, MILLION, TOTAL
 from geosurf.render import palette
 from geosurf.render.compose import figure_path, save_figure
 from geosurf.render.sheet import check_axes
@@ -49,7 +49,7 @@ class EnsemblePlots:
     'mean GRV [million m³]'
     """
 
-    def __init__(self, ensemble: Ensemble) -> None:
+    def __init__(self, ensemble: Any) -> None:
         self._ensemble = ensemble
 
     def tornado(self, *, ax: Any = None, path: Any = None, **asked: Any) -> Any:
@@ -208,7 +208,7 @@ class EnsemblePlots:
         return plain(words_of(self._ensemble, asked))
 
 
-def words_of(ensemble: Ensemble, asked: dict[str, Any]) -> str:
+def words_of(ensemble: Any, asked: dict[str, Any]) -> str:
     """What a sum is of: ``"STOIIP, region A"``, ``"GRV, fluid oil"``."""
     of, where = asked.get("of"), {k: v for k, v in asked.items() if k not in ("of", "include")}
     if of is None and not where:
@@ -217,7 +217,8 @@ def words_of(ensemble: Ensemble, asked: dict[str, Any]) -> str:
         f"{key} {value if isinstance(value, str) else ' and '.join(value)}"
         for key, value in where.items()
     ]
-    return ", ".join([ensemble.name(of).partition(" [")[0], *parts])
+    short: str = ensemble.name(of).partition(" [")[0]
+    return ", ".join([short, *parts])
 
 
 def drawn(

@@ -138,6 +138,12 @@ def _intervals(names: list[str]) -> list[str]:
 # realisations have them.
 
 
+EXCEEDED = (90, 50, 10)  # %: P90 is exceeded by 90 % of the realisations
+STATISTICS = ("P90", "P50", "P10", "mean", "sd", "base", "present")
+LEAST = 10  # realisations for a tornado
+MILLION = 1e6
+TOTAL = {"reservoir": "reservoir", "all": "all units"}  # what tables call the sum of all
+
 AREA, COLUMNS = "juxtaposed_area", "batch_pairs"
 PAIRS = 64  # columns of a chunk
 

@@ -14,7 +14,7 @@ from geosurf.conventions import counted
 from geosurf.conventions.packages import need_plots
 from geosurf.conventions.running import running
 from geosurf.ensemble.plots import new_figure, plain, words_of
-from geosurf.ensemble.results import LEAST, MILLION, STATISTICS, TOTAL, Ensemble, left_out
+from geosurf.ensemble.record import LEAST, MILLION, STATISTICS, TOTAL
 from geosurf.errors import OutputError
 from geosurf.files.atomic import write_whole
 from geosurf.render import palette
@@ -39,7 +39,7 @@ SPREAD = ("#ffffff", "#f3d9a4", "#dd8d4f", "#8a3b2f")
 
 @running("report")
 def report_ensemble(
-    ensemble: Ensemble,
+    ensemble: Any,
     folder: Path,
     title: str,
     made: str,
@@ -56,7 +56,7 @@ def report_ensemble(
     if waiting:
         facts += f" {waiting} have not run yet."
     facts += words_of_tears(result)
-    facts += f" {left_out(ensemble, include)}".rstrip()
+    facts += f" {ensemble.left_out(include)}".rstrip()
     header = [page.paragraph(made, "faint")] if made else []
     header += [
         page.paragraph(facts),
@@ -82,7 +82,7 @@ def report_ensemble(
     return target
 
 
-def _sections(ensemble: Ensemble, folder: Path, include: str) -> Iterator[Section]:
+def _sections(ensemble: Any, folder: Path, include: str) -> Iterator[Section]:
     """Answers first, then what they rest on."""
     pictures, result = folder / "pictures", ensemble.data
     asked = [of for of, _ in ensemble.answers]
@@ -114,7 +114,7 @@ def _sections(ensemble: Ensemble, folder: Path, include: str) -> Iterator[Sectio
     yield Section("Failed realisations", page.html_table(failures) if failures.rows else "")
 
 
-def _details(ensemble: Ensemble, include: str) -> list[dict[str, Any]]:
+def _details(ensemble: Any, include: str) -> list[dict[str, Any]]:
     """Sums with charts of their own: the answers, then their largest regions."""
     found = []
     for of, where in ensemble.answers:
@@ -181,7 +181,7 @@ def distribution_table(result: xarray.Dataset) -> Table:
     return Table(("parameter", "distribution"), rows, n_label=2)
 
 
-def _juxtaposition(ensemble: Ensemble, pictures: Path) -> Section:
+def _juxtaposition(ensemble: Any, pictures: Path) -> Section:
     """How likely zones face each other across each fault, and over what area."""
     found = ensemble.juxtaposition()
     drawn = {}
@@ -207,7 +207,7 @@ def juxtaposition_table(found: xarray.Dataset) -> Table:
     return Table(("fault", "hanging wall", "footwall", "probability", *keys), tuple(rows), 3)
 
 
-def _most(ensemble: Ensemble, asked: dict[str, Any]) -> str:
+def _most(ensemble: Any, asked: dict[str, Any]) -> str:
     """The caption of a sum: the input that matters most, if one does."""
     if not ensemble.data.sizes["parameter"] or ensemble.n_built < LEAST:
         return f"{words_of(ensemble, asked)}."
@@ -220,7 +220,7 @@ def _most(ensemble: Ensemble, asked: dict[str, Any]) -> str:
 
 
 def quantile_table(
-    ensemble: Ensemble, of: str, include: str, groups: Sequence[Sequence[str]] | None = None
+    ensemble: Any, of: str, include: str, groups: Sequence[Sequence[str]] | None = None
 ) -> Table:
     """Quantiles of sums [millions], and in what share of the realisations each is present."""
     rows = [
@@ -258,7 +258,7 @@ def failure_table(result: xarray.Dataset) -> Table:
     return Table(("realisation", "reason"), tuple(rows), n_label=2)
 
 
-def detail_chart(ensemble: Ensemble, asked: dict[str, Any]) -> Figure:
+def detail_chart(ensemble: Any, asked: dict[str, Any]) -> Figure:
     """Return one sum in detail: which input matters, how often it is exceeded, has it settled."""
     figure = new_figure(13.0, 4.6)
     bars, exceeded, settling = figure.subplots(1, 3)

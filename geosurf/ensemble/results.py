@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
@@ -16,7 +14,16 @@ import xarray as xr
 
 from geosurf.conventions import counted, did_you_mean, is_number, is_word, volume_text
 from geosurf.conventions.card import Card
-from geosurf.ensemble.record import expect_ensemble, juxtaposition
+from geosurf.ensemble.plots import EnsemblePlots
+from geosurf.ensemble.record import (
+    EXCEEDED,
+    LEAST,
+    MILLION,
+    STATISTICS,
+    expect_ensemble,
+    juxtaposition,
+)
+from geosurf.ensemble.tables import quantile_text
 from geosurf.errors import InputError
 from geosurf.measure.volumetrics import COLUMNS, FLUIDS
 from geosurf.model.base import Noun
@@ -27,16 +34,9 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     import pandas
     import xarray
 
-    from geosurf.ensemble.plots import EnsemblePlots
-
 LABELS = ("unit", "zone", "region", "block", "contact", "fluid")  # of each unit
 FLUIDS_IN_PLACE = ("stoiip", "giip")
-EXCEEDED = (90, 50, 10)  # %: P90 is exceeded by 90 % of the realisations
-STATISTICS = ("P90", "P50", "P10", "mean", "sd", "base", "present")
-LEAST = 10  # realisations for a tornado
 TAIL = 0.2  # of the realisations: those with a low or high value of a parameter
-MILLION = 1e6
-TOTAL = {"reservoir": "reservoir", "all": "all units"}  # what tables call the sum of all
 
 
 class Ensemble(Noun):
@@ -396,6 +396,18 @@ class Ensemble(Noun):
                         numbers,
                     )
 
+    def left_out(self, include: str) -> str:
+        """Return how many units tables leave out, their volume, and how to see them."""
+        part, data = self._part(include, {}), self.data
+        n = data.sizes["unit"] - part.sizes["unit"]
+        if not n or data.bulk.attrs["units"] != "m3":
+            return ""
+        rest = volume_text(float(data.base_bulk.sum() - part.base_bulk.sum()))
+        return (
+            f"Not shown: {counted(n, 'unit')} outside the reservoir, {rest} in the base case. To "
+            'list them: include="all" (in a scenario: in [output]).'
+        )
+
     def __str__(self) -> str:
         return quantile_text(self)
 
@@ -416,8 +428,6 @@ class Ensemble(Noun):
     @property
     def plot(self) -> EnsemblePlots:
         """The charts of the ensemble: ``plot.tornado()``, ``plot.quantiles()`` ..."""
-        from geosurf.ensemble.plots import EnsemblePlots
-
         return EnsemblePlots(self)
 
     def report(
@@ -573,90 +583,6 @@ def open_ensemble(store: str | os.PathLike[str]) -> Ensemble:
         if name in result:
             result[name] = result[name].where(~unfinished[:, None])
     return Ensemble(result)
-
-
-# ---- tables ----------------------------------------
-# Tables of quantiles, for people and for spreadsheets.
-
-
-def quantile_csv(ensemble: Ensemble, by: Sequence[str], include: str = "reservoir") -> str:
-    """
-    Return quantiles of all columns as text with commas.
-
-    Parameters
-    ----------
-    ensemble : Ensemble
-    by : sequence of str
-    include : {"reservoir", "all"}
-
-    Returns
-    -------
-    str
-        One row for each column and sum that is not 0 everywhere; ``n`` and ``failed`` count
-        realisations.
-    """
-    file = io.StringIO()
-    writer = csv.writer(file, lineterminator="\n")
-    writer.writerow([*by, "quantity", "units", *STATISTICS, "n", "failed"])
-    for of in ensemble.columns:
-        for labels, found in ensemble.rows(of, include, [by]):
-            # repr() keeps all digits.
-            numbers = [repr(found[key]) for key in STATISTICS]
-            units = ensemble.data[of].attrs["units"]
-            writer.writerow([*labels, of, units, *numbers, ensemble.n_built, ensemble.n_failed])
-    return file.getvalue()
-
-
-def realisations_csv(ensemble: Ensemble, include: str = "reservoir") -> str:
-    """Return one row for each realisation and region as text: rock by fluid, and drawn numbers."""
-    data, keys = ensemble.data, ["realisation", "region"]
-    frame = ensemble.to_dataframe("region", include).set_index(keys)
-    parts = ensemble.to_dataframe(("region", ensemble.parts), include)
-    rock = parts.pivot_table("bulk", keys, ensemble.parts, sort=False, dropna=False).fillna(0.0)
-    for k, name in enumerate(word for word in rock.columns if word):
-        frame.insert(k + 1, f"bulk {name}", rock[name].where(frame.bulk.notna()))
-    units = {name: data[name.partition(" ")[0]].attrs["units"] for name in frame.columns}
-    frame = frame.rename(columns={name: f"{name} [{unit}]" for name, unit in units.items()})
-    drawn = data.drawn.to_pandas()
-    drawn.columns = [
-        f"{name} [{unit}]"
-        for name, unit in zip(data.parameter.values, data.parameter_unit.values, strict=True)
-    ]
-    text: str = frame.reset_index().join(drawn, on="realisation").to_csv(index=False)
-    return text
-
-
-def quantile_text(ensemble: Ensemble, include: str = "reservoir") -> str:
-    """Return P90, P50 and P10 by region and fluid for the console: oil and gas in place first."""
-    asked = [of for of, _ in ensemble.answers]
-    lines = [f"{counted(ensemble.n_built, 'realisation')}, {ensemble.n_failed} failed"]
-    for of in dict.fromkeys([*asked, "bulk"]):
-        rows = [
-            (" ".join(labels) or TOTAL[include], found)
-            for labels, found in ensemble.rows(of, include)
-            if not labels or found["P10"] or found["base"]  # others are in the files
-        ]
-        head = ensemble.name(of)
-        width = max(len(head), *(len(label) for label, _ in rows))
-        lines += ["", f"{head:<{width}}" + "".join(f"{key:>12}" for key in STATISTICS[:3])]
-        for label, found in rows:
-            # Millions, as in messages.
-            numbers = "".join(f"{found[key] / MILLION:12.3f}" for key in STATISTICS[:3])
-            lines.append(f"{label:<{width}}{numbers}")
-    return "\n".join([*lines, *filter(None, [left_out(ensemble, include)])])
-
-
-def left_out(ensemble: Ensemble, include: str) -> str:
-    """How many units tables leave out, their volume, and how to see them; '' for none."""
-    part, data = ensemble._part(include, {}), ensemble.data
-    n = data.sizes["unit"] - part.sizes["unit"]
-    if not n or data.bulk.attrs["units"] != "m3":
-        return ""
-    rest = volume_text(float(data.base_bulk.sum() - part.base_bulk.sum()))
-    return (
-        f"Not shown: {counted(n, 'unit')} outside the reservoir, {rest} in the base case. To list "
-        'them: include="all" (in a scenario: in [output]).'
-    )
 
 
 # ---- sums ----------------------------------------

@@ -168,7 +168,7 @@ def test_scenarios_have_it(tmp_path):
 
 def test_ensembles_answer_for_it(scene):
     from geosurf.ensemble import ContactLevel, Uniform
-    from geosurf.ensemble.results import quantile_text
+    from geosurf.ensemble.tables import quantile_text
 
     level = ContactLevel("OWC", shift=Uniform(-9.0, 9.0))
     result = gs.run_ensemble(scene, 10, uncertain=[level], progress=False)
