@@ -201,7 +201,8 @@ class EnsemblePlots:
 
     def _quantity(self, asked: dict[str, Any]) -> str:
         """What is summed, with its unit."""
-        return self._ensemble.name(asked.get("of"))
+        words: str = self._ensemble.name(asked.get("of"))
+        return words
 
     def _title(self, asked: dict[str, Any]) -> str:
         """What is summed, in words."""
@@ -217,8 +218,7 @@ def words_of(ensemble: Any, asked: dict[str, Any]) -> str:
         f"{key} {value if isinstance(value, str) else ' and '.join(value)}"
         for key, value in where.items()
     ]
-    short: str = ensemble.name(of).partition(" [")[0]
-    return ", ".join([short, *parts])
+    return ", ".join([ensemble.name(of).partition(" [")[0], *parts])
 
 
 def drawn(
