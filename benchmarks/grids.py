@@ -17,7 +17,7 @@ LAYERS = 10
 
 
 def lines_of(scene: gs.Scene, cell: float, min_dip: float | None) -> list[str]:
-    """Rows of a table: one grid, and each of its regions, without slivers."""
+    """Rows of a table: one grid, and each of its units, without slivers."""
     start = time.process_time()
     grid = gs.build_grid(scene, cell=cell, layers=LAYERS, min_dip=min_dip)
     seconds = time.process_time() - start
@@ -31,12 +31,12 @@ def lines_of(scene: gs.Scene, cell: float, min_dip: float | None) -> list[str]:
         f"{int(grid.inside_out.sum())} inside out, {seconds:.1f} s"
     )
     found = [head]
-    for by in ("zone", "region"):
+    for by in ("zone", "unit"):
         sums = table.groupby("zone").sum() if by == "zone" else table
         for row in range(sums.sizes[by]):
             one = sums.isel({by: row})
-            name = str(one.zone.item()) if by == "zone" else " ".join(grid.region_names[row])
-            if by == "region" and grid.region_names[row] in small:
+            name = str(one.zone.item()) if by == "zone" else " ".join(grid.unit_names[row])
+            if by == "unit" and grid.unit_names[row] in small:
                 continue
             share = float(one.volume / one.exact - 1.0)
             found.append(f"  {name}: {float(one.exact) / 1e6:.2f} million m3, {100 * share:+.2f} %")

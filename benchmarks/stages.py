@@ -64,7 +64,7 @@ def stages(scene: gs.Scene, folder: Path) -> Iterator[tuple[str, Callable[[], An
     yield "cut-offs", lambda: [scene.cutoffs(h, f) for h in horizons for f in faults]
     yield "fault polygons", lambda: [scene.fault_polygons(h) for h in horizons]
     yield "thickness", lambda: [scene.thickness(zone) for zone in zones]
-    yield "juxtaposition", lambda: [scene.juxtaposition(f) for f in faults]
+    yield "juxtaposition", lambda: [scene.juxtaposition(f, "all") for f in faults]
     yield "pictures", lambda: scene.render_pictures(folder)
 
     def page() -> Path:  # with the certificate of the run, as `geosurf run` writes it

@@ -92,7 +92,7 @@ def given() -> SimpleNamespace:
         "theme": "dark", "colours": {"Top": "teal"}, "colour_map": "viridis", "zoom": 2.0,
         "wells": {"W1": corners}, "points": {"P": corners}, "colour_by": "zone",
         "sticks": [corners[:2], corners[:2] + 5.0], "contacts": {"OWC": -2100.0},
-        "truncations": {}, "diagram": scene.allan("F1"), "table": scene.juxtaposition("F1"),
+        "truncations": {}, "diagram": scene.allan("F1"), "table": scene.juxtaposition("F1", "all"),
         "section": scene.section([(0.0, 1500.0), (4000.0, 1500.0)]), "place": (0.0, 0.0, -2000.0),
         "thickness": scene.thickness("Top/Base", 1000.0), "hanging_wall": line, "footwall": line,
         "dip_azimuth": 90.0, "side": "+", "size": SIZE, "at": -2100.0, "largest": 20.0,

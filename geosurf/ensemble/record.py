@@ -162,7 +162,7 @@ def areas_of(scene: Scene) -> dict[PairKey, float]:
     """
     areas: dict[PairKey, float] = {}
     for fault in scene.faults_inside:  # one that has left the model has no area in it
-        found = scene.juxtaposition(fault)
+        found = scene.juxtaposition(fault, "all")
         sides = (found.zone_plus.values, found.zone_minus.values, found.area.values)
         for plus, minus, area in zip(*(side.tolist() for side in sides), strict=True):
             key = PairKey(fault, str(plus), str(minus))

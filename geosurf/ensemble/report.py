@@ -108,7 +108,7 @@ def _sections(ensemble: Any, folder: Path, include: str) -> Iterator[Section]:
     if "probability" in result:
         yield _maps(result, pictures)
     if "juxtaposed_area" in result:
-        yield _juxtaposition(ensemble, pictures)
+        yield _juxtaposition(ensemble, pictures, include)
     yield Section("Uncertain numbers", page.html_table(parameter_table(result)))
     failures = failure_table(result)
     yield Section("Failed realisations", page.html_table(failures) if failures.rows else "")
@@ -181,9 +181,9 @@ def distribution_table(result: xarray.Dataset) -> Table:
     return Table(("parameter", "distribution"), rows, n_label=2)
 
 
-def _juxtaposition(ensemble: Any, pictures: Path) -> Section:
+def _juxtaposition(ensemble: Any, pictures: Path, include: str) -> Section:
     """How likely zones face each other across each fault, and over what area."""
-    found = ensemble.juxtaposition()
+    found = ensemble.juxtaposition(include)
     drawn = {}
     for k, fault in enumerate(dict.fromkeys(found.fault.values.tolist())):
         path = pictures / f"fault_{k}.png"

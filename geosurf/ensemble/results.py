@@ -309,9 +309,14 @@ class Ensemble(Noun):
             of, where = self.answers[0]
         return self.sums((), of, include, **where)
 
-    def juxtaposition(self) -> xarray.Dataset:
+    def juxtaposition(self, include: str = "reservoir") -> xarray.Dataset:
         """
         Return how likely zones face each other across each fault, and over what area.
+
+        Parameters
+        ----------
+        include : {"reservoir", "all"}
+            Pairs with the reservoir on one side at least, or all.
 
         Returns
         -------
@@ -325,7 +330,10 @@ class Ensemble(Noun):
         InputError
             If the ensemble has no maps, and therefore no areas, or no realisation was built.
         """
-        return juxtaposition(self.data)
+        inside = set(self._part(include, {}).zone.values.tolist())
+        found = juxtaposition(self.data)
+        zones = zip(found.hanging_zone.values, found.foot_zone.values, strict=True)
+        return found.isel(pair=[k for k, pair in enumerate(zones) if inside.intersection(pair)])
 
     # ---- tables --------------------------------------------------------------------------
 

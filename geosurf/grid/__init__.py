@@ -36,6 +36,7 @@ def build_grid(
     angle: float | None = None,
     min_dip: float | None = 15.0,
     min_thickness: float = 0.01,
+    include: str = "reservoir",
 ) -> CornerPointGrid:
     """
     Build a corner-point grid of a model: a simulation grid.
@@ -46,7 +47,7 @@ def build_grid(
     cell : (dx, dy) or float
         Size of the cells along I and J, about: whole numbers of cells fill the area [m].
     layers : int or mapping
-        Number of proportional layers of each zone between two horizons; or the zones of the grid,
+        Number of proportional layers of each zone that `include` names; or the zones of the grid,
         each with a number of layers, or with layers of one thickness:
         ``{"Top/Middle": 10, "Middle/Base": {"thickness": 2.5, "parallel": "top"}}``. These are
         parallel to the ``"top"`` or ``"base"`` of the zone, and pinch out at the other.
@@ -58,6 +59,9 @@ def build_grid(
         Elsewhere faults are stair-steps, and a warning names them.
     min_thickness : float
         Cells with a mean thickness up to this are not active [m].
+    include : {"reservoir", "all"}
+        Zones of the grid, unless `layers` names them: from the first to the last zone of the
+        reservoir, or all, with over- and underburden.
 
     Returns
     -------
@@ -96,8 +100,10 @@ def build_grid(
     # arguments are checked against the zones before anything is sampled
     named = {unit.zone_index: unit.zone for unit in scene.units.values()}
     zones = [named[k] for k in sorted(named)]
-    between = [named[k] for k in sorted(named) if 0 < k < len(scene.horizon_names)]
-    chosen = layers_of(layers, zones, between)
+    part = {unit.zone for unit in scene.units.included(include).values()}
+    inside = [k for k, zone in enumerate(zones) if zone in part]
+    covered = zones[inside[0] : inside[-1] + 1] if inside else []
+    chosen = layers_of(layers, zones, covered)
     lattice = lattice_over(scene.units.box, scene.aoi, cell, angle)
     model = model_of(scene, lattice, list(chosen))
 

@@ -64,9 +64,11 @@ class Model:
         Vertices and triangles.
     outline : ndarray of float64, shape (n, 2)
         Of the area.
-    regions : list of (str, str)
+    units : list of (str, str)
     exact : ndarray of float64
-        Volume of each region [m3].
+        Volume of each unit [m3].
+    regions : list of str
+        The region that each unit is in.
     zones : list of int
         From the top down.
     """
@@ -75,8 +77,9 @@ class Model:
     shells: list[Shell]
     faults: dict[str, tuple[np.ndarray, np.ndarray]]
     outline: np.ndarray
-    regions: list[tuple[str, str]]
+    units: list[tuple[str, str]]
     exact: np.ndarray
+    regions: list[str]
     zones: list[int]
 
     @cached_property
@@ -111,22 +114,22 @@ def model_of(scene: GriddedModel, lattice: ArealLattice, zones: list[str]) -> Mo
         x = local + (its_origin - origin)
         return np.concatenate([lattice.to_lattice(x[:, :2]), x[:, 2:]], axis=1)
 
-    # one region for each zone and block: contacts do not split cells
+    # one unit for each zone and block: contacts do not split cells
     mine = [unit for unit in scene.units.values() if unit.zone in zones]
     if not mine:
         raise InputError(f"no unit of the model is in the zones {zones}. Print scene.units.")
-    regions = list(dict.fromkeys((unit.zone, unit.block) for unit in mine))
+    units = list(dict.fromkeys((unit.zone, unit.block) for unit in mine))
     index = {name: k for k, name in enumerate(zones)}
     shells = [
         Shell(
             index[unit.zone],
-            regions.index((unit.zone, unit.block)),
+            units.index((unit.zone, unit.block)),
             to_lattice(unit.local, unit.origin),
             unit.triangles,
         )
         for unit in mine
     ]
-    exact = [math.fsum(u.volume for u in mine if (u.zone, u.block) == one) for one in regions]
+    exact = [math.fsum(u.volume for u in mine if (u.zone, u.block) == one) for one in units]
     w, e, s, n = scene.units.box[:4]
     ring = np.array([[w, s], [e, s], [e, n], [w, n]]) if scene.aoi is None else scene.aoi
     faults = {}
@@ -134,9 +137,11 @@ def model_of(scene: GriddedModel, lattice: ArealLattice, zones: list[str]) -> Mo
         one = scene.surface(name)
         faults[name] = (to_lattice(one.vertices, np.zeros(3)), one.triangles)
     outline = lattice.to_lattice(ring - lattice.corner)
+    regions = {(unit.zone, unit.block): unit.region for unit in mine}
     return Model(
-        lattice, shells, faults, outline, regions, np.array(exact), list(range(len(zones)))
-    )
+        lattice, shells, faults, outline, units, np.array(exact), [regions[one] for one in units],
+        list(range(len(zones))),
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,7 +203,7 @@ class Columns:
 
 def columns_of(model: Model, pillars: Pillars) -> Columns:
     """Sample a model along five lines for each column between pillars."""
-    shells = [Shell(s.zone, s.region, pillars.straighten(s.x), s.triangles) for s in model.shells]
+    shells = [Shell(s.zone, s.unit, pillars.straighten(s.x), s.triangles) for s in model.shells]
     ny, nx = model.lattice.shape
     feet = np.empty((ny, nx, PER_COLUMN, 2))
     feet[:, :, :4] = at_corners.gauss_feet((ny, nx)).reshape(ny, nx, 4, 2)
@@ -305,27 +310,28 @@ def assemble(
     stack = np.minimum.accumulate(np.concatenate(levels), axis=0)
 
     # what each cell is
-    region, height = (
+    unit, height = (
         of_cells.reshape(-1, ny, nx)
-        for of_cells in regions_of_cells(columns.pieces, columns.thick, model.zones, shares)
+        for of_cells in units_of_cells(columns.pieces, columns.thick, model.zones, shares)
     )
     thick = -np.diff(stack, axis=0).mean(axis=(-1, -2))
-    actnum = columns.used & (region >= 0) & (thick > min_thickness)
-    region = np.where(actnum, region, -1)
+    actnum = columns.used & (unit >= 0) & (thick > min_thickness)
+    unit = np.where(actnum, unit, -1)
     names = list(layers)
-    blocks = list(dict.fromkeys(block for _, block in model.regions))
-    block_of = np.array([blocks.index(block) for _, block in model.regions] + [-1])
+    blocks = list(dict.fromkeys(block for _, block in model.units))
+    block_of = np.array([blocks.index(block) for _, block in model.units] + [-1])
     zone = np.repeat(np.arange(len(names)), np.diff(first))
     faces = faces_of(
         between, [Below(*one, columns.used) for one in columns.faults], columns.middles, height,
-        zone, block_of[region],
+        zone, block_of[unit],
     )  # fmt: skip
     return CornerPointGrid(
         coord=_coord(model.lattice, pillars, stack),
         levels=stack, actnum=actnum, zone=np.where(actnum, zone[:, None, None], -1),
-        block=block_of[region],
-        region=region, zone_names=tuple(names), block_names=tuple(blocks),
-        region_names=tuple(model.regions), fault_names=tuple(model.faults),
+        block=block_of[unit],
+        unit=unit, zone_names=tuple(names), block_names=tuple(blocks),
+        unit_names=tuple(model.units), unit_regions=tuple(model.regions),
+        fault_names=tuple(model.faults),
         faces=faces, exact=model.exact,
         stair_steps=stair_steps, zones_of_model=tuple(zones_of_model),
     )  # fmt: skip
@@ -367,11 +373,11 @@ def lengths_in(pieces: Pieces, n_line: int, zones: list[int]) -> tuple[np.ndarra
     return thick, top
 
 
-def regions_of_cells(
+def units_of_cells(
     pieces: Pieces, thick: np.ndarray, zones: list[int], depths: list[np.ndarray]
 ) -> tuple[np.ndarray, np.ndarray]:
     """
-    Return the region of each cell: that of the same share of its zone on the line through it.
+    Return the unit of each cell: that of the same share of its zone on the line through it.
 
     Parameters
     ----------
@@ -387,7 +393,7 @@ def regions_of_cells(
     -------
     (ndarray of int64, ndarray of float64), each (n_layer of all zones, n_column)
         Region, -1 where no line through the column meets the zone; and its elevation on the middle
-        line, NaN where that does not meet the zone: all cells of the zone are in one region there.
+        line, NaN where that does not meet the zone: all cells of the zone are in one unit there.
     """
     out, heights = [], []
     for k, zone in enumerate(zones):
@@ -413,7 +419,7 @@ def regions_of_cells(
         central = best == PER_COLUMN - 1
         depth = np.where(central, np.clip(depths[k], 0.0, 1.0 - 1e-9), 0.5)
         at = np.minimum(np.searchsorted(of + share, line + depth, "left"), len(rows) - 1)
-        out.append(np.where(found, pieces.region[rows[at]], -1))
+        out.append(np.where(found, pieces.unit[rows[at]], -1))
         below_top = depth * total[at] - (end - start - length)[at]
         z = pieces.top[rows[at]] - np.clip(below_top, 0.0, length[at])
         heights.append(np.where(found & central, z, np.nan))
@@ -507,14 +513,14 @@ class Shell:
 
     Attributes
     ----------
-    zone, region : int
+    zone, unit : int
     x : ndarray of float64, shape (n_vertex, 3)
         Along I and J in cells, elevation [m].
     triangles : ndarray of int64, shape (n_triangle, 3)
     """
 
     zone: int
-    region: int
+    unit: int
     x: np.ndarray
     triangles: np.ndarray
 
@@ -525,14 +531,14 @@ class Pieces:
 
     Attributes
     ----------
-    line, zone, region : ndarray of int64, shape (n,)
+    line, zone, unit : ndarray of int64, shape (n,)
     length, top : ndarray of float64, shape (n,)
         Length, and elevation of the highest point [m].
     """
 
     line: np.ndarray
     zone: np.ndarray
-    region: np.ndarray
+    unit: np.ndarray
     length: np.ndarray
     top: np.ndarray
 
@@ -570,11 +576,11 @@ def pieces_along(shells: Sequence[Shell], feet: np.ndarray, middle: np.ndarray) 
         top = np.full(n, -np.inf)
         np.maximum.at(top, found.foot, found.elevation)
         rows = np.flatnonzero(length > 0.0)
-        parts.append((rows, shell.zone, shell.region, length[rows], top[rows]))
+        parts.append((rows, shell.zone, shell.unit, length[rows], top[rows]))
     line, length, top = (np.concatenate([part[k] for part in parts]) for k in (0, 3, 4))
-    zone, region = (np.repeat([p[k] for p in parts], [len(p[0]) for p in parts]) for k in (1, 2))
+    zone, unit = (np.repeat([p[k] for p in parts], [len(p[0]) for p in parts]) for k in (1, 2))
     order = np.lexsort((-top, zone, line))
-    return Pieces(line[order], zone[order], region[order], length[order], top[order])
+    return Pieces(line[order], zone[order], unit[order], length[order], top[order])
 
 
 MOST_COLUMNS = 4_000_000

@@ -270,19 +270,19 @@ class _Spread:
 
 BALANCE_ROUNDS = 3  # of a new grid
 WIDER = 6  # times that more pillars around a cell that is inside out become parallel
-ENOUGH = 1e-3  # difference of a region that is left as it is
-GOOD = 5e-4  # of the volume of a region: weighs as much as a move by MOVE
+ENOUGH = 1e-3  # difference of a unit that is left as it is
+GOOD = 5e-4  # of the volume of a unit: weighs as much as a move by MOVE
 MOVE = 0.02  # of a cell
 MOST_MOVE = 0.25  # of a cell, of one pillar
 HALVINGS = 6  # of moves that fold a cell
-FEW = 10.0  # columns: differences of smaller regions weigh less
+FEW = 10.0  # columns: differences of smaller units weigh less
 Faces = list[dict[tuple[int, int], tuple[int, ...]]]
 
 
 def misfits(grid: CornerPointGrid) -> np.ndarray:
-    """Difference of the volume of each region from that of the model, as a share of it.
+    """Difference of the volume of each unit from that of the model, as a share of it.
 
-    Of regions that are smaller than `FEW` columns, as a share of these.
+    Of units that are smaller than `FEW` columns, as a share of these.
     """
     table = grid.table
     exact, volume = table.exact.values, table.volume.values
@@ -334,7 +334,7 @@ def balanced(
     cell: np.ndarray,
 ) -> CornerPointGrid:
     """
-    Return the grid whose regions are nearest to the volumes of the model.
+    Return the grid whose units are nearest to the volumes of the model.
 
     Parameters
     ----------
@@ -367,7 +367,7 @@ def balanced(
 def _moved(
     grid: CornerPointGrid, pillars: Pillars, follows: np.ndarray, cell: np.ndarray
 ) -> Pillars:
-    """Pillars that bring the volumes of regions nearer to those of the model."""
+    """Pillars that bring the volumes of units nearer to those of the model."""
     block = _block_of_columns(grid)
     boundaries = _boundaries(block, _faults_of_faces(grid), cell)
     if not boundaries:
@@ -455,11 +455,11 @@ def _boundaries(block: np.ndarray, faults: Faces, cell: np.ndarray) -> list[np.n
 def _rates(
     grid: CornerPointGrid, pillars: Pillars, way: tuple[np.ndarray, np.ndarray], cell: np.ndarray
 ) -> np.ndarray:
-    """Change of the volume of each region for a unit of a move, (n_region,) [m3]."""
+    """Change of the volume of each unit for a unit of a move, (n_unit,) [m3]."""
     shift, slope = way
     j, i = np.nonzero((shift != 0.0).any(axis=-1) | (slope != 0.0).any(axis=-1))
     ny, nx = grid.shape[1:]
-    out = np.zeros(len(grid.region_names))
+    out = np.zeros(len(grid.unit_names))
     node = np.stack(np.meshgrid(np.arange(nx + 1), np.arange(ny + 1)), axis=-1)
     for m, k in CORNERS:
         # the columns of which these nodes are the corner m, k
@@ -479,7 +479,7 @@ def _rates(
         )
         move = shift[at] + slope[at] * up[..., None]
         area = (across[..., 1] * move[..., 0] - across[..., 0] * move[..., 1]) * cell.prod()
-        region = grid.region[:, jj, ii]
-        live = region >= 0
-        out += np.bincount(region[live], (area * thick)[live], minlength=len(out))
+        unit = grid.unit[:, jj, ii]
+        live = unit >= 0
+        out += np.bincount(unit[live], (area * thick)[live], minlength=len(out))
     return out

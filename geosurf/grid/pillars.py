@@ -314,7 +314,7 @@ def layers_of(layers: Any, zones: Sequence[str], between: Sequence[str]) -> dict
     zones : sequence of str
         All zones of the model, from the top down.
     between : sequence of str
-        Those between two horizons, to which one number for all refers.
+        Those to which one number for all refers.
 
     Returns
     -------
@@ -327,7 +327,7 @@ def layers_of(layers: Any, zones: Sequence[str], between: Sequence[str]) -> dict
     """
     if not isinstance(layers, Mapping):
         if not between:
-            raise InputError(f"no zone lies between two horizons. {_EXAMPLE}")
+            raise InputError(f"the model has no zone of the reservoir. {_EXAMPLE}")
         layers = dict.fromkeys(between, layers)
     for name in layers:
         if name not in zones:

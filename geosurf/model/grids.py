@@ -59,16 +59,18 @@ class CornerPointGrid(Noun):
         last two axes are the corner along J and along I.
     actnum : ndarray of bool, shape (nz, ny, nx)
         False: the cell is pinched out, or outside the model.
-    zone, block, region : ndarray of int64, shape (nz, ny, nx)
-        Rows of `zone_names`, `block_names` and `region_names`; -1 in cells that are not active. A
-        region is a unit without its fluid contacts: one zone in one block.
+    zone, block, unit : ndarray of int64, shape (nz, ny, nx)
+        Rows of `zone_names`, `block_names` and `unit_names`; -1 in cells that are not active. Units
+        are counted without their fluid contacts: one zone in one block.
     zone_names, block_names, fault_names : tuple of str
-    region_names : tuple of (str, str)
+    unit_names : tuple of (str, str)
         Zone and block.
+    unit_regions : tuple of str
+        The region that each unit is in; '' for none.
     faces : GridFaces
         Faces of cells that lie on faults.
-    exact : ndarray of float64, shape (n_region,)
-        Volume of each region in the sealed model [m3].
+    exact : ndarray of float64, shape (n_unit,)
+        Volume of each unit in the sealed model [m3].
     stair_steps : dict of str to (int, int)
         Per fault: pillars that step, and all pillars next to it.
     zones_of_model : tuple of str
@@ -86,8 +88,8 @@ class CornerPointGrid(Noun):
     >>> grid = gs.build_grid(scene, cell=(500, 500), layers={"Top/Base": 3})
     >>> grid.zcorn.shape, grid.coord.shape
     ((6, 12, 16), (7, 9, 6))
-    >>> grid.region_names
-    (('Top/Base', 'F1+'), ('Top/Base', 'F1-'))
+    >>> grid.unit_names, grid.region_names
+    ((('Top/Base', 'F1+'), ('Top/Base', 'F1-')), ('B', 'A'))
     """
 
     coord: np.ndarray
@@ -95,10 +97,11 @@ class CornerPointGrid(Noun):
     actnum: np.ndarray
     zone: np.ndarray
     block: np.ndarray
-    region: np.ndarray
+    unit: np.ndarray
     zone_names: tuple[str, ...]
     block_names: tuple[str, ...]
-    region_names: tuple[tuple[str, str], ...]
+    unit_names: tuple[tuple[str, str], ...]
+    unit_regions: tuple[str, ...]
     fault_names: tuple[str, ...]
     faces: GridFaces
     exact: np.ndarray
@@ -110,6 +113,29 @@ class CornerPointGrid(Noun):
         """Number of layers, of rows (J) and of columns (I)."""
         nz, ny, nx = self.actnum.shape
         return nz, ny, nx
+
+    @property
+    def region_names(self) -> tuple[str, ...]:
+        """Names of the regions, parts of the field that run through all zones."""
+        return tuple(name for name in dict.fromkeys(self.unit_regions) if name)
+
+    @cached_property
+    def region(self) -> np.ndarray:
+        """Rows of `region_names`, -1 in cells without a region, int64 (nz, ny, nx)."""
+        names = self.region_names
+        rows = [names.index(name) if name else -1 for name in self.unit_regions]
+        return frozen(np.array([*rows, -1])[self.unit], np.int64)
+
+    @property
+    def properties(self) -> tuple[tuple[str, list[str], np.ndarray], ...]:
+        """What cells belong to: keyword, names, and rows of these, as decks have them."""
+        units = [", ".join(one) for one in self.unit_names]
+        return (
+            ("ZONE", list(self.zone_names), self.zone),
+            ("BLOCK", list(self.block_names), self.block),
+            ("REGION", list(self.region_names), self.region),
+            ("FIPNUM", units, self.unit),
+        )
 
     @cached_property
     def zcorn(self) -> np.ndarray:
@@ -186,30 +212,27 @@ class CornerPointGrid(Noun):
 
     @cached_property
     def table(self) -> xarray.Dataset:
-        """Volume of each region in the grid and in the sealed model, over ``region``."""
+        """Volume of each unit in the grid and in the sealed model, over ``unit``."""
         import xarray as xr
 
-        active = self.actnum
-        sums = np.bincount(
-            self.region[active], self.volumes[active], minlength=len(self.region_names)
-        )
-        cells = np.bincount(self.region[active], minlength=len(self.region_names))
-        attrs = {"units": "m3"}
+        unit, n, attrs = self.unit[self.actnum], len(self.unit_names), {"units": "m3"}
+        sums = np.bincount(unit, self.volumes[self.actnum], minlength=n)
+        words = {
+            "zone": [zone for zone, _ in self.unit_names],
+            "block": [block for _, block in self.unit_names],
+            "region": list(self.unit_regions),
+        }
         return xr.Dataset(
             {
-                "zone": ("region", np.array([zone for zone, _ in self.region_names], dtype=object)),
-                "block": (
-                    "region",
-                    np.array([name for _, name in self.region_names], dtype=object),
-                ),
-                "cells": ("region", cells),
-                "volume": ("region", sums, attrs | {"long_name": "volume of active cells"}),
-                "exact": ("region", self.exact, attrs | {"long_name": "volume of the units"}),
-            }
+                "cells": ("unit", np.bincount(unit, minlength=n)),
+                "volume": ("unit", sums, attrs | {"long_name": "volume of active cells"}),
+                "exact": ("unit", self.exact, attrs | {"long_name": "volume of the units"}),
+            },
+            {key: ("unit", np.array(of, dtype=object)) for key, of in words.items()},
         )
 
     def to_xtgeo(self) -> Any:
-        """Return the grid as `xtgeo.Grid`, with the properties ZONE, BLOCK and FIPNUM.
+        """Return the grid as `xtgeo.Grid`, with the properties ZONE, BLOCK, REGION and FIPNUM.
 
         Raises
         ------
@@ -243,11 +266,7 @@ class CornerPointGrid(Noun):
         coord = self.coord.transpose(1, 0, 2).copy()
         coord[..., [2, 5]] *= -1.0
         properties = []
-        for name, values, names in (
-            ("ZONE", self.zone, self.zone_names),
-            ("BLOCK", self.block, self.block_names),
-            ("FIPNUM", self.region, [", ".join(one) for one in self.region_names]),
-        ):
+        for name, names, values in self.properties:
             codes = {k + 1: one for k, one in enumerate(names)}
             cells = (values + 1).transpose(2, 1, 0).astype(np.int32)
             properties.append(

@@ -73,7 +73,7 @@ class SealedModel:
     labels : list of dict
         Of each unit, by `LABELS`.
     box : sequence
-        Title, box, footprint and volume where geosurf wrote the file; else empty.
+        Title, box, footprint, volume and reservoir where geosurf wrote the file; else empty.
     word : str
         What the format calls a part.
     """
@@ -299,16 +299,20 @@ def _units(own: Sequence[Any], found: list[Unit], pieces: Pieces, sides: np.ndar
     low, high = x.min(axis=0), x.max(axis=0)
     box = tuple(np.column_stack([low, high]).ravel().tolist())
     footprint, enclosed = None, math.fsum(unit.volume for unit in found)
-    if len(own) == 9 and all(isinstance(value, int | float) for value in own[1:]):
-        _, *of_box, footprint, enclosed = own
-        box = tuple(of_box)
     # as a scene has it by default; zones of other programs have other names
     ends = {f"{word} {s.name}" for s in pieces.sources for word in ("above", "below")}
-    between = [unit.zone for unit in found if unit.zone not in ends]
+    reservoir = [unit.zone for unit in found if unit.zone not in ends]
+    if (
+        len(own) == 10
+        and all(isinstance(value, int | float) for value in own[1:9])
+        and isinstance(own[9], list)
+    ):
+        _, *of_box, footprint, enclosed, chosen = own
+        box, reservoir = tuple(of_box), [str(zone) for zone in chosen]
     units = Units(
         found,
         box,
-        reservoir=between or None,
+        reservoir=reservoir or None,
         footprint=footprint,
         enclosed=enclosed,
         sides=lambda: sides,

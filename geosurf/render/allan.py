@@ -130,7 +130,7 @@ def _check(diagram: xarray.Dataset, table: xarray.Dataset) -> None:
     if one != two:
         raise InputError(
             f"the diagram is of fault {one!r}, the table of fault {two!r}. "
-            "Pass scene.allan(name) and scene.juxtaposition(name) of the same fault."
+            'Pass scene.allan(name) and scene.juxtaposition(name, "all") of the same fault.'
         )
     if not (diagram.kind == "juxtaposition").any():
         raise InputError(

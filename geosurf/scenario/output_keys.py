@@ -237,7 +237,7 @@ class GridInput:
         default=100.0,
     )
     layers: int | dict[str, Any] = key(
-        "Layers of each zone between two horizons, or by zone.", values.layers, default=10
+        "Layers of each zone of the reservoir, or by zone.", values.layers, default=10
     )
     min_dip: float = key(
         "Pillars follow faults that dip at least this; others are stair-steps.",

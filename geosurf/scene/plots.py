@@ -406,7 +406,7 @@ class ScenePlots:
         checked, scene = _flat(**look), self._scene
         zones = list(dict.fromkeys(unit.zone for unit in scene.units.values()))
         words = {"zones": zones, "reservoir": scene.units.reservoir}
-        diagram, table = scene.allan(fault), scene.juxtaposition(fault)
+        diagram, table = scene.allan(fault), scene.juxtaposition(fault, "all")
         leaks = []
         if closures is not False:
             found = scene.closures(faults="juxtaposition") if closures is True else closures

@@ -1031,12 +1031,15 @@ class Scene:
         more = key, units, include, self._graph.regions_key
         return self._measured("volumetrics", run, *more)
 
-    def juxtaposition(self, fault: str) -> xarray.Dataset:
-        """Return the areas of all pairs of units that face each other across a fault [m2].
+    def juxtaposition(self, fault: str, include: str = "reservoir") -> xarray.Dataset:
+        """Return the areas of pairs of units that face each other across a fault [m2].
 
         Parameters
         ----------
         fault : str
+        include : {"reservoir", "all"}
+            Pairs with the reservoir on one side at least, or all: areas of these add up to the
+            fault inside the model.
 
         Returns
         -------
@@ -1046,9 +1049,12 @@ class Scene:
         Raises
         ------
         InputError
-            For an unknown fault.
+            For an unknown fault, or another word.
         """
-        return self._of_units("juxtaposition", measure.juxtaposition_table, fault)
+        inside = {unit.zone for unit in self.units.included(include).values()}
+        found = self._of_units("juxtaposition", measure.juxtaposition_table, fault)
+        zones = zip(found.zone_plus.values, found.zone_minus.values, strict=True)
+        return found.isel(pair=[k for k, pair in enumerate(zones) if inside.intersection(pair)])
 
     def allan(self, fault: str) -> xarray.Dataset:
         """Return the Allan diagram of a fault: zones, cut-offs and contacts of both walls, on it.

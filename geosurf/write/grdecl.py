@@ -37,7 +37,9 @@ def binary_of_grid(
     )
     return data, [
         Loss("precision", words, off),
-        Loss("data", "Faults, zones and blocks were left out: write .grdecl and .inc, too."),
+        Loss(
+            "data", "Faults, zones, blocks and regions were left out: write .grdecl and .inc, too."
+        ),
     ]
 
 
@@ -72,14 +74,9 @@ def grdecl_of_grid(grid: CornerPointGrid, name: str | None) -> tuple[bytes, list
 
 
 def inc_of_grid(grid: CornerPointGrid, name: str | None) -> tuple[bytes, list[Loss]]:
-    """Return the arrays ZONE, BLOCK and FIPNUM, which count from 1; 0 in cells without."""
-    regions = [f"{zone}, {block}" for zone, block in grid.region_names]
+    """Return the arrays ZONE, BLOCK, REGION and FIPNUM, which count from 1; 0 in cells without."""
     words = [_head(grid, name)]
-    for key, names, values in (
-        ("ZONE", grid.zone_names, grid.zone),
-        ("BLOCK", grid.block_names, grid.block),
-        ("FIPNUM", regions, grid.region),
-    ):
+    for key, names, values in grid.properties:
         words += [f"-- {key} {k + 1}: {one}\n" for k, one in enumerate(names)]
         words += _keyword(key, _repeats(values.ravel() + 1))
     return "".join(words).encode(), []

@@ -380,7 +380,7 @@ def _head(units: Units, name: str, surfaces: Iterable[TriSurface]) -> str:
         [
             "GOCAD Model3d 1\nHEADER {\n",
             f"name:{safe_names([name])[0]}\n",
-            _own("model", [name, *box]),
+            _own("model", [name, *box, list(units.reservoir)]),
             *(_own("surface", [surface.name, surface.role]) for surface in surfaces),
             *(_own("unit", unit_labels(unit)) for unit in units.values()),
             "}\n",

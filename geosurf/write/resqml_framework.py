@@ -400,7 +400,7 @@ class _Framework:
         rank = strata[-1]
         units = self.units
         box = [*units.box, units.footprint, units.box_volume]
-        body = _metadata("model", [self.title, *box])
+        body = _metadata("model", [self.title, *box, list(units.reservoir)])
         body += "".join(_metadata("unit", unit_labels(unit)) for unit in units.values())
         body += reference("resqml2:RepresentedInterpretation", rank)
         body += tag("IsHomogeneous", "true")

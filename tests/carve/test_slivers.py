@@ -168,7 +168,7 @@ def test_a_block_of_slivers_goes_across_its_fault_and_its_names_go_with_it():
     assert scene.check().ok
 
     # the fault is still a surface, with one unit on both of its sides
-    across = scene.juxtaposition("F1")
+    across = scene.juxtaposition("F1", "all")
     assert set(across.kind.values) == {"within one unit"}
     walls = [scene.cutoffs("Top", "F1", side) for side in ("+", "-")]
     assert np.array_equal(*map(np.concatenate, walls))  # its cut-offs stay, where zones meet there

@@ -54,7 +54,7 @@ def test_quantiles_and_convergence_leave_failures_out(result):
 def test_juxtaposition_leaves_failures_out(result):
     """Both walls are alike: each zone faces itself in every model that was built."""
     built = result.status.values == 1
-    found = Ensemble(result).juxtaposition()
+    found = Ensemble(result).juxtaposition("all")
     same = found.hanging_zone.values == found.foot_zone.values
     assert same.any()
     np.testing.assert_array_equal(found.probability.values[same], 1.0)

@@ -126,7 +126,7 @@ def test_every_distribution_has_words_with_its_unit():
 
 
 def test_juxtaposed_areas_cover_the_fault_in_each_realisation(result):
-    areas, found = result.juxtaposed_area.values, Ensemble(result).juxtaposition()
+    areas, found = result.juxtaposed_area.values, Ensemble(result).juxtaposition("all")
     # a plane in one box: its area is the same, however zones share it
     np.testing.assert_allclose(areas.sum(axis=1), areas[0].sum())
     assert np.ptp(areas, axis=0).max() > 0

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
+from geosurf.errors import InputError
 from geosurf.grid.barriers import Below
 from geosurf.grid.pillars import limited
 
@@ -77,7 +78,7 @@ def test_layers_fill_each_column_without_gaps(planes):
 def test_a_vertical_fault_between_columns_is_exact():
     scene = faulted(2000.0)
     grid = gs.build_grid(scene, cell=100, layers={"Top/Base": 3, "below Base": 1})
-    assert len(grid.region_names) >= 3
+    assert len(grid.unit_names) >= 3
     np.testing.assert_allclose(grid.table.volume, grid.table.exact, rtol=1e-9)
 
     # nodes are split there by the throw, and nowhere else
@@ -232,7 +233,34 @@ def test_grdecl_has_all_corners_and_the_same_bytes_twice(planes, tmp_path):
     for word in inc.split("FIPNUM\n")[1].split("/")[0].split():
         n, _, value = word.rpartition("*")
         found += [int(value)] * int(n or 1)
-    np.testing.assert_array_equal(found, grid.region.ravel() + 1)
+    np.testing.assert_array_equal(found, grid.unit.ravel() + 1)
+    assert "-- REGION 1: B\n-- REGION 2: A\nREGION\n" in inc
+
+
+def test_cells_are_in_the_regions_of_their_units(planes):
+    named = planes.replace(regions={"West": ("F1-",)})
+    grid = gs.build_grid(named, cell=400, layers=2)
+    assert set(grid.region_names) == {"West", "B"}
+    for row, (zone, block) in enumerate(grid.unit_names):
+        assert grid.unit_regions[row] == named.regions.of(zone, block)
+    sums = grid.table.volume.groupby(grid.table.region).sum()
+    for k, name in enumerate(grid.region_names):
+        mine = grid.region == k
+        assert grid.volumes[mine].sum() == pytest.approx(float(sums.sel(region=name)), rel=1e-12)
+    assert ((grid.region < 0) == ~grid.actnum).all()
+
+
+def test_a_grid_covers_the_reservoir_or_all():
+    levels = {"A": -1900.0, "B": -1950.0, "C": -2000.0, "D": -2050.0}
+    horizons = {name: plane(z) for name, z in levels.items()}
+    scene = gs.Scene(horizons, box=BOX, reservoir=["B/C"])
+    zones = ("above A", "A/B", "B/C", "C/D", "below D")
+    assert gs.build_grid(scene, cell=1000, layers=1).zone_names == ("B/C",)
+    whole = gs.build_grid(scene, cell=1000, layers=1, include="all")
+    assert whole.zone_names == zones
+    assert {name for name, _ in whole.unit_names} == set(zones)
+    with pytest.raises(InputError, match="include is 'every'"):
+        gs.build_grid(scene, cell=1000, include="every")
 
 
 @pytest.mark.parametrize(

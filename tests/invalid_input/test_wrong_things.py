@@ -31,7 +31,7 @@ def given():
         grid=grid, faults=torn.faults, patches=scene.patches, units=scene.units, box=world.box,
         surfaces=list(scene.surfaces), network=network, f1=scene.surface("F1"),
         thickness=scene.thickness("Top/Base", 1000.0), allan=scene.allan("F1"),
-        table=scene.juxtaposition("F1"),
+        table=scene.juxtaposition("F1", "all"),
     )  # fmt: skip
 
 

@@ -43,7 +43,7 @@ def ring_area(s, z):
 
 
 def test_areas_of_juxtaposed_zones_by_hand():
-    found = faulted().juxtaposition("F1")
+    found = faulted().juxtaposition("F1", "all")
     table = {
         (a, b): area
         for a, b, area in zip(found.zone_plus.values, found.zone_minus.values, found.area.values,
@@ -68,7 +68,7 @@ def test_areas_add_up_to_the_fault():
     world = synthetic.faulted_reservoir(n=25)
     scene = Scene(world.horizons, world.faults, world.box)
     for fault in scene.fault_names:
-        found = scene.juxtaposition(fault)
+        found = scene.juxtaposition(fault, "all")
         whole = float(scene.orientation(fault).total_area)
         assert float(found.area.sum()) == pytest.approx(whole, rel=1e-13)
         slits = found.area.values[found.kind.values == "within one unit"].sum()
@@ -77,7 +77,7 @@ def test_areas_add_up_to_the_fault():
 
 def test_a_fault_that_dies_inside_faces_itself():
     scene = Scene({"Top": level("Top", -10.0)}, {"F1": slope(south=10, north=20)}, BOX)
-    found = scene.juxtaposition("F1")
+    found = scene.juxtaposition("F1", "all")
     assert set(found.kind.values) == {"within one unit"}
     np.testing.assert_allclose(sorted(found.area), [10 * 10 * ROOT2, 30 * 10 * ROOT2], rtol=1e-13)
 
@@ -120,7 +120,7 @@ def test_the_hanging_wall_of_each_of_two_faults_that_coincide_in_part(turned, or
 def test_rings_of_the_allan_diagram_hold_the_areas():
     """45 degrees: heights on the diagram are lengths on the fault over root 2."""
     scene = faulted((1.0, 6.0))
-    found, table = scene.allan("F1"), scene.juxtaposition("F1")
+    found, table = scene.allan("F1"), scene.juxtaposition("F1", "all")
     rows = lines_of(found)
     s, z = found.along_strike.values, found.elevation.values
     rings = np.array([ring_area(s[r], z[r]) for r in rows])

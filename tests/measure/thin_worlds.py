@@ -154,7 +154,7 @@ def measures(scene: Scene) -> Calls:
                     lambda n=name, o=other, s=side: scene.cutoffs(n, o, s),
                 )
     for name in scene.fault_names:
-        yield f"juxtaposition {name}", lambda n=name: scene.juxtaposition(n)
+        yield f"juxtaposition {name}", lambda n=name: scene.juxtaposition(n, "all")
         yield f"allan {name}", lambda n=name: scene.allan(n)
     for row, line in enumerate(lines_of(scene)):
         yield f"section {row}", lambda at=line: scene.section(at)

@@ -40,9 +40,9 @@ def test_an_allan_diagram_has_colours_of_the_footwall_and_stripes_of_the_hanging
 ):
     monkeypatch.setattr("geosurf.render.diagram.AROUND", 99.0)  # all of the fault
     zones = ["above Top", "Top/Base", "below Base"]
-    shown = scene.allan("F1"), scene.juxtaposition("F1")
+    shown = scene.allan("F1"), scene.juxtaposition("F1", "all")
     image = pixels(plotted(draw_allan, *shown, path=tmp_path / "a.png", zones=zones, size=SIZE))
-    areas = scene.juxtaposition("F1").to_dataframe()
+    areas = scene.juxtaposition("F1", "all").to_dataframe()
     parts = {zone: share(image, palette.stratum(i)) for i, zone in enumerate(zones)}
     frame = sum(parts.values())
     assert frame > 0.2

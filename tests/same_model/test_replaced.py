@@ -104,7 +104,7 @@ def all_of(scene: gs.Scene) -> worlds.Answers:
         "thickness": lambda: scene.thickness("Top/Middle", 250.0),
         "throw": lambda: scene.throw("Base", "W"),
         "polygons": lambda: scene.fault_polygons("Base"),
-        "juxtaposition": lambda: scene.juxtaposition("W"),
+        "juxtaposition": lambda: scene.juxtaposition("W", "all"),
     }
     return worlds.bytes_of(scene, measures)
 

@@ -253,5 +253,5 @@ def test_the_demo_splits_only_where_a_fault_goes_through():
     split = [name for name, unit in scene.units.items() if unit.contact]
     assert split == [f"Top/Middle F1{s} {w} OWC" for s in "+-" for w in ("above", "below")]
     assert len(scene.units) == 10  # four zones in two blocks, and the reservoir in two parts
-    across = scene.juxtaposition("F1").to_dataframe()
+    across = scene.juxtaposition("F1", "all").to_dataframe()
     assert across.area[across.kind == "juxtaposed"].sum() > across.area.sum() / 3

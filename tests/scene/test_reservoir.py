@@ -166,6 +166,27 @@ def test_scenarios_have_it(tmp_path):
         read_scenario(path)
 
 
+def test_juxtaposition_shows_it(scene):
+    every = scene.juxtaposition("F1", "all")
+    assert every.area.sum().item() == pytest.approx(every.attrs["area"], rel=1e-12)
+    shown = scene.juxtaposition("F1").to_dataframe()
+    sides = every.to_dataframe()[["zone_plus", "zone_minus"]].isin(INNER)
+    assert len(shown) == sides.any(axis=1).sum() < every.sizes["pair"]
+    assert shown[["zone_plus", "zone_minus"]].isin(INNER).any(axis=1).all()
+
+
+@pytest.mark.parametrize("suffix", [".ml", ".epc"])
+def test_a_sealed_model_keeps_it_and_the_regions(scene, tmp_path, suffix):
+    if suffix == ".epc":
+        pytest.importorskip("h5py")
+    chosen = scene.replace(reservoir=[INNER[0]])
+    path = gs.write(chosen.units, tmp_path / f"model{suffix}")[0]
+    back = gs.read_units(path)
+    assert back.reservoir == (INNER[0],)
+    assert len(back.included()) == len(chosen.units.included()) < len(back)
+    assert [u.region for u in back.values()] == [u.region for u in chosen.units.values()]
+
+
 def test_ensembles_answer_for_it(scene):
     from geosurf.ensemble import ContactLevel, Uniform
     from geosurf.ensemble.tables import quantile_text

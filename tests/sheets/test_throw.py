@@ -76,7 +76,7 @@ def test_volumes_of_planes_are_those_of_half_spaces(planar):
 def test_juxtaposed_areas_of_planes_are_known(planar):
     world, _, scene = planar
     for fault in world.faults:
-        table = scene.juxtaposition(fault).to_dataframe()
+        table = scene.juxtaposition(fault, "all").to_dataframe()
         found = table.groupby(["zone_plus", "zone_minus"]).area.sum().to_dict()
         true = {(a, b): v for (f, a, b), v in world.truth["juxtaposition"].items() if f == fault}
         assert set(found) == set(true)

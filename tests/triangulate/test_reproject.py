@@ -48,7 +48,7 @@ def test_results_of_a_scene_are_in_its_system(world):
         scene.fault_polygons("Top"),
         scene.thickness("Top/Base"),
         scene.throw("Top", "F1"),
-        scene.juxtaposition("F1"),
+        scene.juxtaposition("F1", "all"),
         scene.orientation("Top"),
     ]
     assert {table.attrs["crs"] for table in tables} == {CRS}

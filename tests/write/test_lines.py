@@ -40,7 +40,7 @@ def test_tables_without_lines_are_refused(scene, tmp_path):
     with pytest.raises(
         OutputError, match=r"Dataset cannot be written as '.pol'. Use one of the suffixes .nc"
     ):
-        gs.write(scene.juxtaposition("F1"), tmp_path / "a.pol")
+        gs.write(scene.juxtaposition("F1", "all"), tmp_path / "a.pol")
     with pytest.raises(OutputError, match=r"no lines in space"):
         gs.write(scene.fault_polygons("Top").isel(line=slice(0, 0)), tmp_path / "a.csv")
 
