@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -41,24 +41,29 @@ SADDLE, EDGE, ENDED, LEAK, NONE = range(5)
 NEVER = np.iinfo(np.int64).max
 
 
-def fault_rules(faults: Any, names: Sequence[str]) -> dict[str, str]:
-    """Return the rule of each fault, or raise an InputError.
+def seal_rules(
+    given: Any, names: Sequence[str], key: str = "faults", allowed: Sequence[str] = FAULT_RULES
+) -> dict[str, str]:
+    """Return the rule of each fault or horizon, or raise an InputError.
+
+    The first of those that are allowed holds where nothing else is given.
 
     Examples
     --------
-    >>> fault_rules({"F1": "open", "elsewhere": "juxtaposition"}, ["F1", "F2"])
+    >>> seal_rules({"F1": "open", "elsewhere": "juxtaposition"}, ["F1", "F2"])
     {'F1': 'open', 'F2': 'juxtaposition'}
     """
-    given = dict(faults) if isinstance(faults, Mapping) else {ELSEWHERE: faults}
-    for name, rule in given.items():
-        for word, known in ((name, (*names, ELSEWHERE)), (rule, FAULT_RULES)):
+    rules = dict(given) if isinstance(given, Mapping) else {ELSEWHERE: given}
+    for name, rule in rules.items():
+        for word, known in ((name, (*names, ELSEWHERE)), (rule, allowed)):
             if not is_word(word, known):
                 raise InputError(
-                    f"faults: {word!r} is none of {', '.join(known)}.{did_you_mean(word, known)} "
-                    "Write faults='sealing', or {'F1': 'open', 'elsewhere': 'sealing'} by fault."
+                    f"{key}: {word!r} is none of {', '.join(known)}.{did_you_mean(word, known)} "
+                    f"Write {key}='sealing', or {{{[*names, 'F1'][0]!r}: 'open', 'elsewhere': "
+                    "'sealing'} by name."
                 )
-    other = given.get(ELSEWHERE, SEALING)
-    return {name: given.get(name, other) for name in names}
+    other = rules.get(ELSEWHERE, allowed[0])
+    return {name: rules.get(name, other) for name in names}
 
 
 # ---- merge tree ----------------------------------------
@@ -257,6 +262,7 @@ def find_closures(
     horizons: Sequence[str],
     rules: Mapping[str, str],
     min_height: float,
+    seals: Sequence[str] = (),
 ) -> xarray.Dataset:
     """
     Find the closures of horizons.
@@ -267,9 +273,11 @@ def find_closures(
     horizons : sequence of str
         With a zone of the reservoir directly below, see `roofs_of`.
     rules : mapping of str to str
-        One of `FAULT_RULES` for each fault, see `fault_rules`.
+        One of `FAULT_RULES` for each fault, see `seal_rules`.
     min_height : float
         Lower ones are left out [m].
+    seals : sequence of str
+        Horizons that hold where others end on them.
 
     Returns
     -------
@@ -281,7 +289,7 @@ def find_closures(
     >>> import geosurf as gs
     >>> world = gs.synthetic.graben(n=9)
     >>> scene = gs.Scene(world.horizons, world.faults, world.box)
-    >>> rules = fault_rules("sealing", scene.fault_names)
+    >>> rules = seal_rules("sealing", scene.fault_names)
     >>> find_closures(scene.patches, scene.units, ["Top"], rules, 1.0).sizes["closure"]
     0
     """
@@ -292,21 +300,41 @@ def find_closures(
     table = _Table(patches, units)
     for name in horizons:
         rock = bounded_rock(patches, units, name, by_rule[JUXTAPOSITION])
-        table.add(name, Tree(rock, _exits(rock, by_rule[OPEN]), min_height))
+        rows = [row_of(patches, seal, "horizon") for seal in seals if seal != name]
+        held = _sealed(rock, rows)
+        exits = _exits(held, by_rule[OPEN], rock.nodes(rock.kind == ROOF), rows)
+        table.add(name, Tree(held, exits, min_height))
     words = list(dict.fromkeys(rules.values())) or [SEALING]
     if len(words) > 1:
         words = [f"{name} {rule}" for name, rule in rules.items()]
-    return table.dataset(faults=", ".join(words), min_height=min_height)
+    more = {"horizons": f"{', '.join(seals)} sealing"} if seals else {}
+    return table.dataset(faults=", ".join(words), min_height=min_height, **more)
 
 
-def _exits(rock: Rock, is_open: Sequence[int]) -> np.ndarray:
-    """Where rock is left, as `Tree` takes it: at the edge, on other horizons, at faults."""
+def _sealed(rock: Rock, seals: Sequence[int]) -> Rock:
+    """The rock with horizons that hold as its roof, where they lie above it."""
+    lids = (rock.kind == HORIZON) & np.isin(rock.surface, seals)
+    lids &= area_in_map(rock.x, rock.t) > 0.0
+    return replace(rock, kind=np.where(lids, ROOF, rock.kind))
+
+
+def _exits(
+    rock: Rock, is_open: Sequence[int], bare: np.ndarray, seals: Sequence[int]
+) -> np.ndarray:
+    """Where rock is left, as `Tree` takes it: at the edge, on other horizons, at faults.
+
+    Nodes of the horizon itself are `bare`: a floor that it meets ends it, and no lid that holds.
+    """
     roof, out = rock.nodes(rock.kind == ROOF), rock.passes[rock.passes[:, 1] < 0]
     ends = [(out[:, 0], LEAK, out[:, 2])]
+    looks_up = area_in_map(rock.x, rock.t) > 0.0
     for of, kind in ((WALL, EDGE), (HORIZON, ENDED), (FAULT, LEAK)):
         for i in np.unique(rock.surface[rock.kind == of]).tolist():
-            if of != FAULT or i in is_open:
-                at = roof & rock.nodes((rock.kind == of) & (rock.surface == i))
+            if of == WALL or (i in is_open if of == FAULT else i not in seals):
+                mine = (rock.kind == of) & (rock.surface == i)
+                at = roof & rock.nodes(mine)
+                if of == HORIZON:
+                    at = (roof & rock.nodes(mine & looks_up)) | (bare & rock.nodes(mine))
                 ends.append((np.flatnonzero(at), kind, np.full(at.sum(), -1 if of == WALL else i)))
     columns = [(at, np.full(len(at), -1), np.full(len(at), kind), i) for at, kind, i in ends]
     return np.concatenate([np.column_stack(of) for of in columns])

@@ -903,8 +903,9 @@ class Scene:
         return intervals_of_wells(self.units, wells, self._locator, boundaries)
 
     def closures(
-        self, horizon: str | None = None, *, faults: Any = "sealing", min_height: float = 5.0
-    ) -> xarray.Dataset:
+        self, horizon: str | None = None, *, faults: Any = "sealing", horizons: Any = "open",
+        min_height: float = 5.0,
+    ) -> xarray.Dataset:  # fmt: skip
         """Return the closures of the reservoir: crest, spill point, height, area and volume.
 
         Parameters
@@ -916,6 +917,10 @@ class Scene:
             fault. ``"juxtaposition"``: a fault holds where reservoir faces other rock, and is
             passed where reservoir faces reservoir. By fault: ``{"F1": "open", "elsewhere":
             "juxtaposition"}``; ``"elsewhere"`` is ``"sealing"`` by default.
+        horizons : {"open", "sealing"} or mapping of str to these
+            What holds where the horizon ends on another one, by erosion, onlap or pinch-out. By
+            name: ``{"Unconformity": "sealing"}``. What lies beneath a sealing one is part of the
+            closure.
         min_height : float
             Lower closures are left out [m].
 
@@ -951,16 +956,18 @@ class Scene:
         0.0
         """
         # loaded by those who ask for closures
-        from geosurf.measure.closures import fault_rules, find_closures, warnings_of_spill
+        from geosurf.measure.closures import find_closures, seal_rules, warnings_of_spill
         from geosurf.measure.rock import roofs_of
 
-        rules = fault_rules(faults, self.fault_names)
+        rules = seal_rules(faults, self.fault_names)
+        held = seal_rules(horizons, self.horizon_names, "horizons", ("open", "sealing"))
+        seals = [name for name, rule in held.items() if rule == "sealing"]
         least = number_of(min_height, "min_height", "give metres")
         names = roofs_of(self.patches, self.units, horizon)
         found = self._measured(
             f"closures of {', '.join(names)}",
-            lambda: find_closures(self.patches, self.units, names, rules, least),
-            tuple(names), tuple(rules.items()), least, self._graph.regions_key,
+            lambda: find_closures(self.patches, self.units, names, rules, least, seals),
+            tuple(names), tuple(rules.items()), tuple(seals), least, self._graph.regions_key,
         )  # fmt: skip
         self._graph.memory.warn(*warnings_of_spill(found, self.patches, self.units, self.contacts))
         return found

@@ -12,6 +12,7 @@ import xarray as xr
 from scipy.ndimage import label
 
 import geosurf as gs
+from geosurf.errors import InputError
 
 X = np.arange(0.0, 2001.0, 100.0)
 Y = np.arange(-600.0, 601.0, 200.0)
@@ -321,3 +322,40 @@ def test_maps_and_allan_diagrams_show_closures_and_leaks(tmp_path: Path) -> None
     header = (tmp_path / "closures.csv").read_text().splitlines()[0]
     assert header.startswith("closure,")
     assert "volume_m3" in header
+
+
+def test_a_truncation_trap_closes_where_the_unconformity_holds():
+    """A nose that is eroded along its crest: nothing else closes it."""
+    axis = np.linspace(0.0, 4000.0, 81)
+    x, y = np.meshgrid(axis, axis)
+
+    def top(x, y):
+        return -2100.0 + 0.1 * x - 1e-4 * (y - 2000.0) ** 2
+
+    def eroded(y):
+        return -1900.0 - 5e-5 * (y - 2000.0) ** 2
+
+    horizons = {
+        name: xr.DataArray(
+            z, {"northing": axis, "easting": axis}, ("northing", "easting"),
+            attrs={"units": "m", "positive": "up"},
+        )
+        for name, z in (("U", eroded(y) + 0.0 * x), ("Top", top(x, y)), ("Base", top(x, y) - 60.0))
+    }  # fmt: skip
+    box = (0, 4000, 0, 4000, -2600, -1700)
+    scene = gs.Scene(horizons, box=box, column={"U": "erosional"}, reservoir=["Top/Base"])
+    assert scene.closures("Top").sizes["closure"] == 0
+    found = scene.closures("Top", horizons={"U": "sealing"})
+    assert found.spill_kind.item() == "edge"
+    assert found.attrs["horizons"] == "U sealing"
+
+    # columns of 4 m, between the lower of both and the higher of base and spill level
+    fine = 2.0 + 4.0 * np.arange(1000)
+    x, y = np.meshgrid(fine, fine)
+    lid, level = np.minimum(top(x, y), eroded(y)), found.level.item()
+    height = lid - np.maximum(top(x, y) - 60.0, level)
+    assert found.volume.item() == pytest.approx(16.0 * height.clip(0.0).sum(), rel=1e-3)
+    assert found.area.item() == pytest.approx(16.0 * (height > 0.0).sum(), rel=1e-3)
+    for wrong in ("open ", {"Bottom": "sealing"}, {"U": "juxtaposition"}):
+        with pytest.raises(InputError, match="horizons: "):
+            scene.closures("Top", horizons=wrong)
