@@ -158,7 +158,7 @@ def areas_of(scene: Scene) -> dict[PairKey, float]:
     >>> world = tilted_planes(n=3)
     >>> found = areas_of(Scene(world.horizons, world.faults, world.box))
     >>> [*found][0]
-    PairKey(fault='F1', hanging_zone='above Top', foot_zone='above Top')
+    PairKey(fault='F1', zone_plus='above Top', zone_minus='above Top')
     """
     areas: dict[PairKey, float] = {}
     for fault in scene.faults_inside:  # one that has left the model has no area in it
@@ -264,8 +264,8 @@ class PairKey(NamedTuple):
     """A fault and the zones on both of its sides."""
 
     fault: str
-    hanging_zone: str
-    foot_zone: str
+    zone_plus: str
+    zone_minus: str
 
 
 @dataclass(frozen=True, eq=False)

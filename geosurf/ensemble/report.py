@@ -198,7 +198,7 @@ def juxtaposition_table(found: xarray.Dataset) -> Table:
     keys = ("P90", "P50", "P10", "mean")
     rows = [
         (
-            *(str(found[key].values[k]) for key in ("fault", "hanging_zone", "foot_zone")),
+            *(str(found[key].values[k]) for key in ("fault", "zone_plus", "zone_minus")),
             f"{100.0 * float(found.probability[k]):.0f} %",
             *(number(float(found[key][k])) for key in keys),
         )
@@ -304,7 +304,7 @@ def map_chart(result: xarray.Dataset, layer: str) -> Figure:
 def juxtaposition_chart(found: xarray.Dataset, fault: str) -> Figure:
     """Return the probability that zones face each other across a fault, as a matrix of zones."""
     mine = found.isel(pair=np.flatnonzero(found.fault.values == fault))
-    sides = [mine[key].values.tolist() for key in ("hanging_zone", "foot_zone")]
+    sides = [mine[key].values.tolist() for key in ("zone_plus", "zone_minus")]
     # in the order of the base case, which is that of the column
     zones = list(dict.fromkeys([zone for pair in zip(*sides, strict=True) for zone in pair]))
     share = np.zeros((len(zones), len(zones)))

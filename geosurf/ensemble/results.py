@@ -321,7 +321,7 @@ class Ensemble(Noun):
         Returns
         -------
         xarray.Dataset
-            Over ``pair``, with ``fault``, ``hanging_zone`` and ``foot_zone``: ``probability``, the
+            Over ``pair``, with ``fault``, ``zone_plus`` and ``zone_minus``: ``probability``, the
             share of the realisations in which the area is above 0, and ``P90``, ``P50``, ``P10``
             and ``mean`` of the area [m2].
 
@@ -332,7 +332,7 @@ class Ensemble(Noun):
         """
         inside = set(self._part(include, {}).zone.values.tolist())
         found = juxtaposition(self.data)
-        zones = zip(found.hanging_zone.values, found.foot_zone.values, strict=True)
+        zones = zip(found.zone_plus.values, found.zone_minus.values, strict=True)
         return found.isel(pair=[k for k, pair in enumerate(zones) if inside.intersection(pair)])
 
     # ---- tables --------------------------------------------------------------------------
@@ -584,7 +584,7 @@ def open_ensemble(store: str | os.PathLike[str]) -> Ensemble:
     labels = (*LABELS[1:], "parameter_unit", "parameter_distribution")
     result = result.set_coords(labels)
     if "juxtaposed_area" in result:
-        result = result.set_coords(["fault", "hanging_zone", "foot_zone"])
+        result = result.set_coords(["fault", "zone_plus", "zone_minus"])
     # Realisations that have not run have no volume; 0 would mean an absent unit.
     unfinished = result.status.values == 0
     for name in COLUMNS:

@@ -12,6 +12,7 @@ closures.py       closures of horizons, spill points, leaks at faults
 throw.py          throw, heave, dip separation along a fault
                   throw of torn horizons compared with their data
                   well tops compared with the horizons of a model
+gridded.py        horizons on the nodes of a grid, and what that loses at faults
 volumetrics.py    net and pore volume, fluids in place
 section.py        vertical sections
                   edges -> lines and rings; lists of lines as a dataset

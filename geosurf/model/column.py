@@ -21,6 +21,11 @@ from geosurf.model.expected import name_of
 
 CONFORMABLE, EROSIONAL, BASE, DISCONTINUOUS = "conformable", "erosional", "base", "discontinuous"
 RULES = (CONFORMABLE, EROSIONAL, BASE, DISCONTINUOUS)
+# what the field calls them, or what they are rules of
+FIELD_WORDS = {
+    **dict.fromkeys(("unconformity", "erosion", "eroded", "eroding", "truncation"), EROSIONAL),
+    **dict.fromkeys(("onlap", "downlap", "baselap", "lap"), BASE),
+}
 # Horizons below end on these, horizons above end on those of `IS_LAPPED`; a discontinuity does
 # both.
 ERODES = (EROSIONAL, DISCONTINUOUS)
@@ -71,11 +76,22 @@ def check_column(horizons: Sequence[str], column: Mapping[str, Any] | None) -> t
         if not is_word(rule, RULES):
             raise InputError(
                 f"`column`: the rule of horizon {name!r} is {rule!r}. Use one of "
-                f"{', '.join(RULES)}.{did_you_mean(str(rule), RULES)}"
+                f"{', '.join(RULES)}.{rule_meant(rule)}"
             )
 
     # one rule per horizon, in the order of horizons; names are checked by then
     return tuple(str(column.get(name, CONFORMABLE)) for name in horizons)
+
+
+def rule_meant(word: Any) -> str:
+    """Return ' Did you mean ...?' for a word of the field, or a misspelt rule; else ''.
+
+    Examples
+    --------
+    >>> rule_meant("Unconformity"), rule_meant("erosionl")
+    (" Did you mean 'erosional'?", " Did you mean 'erosional'?")
+    """
+    return did_you_mean(FIELD_WORDS.get(str(word).casefold(), str(word)), RULES)
 
 
 @dataclass(frozen=True)

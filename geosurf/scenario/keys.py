@@ -15,6 +15,7 @@ from typing import Any
 from geosurf.conventions import METRES_PER_UNIT
 from geosurf.faults.rules import BOTH, KEEP
 from geosurf.model import RULES
+from geosurf.model.column import rule_meant
 from geosurf.model.network import SIDES
 from geosurf.model.slivers import SliverSettings
 from geosurf.model.tops import RANGE, TOLERANCE, TieSettings
@@ -403,7 +404,7 @@ class HorizonInput:
     # The rule decides which of two crossing horizons ends at the other.
     rule: str = key(
         "Which of two crossing horizons ends at the other, see [the column](guides/column.md).",
-        values.one_of(*RULES),
+        values.one_of(*RULES, meant=rule_meant),
         default="conformable",
     )
 

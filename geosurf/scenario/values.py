@@ -476,15 +476,15 @@ def listed_words(allowed: tuple[str, ...]) -> str:
     return ", ".join(repr(word) for word in allowed)
 
 
-def one_of(*allowed: str) -> Check:
-    """Return the check for one word of a list."""
+def one_of(*allowed: str, meant: Callable[[str], str] | None = None) -> Check:
+    """Return the check for one word of a list; `meant` guesses at another one."""
 
     @check(f"one of {listed_words(allowed)}")
     def choice(at: KeyPath, value: Any) -> str | None:
         """The word, if it is allowed."""
         # A misspelt word gets a suggestion; other types get the list alone.
         if isinstance(value, str) and value not in allowed:
-            guess = did_you_mean(value, allowed)
+            guess = did_you_mean(value, allowed) if meant is None else meant(value)
             at.refuse(f"{at.words} is {value!r}; it must be one of {listed_words(allowed)}.{guess}")
         return value if value in allowed else None
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Mapping
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from geosurf.conventions import number_text
 from geosurf.conventions.crs import crs_of, refuse_other_crs, warn_of_unclear_crs
 from geosurf.conventions.foreign import crs_of_foreign
 from geosurf.errors import GeosurfWarning
@@ -20,6 +21,9 @@ from geosurf.read.registry import detect
 from geosurf.scene.inputs import SceneInputs
 from geosurf.scene.memory import Memory
 from geosurf.scene.surfaces import InputSurfaces, warnings_of_names
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
 
 # ---- reference systems ----------------------------------------
 # Reference systems of what a scene is made of: well tops and area next to surfaces.
@@ -86,6 +90,19 @@ def check_system_of_places(scene: Callable[[], str | None], places: Any, name: s
     if own is not None and known is not None:
         refuse_other_crs(name, own, {"scene": known})
         warn_of_unclear_crs({"scene": known, name: own})
+
+
+def warnings_of_places(found: xarray.Dataset, top: float) -> Iterator[GeosurfWarning]:
+    """Yield a warning if all points that were asked for lie above the model."""
+    z = found.elevation.values if "elevation" in found.coords else np.empty(0)
+    if z.size and np.nanmin(z) > top:
+        lowest = number_text(float(np.nanmin(z)))
+        effect = (
+            f"All points lie above the model: the lowest is at {lowest} m, the top of the model at "
+            f"{number_text(top)} m."
+        )
+        remedy = f"Elevation is positive up: write a depth of {lowest} m as -{lowest}."
+        yield GeosurfWarning("outside", "places", effect, remedy)
 
 
 def crs_of_outline(aoi: Any) -> str | None:

@@ -19,6 +19,7 @@ from geosurf.carve.certificate import certify_repeated
 from geosurf.conventions import HORIZON_DIMS, counted, did_you_mean, is_word
 from geosurf.conventions.running import running
 from geosurf.errors import GeometryError, GeosurfWarning, InputError
+from geosurf.measure.gridded import horizon_on_grid
 from geosurf.measure.locate import boundaries_of, locator_of
 from geosurf.measure.places import intervals_of_wells, well_intervals, wells_of
 from geosurf.measure.regions import region_labels
@@ -37,7 +38,11 @@ from geosurf.model.units import sums_of
 from geosurf.rebuild import trim_sheets
 from geosurf.scene.faults import known_fault
 from geosurf.scene.graph import Graph
-from geosurf.scene.input_warnings import check_system_of_places, refuse_other_systems
+from geosurf.scene.input_warnings import (
+    check_system_of_places,
+    refuse_other_systems,
+    warnings_of_places,
+)
 from geosurf.scene.inputs import (
     Box,
     SceneInputs,
@@ -801,6 +806,47 @@ class Scene:
             nodes, contact,
         )  # fmt: skip
 
+    def horizon_grid(self, horizon: str, grid: Any = None) -> xarray.DataArray:
+        """Return a horizon of the model as a grid, which ``gs.write`` writes as one.
+
+        Parameters
+        ----------
+        horizon : str
+        grid : float or xarray object, optional
+            The width of a cell [m], or anything with coordinates ``northing`` and ``easting`` [m],
+            such as the grid that the horizon was read from. Default: 100 cells along the longer
+            side of the box.
+
+        Returns
+        -------
+        xarray.DataArray
+            Elevation [m, positive up] at the nodes; NaN in fault gaps and outside the model, the
+            upper elevation where the horizon is doubled. ``attrs["lost"]`` states what a grid
+            cannot have at the faults.
+
+        Raises
+        ------
+        InputError
+            For an unknown horizon, or a grid that has no coordinates.
+
+        Warns
+        -----
+        GeosurfWarning
+            Of what is lost at faults: kind ``"grid"``.
+
+        Examples
+        --------
+        >>> import geosurf as gs
+        >>> world = gs.synthetic.tilted_planes()
+        >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+        >>> scene.horizon_grid("Top", 500.0).shape
+        (6, 8)
+        """
+        found, lost = horizon_on_grid(self.patches, self.units, horizon, grid)
+        self._graph.memory.warn(*filter(None, [lost]))
+        crs = self.units.crs
+        return found if crs is None else found.assign_attrs(crs=crs)
+
     def sample(
         self, where: Any = None, *, cell: Any = None, codes: bool = False, distance: bool = False
     ) -> xarray.Dataset:
@@ -832,6 +878,11 @@ class Scene:
         InputError
             For places that are not numbers, not finite, or not three coordinates each.
 
+        Warns
+        -----
+        GeosurfWarning
+            If all points lie above the model: depths may have been given for elevations.
+
         Examples
         --------
         >>> import geosurf as gs
@@ -845,9 +896,11 @@ class Scene:
         if where is not None:
             check_system_of_places(lambda: self.crs, where, "places")
         boundaries = self._boundaries if flag_of(distance, "distance") else None
-        return measure.sample_units(
+        found = measure.sample_units(
             self.units, where, cell=cell, codes=codes, locator=self._locator, boundaries=boundaries
         )
+        self._graph.memory.warn(*warnings_of_places(found, self.box[5]))
+        return found
 
     def well_intervals(self, path: Any, *, md: Any = None) -> xarray.Dataset:
         """Return the units that wells go through, with entry and exit points.

@@ -112,7 +112,9 @@ WITH_SUFFIX = ("mesh_of", "gltf_of", "binary_of")  # functions that take the suf
 
 # advice for objects that cannot be written
 INSTEAD = {
-    "Sheet": " For the horizon cut at its faults, write scene.patches.surface(name).",
+    "Sheet": " For the horizon cut at its faults, write scene.patches.surface(name), or as a grid "
+    "scene.horizon_grid(name).",
+    "TriSurface": " For a grid, write scene.horizon_grid(name).",
     "Scene": " Or write its scene.units, scene.curves or scene.patches.",
 }
 KINDS = {

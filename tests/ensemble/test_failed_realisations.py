@@ -55,7 +55,7 @@ def test_juxtaposition_leaves_failures_out(result):
     """Both walls are alike: each zone faces itself in every model that was built."""
     built = result.status.values == 1
     found = Ensemble(result).juxtaposition("all")
-    same = found.hanging_zone.values == found.foot_zone.values
+    same = found.zone_plus.values == found.zone_minus.values
     assert same.any()
     np.testing.assert_array_equal(found.probability.values[same], 1.0)
     areas = result.juxtaposed_area.values[built].mean(axis=0)
