@@ -34,6 +34,7 @@ from geosurf.kernels.exact.predicates import flat_triangles, frame_of
 from geosurf.model import TriSurface
 from geosurf.model.expected import box_of_sides, expect
 from geosurf.model.network import SIDES, ExtendedFault, Extension
+from geosurf.model.surfaces import cutoffs_kept
 
 # ---- notches ----------------------------------------
 # Strips of triangles along a rim: notches filled, lengths smoothed, lines joined.
@@ -288,7 +289,9 @@ def continue_side(
     area = math.fsum(0.5 * np.linalg.norm(normals_of(points[new]), axis=1))
     sizes = float(length.max()), float(length.min()), area
     made = Extension(name, side, *sizes, len(new), until, lines)
-    return TriSurface(name, surface.role, points, faces), guides.grown(side, arc), made
+    marks = cutoffs_kept(surface, points)
+    longer = TriSurface(name, surface.role, points, faces, vertex_data=marks)
+    return longer, guides.grown(side, arc), made
 
 
 def _lengths(

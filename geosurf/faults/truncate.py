@@ -24,6 +24,7 @@ from geosurf.faults.sides import Adjacency, adjacency
 from geosurf.model import Patches, TriSurface
 from geosurf.model.expected import expect
 from geosurf.model.network import TruncatedFaults, Truncation
+from geosurf.model.surfaces import cutoffs_kept
 
 FENCE = "aoi"  # the wall around an area of interest, as `build_walls` calls it
 # steeper than this a fault counts as vertical and has no hanging wall, as in orient_fault
@@ -290,7 +291,8 @@ def _part(patches: Patches, name: str, alive: np.ndarray) -> tuple[TriSurface, n
     t = np.take_along_axis(t, (t.argmin(axis=1)[:, None] + np.arange(3)) % 3, axis=1)
     line = np.lexsort(t.T[::-1])
     parent = patches.parent_of_triangle[rows][line]
-    return TriSurface(name, "fault", x[order], t[line]), parent
+    marks = cutoffs_kept(patches.sources[i], x[order])
+    return TriSurface(name, "fault", x[order], t[line], vertex_data=marks), parent
 
 
 FRONT, BACK = 0, 1

@@ -311,6 +311,8 @@ class TearPlan:
         None for scattered points, and where blocks without data were filled.
     extensions : tuple of Extended
         By how much its faults became longer.
+    polygons : tuple of str
+        Faults whose polygons it meets.
 
     Examples
     --------
@@ -335,6 +337,7 @@ class TearPlan:
     searched: bool = True
     base: BaseHeights | None = None
     extensions: tuple[Extended, ...] = ()
+    polygons: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
@@ -59,10 +59,11 @@ def exact_normal(corners: np.ndarray) -> tuple[Any, Any, Any]:
 
 
 _KEPT = "_content"
+CUTOFF = "cut-off on "  # and a horizon: vertex data of a fault on the lines of its polygon, 1 and 2
 
 
 class Content:
-    """A surface as a key: equal if name, vertices and triangles are.
+    """A surface as a key: equal if name, vertices, triangles and cut-offs of polygons are.
 
     Examples
     --------
@@ -81,6 +82,9 @@ class Content:
             digest = sha256(f"{surface.name} {surface.n_vertex} ".encode())
             digest.update(surface.vertices.data)
             digest.update(surface.triangles.data)
+            for key, marks in surface.vertex_data.items():
+                if key.startswith(CUTOFF):
+                    digest.update(key.encode() + marks.tobytes())
             known = surface.__dict__[_KEPT] = surface.name, digest.digest()
         self.key: bytes = known[1]
 
@@ -89,6 +93,39 @@ class Content:
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Content) and self.key == other.key
+
+
+def cutoffs_among(
+    faults: Iterable[TriSurface], horizon: str
+) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Return both lines (n, 3) of the polygons of a horizon, along strike, by fault."""
+    found = {}
+    for fault in faults:
+        marks = fault.vertex_data.get(CUTOFF + horizon)
+        if marks is not None and (marks == 1).any() and (marks == 2).any():
+            xy = fault.vertices[marks > 0, :2]
+            strike = np.linalg.svd(xy - xy.mean(axis=0), full_matrices=False)[2][0]
+            lines = (fault.vertices[marks == number] for number in (1, 2))
+            one, two = (line[np.argsort(line[:, :2] @ strike)] for line in lines)
+            found[fault.name] = one, two
+    return found
+
+
+def cutoffs_kept(fault: TriSurface, vertices: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the marks of cut-off lines for other vertices (n, 3): 0 where the fault has none."""
+    kept = {}
+    for key, marks in fault.vertex_data.items():
+        if key.startswith(CUTOFF):
+            kept[key] = np.zeros(len(vertices), dtype=np.int8)
+            for number in (1, 2):
+                kept[key][are_among(vertices, fault.vertices[marks == number])] = number
+    return kept
+
+
+def are_among(points: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Return which points (n, 3) are some of others, to the bit."""
+    known = set(map(tuple, others.tolist()))
+    return np.array([tuple(point) in known for point in points.tolist()], dtype=bool)
 
 
 ROLES = ("horizon", "fault", "virtual", "wall", "contact", "surface")

@@ -57,7 +57,8 @@ def decimal_key() -> Any:
 @dataclass(frozen=True, kw_only=True)
 class PolygonInput:
     """One ``[[faults.polygons]]``: the polygon of a fault on one horizon. The fault passes through
-    both sides of its polygons, and continues along their dip. One horizon is enough.
+    both sides of its polygons, and continues along their dip. One horizon is enough. Where this
+    horizon is torn, its walls end on them.
     """
 
     horizon: str = key("The horizon on which it was drawn.", values.text)

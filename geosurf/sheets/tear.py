@@ -19,6 +19,7 @@ from geosurf.model import FaultCut, Sheet, SheetReport, TriSurface
 from geosurf.model.expected import flag_of
 from geosurf.model.lattice import Lattice
 from geosurf.model.sheets import TearPlan
+from geosurf.model.surfaces import cutoffs_among
 from geosurf.sheets.faults.network import faults_in_words
 from geosurf.sheets.heights.missing import StandIn, parts_of
 from geosurf.sheets.heights.state import Trims
@@ -48,7 +49,7 @@ from geosurf.sheets.mesh.finish import (
 )
 from geosurf.sheets.mesh.tear_ends import added_up, early_parts, lost_throw
 from geosurf.sheets.report.describe import fault_cuts, make_report
-from geosurf.sheets.report.propose_trim import shows_smear, trims_of
+from geosurf.sheets.report.propose_trim import by_wall, shows_smear, trims_of
 from geosurf.triangulate import triangulate_horizon
 from geosurf.triangulate.horizon import EXTRAPOLATED
 from geosurf.triangulate.neighbours import own_form
@@ -146,11 +147,19 @@ def torn_sheet(data: Data, faults: Sequence[TriSurface], trims: Trims) -> Torn:
         If none of them does. The message has the faults, the place, and a remedy that works.
     """
     search = Search(partial(_torn, data, given=trims))
-    first = _first(search, faults, trims)
+    first = _first(search, faults, trims, FEW if data.cutoffs else MOST_ROUNDS)
+    # polygons may contradict the data: without those at the largest hole, then without any
+    for leave_all in (False, True):
+        if first.bad and data.cutoffs:
+            gone = _open_polygons(first, faults, data)
+            kept = data.cutoffs.keys() - (data.cutoffs if leave_all else gone)
+            data = replace(data, cutoffs={name: data.cutoffs[name] for name in sorted(kept)})
+            search = Search(partial(_torn, data, given=trims), search.n_cut)
+            first = _first(search, faults, trims, FEW if data.cutoffs else MOST_ROUNDS)
     best = search.forced(first)
     bad = first.bad or best.bad
     # other trims may do without a loss; if not, the smallest loss of all within the limit
-    for other in _others(search, faults, trims, bad, data.picks) if bad and best.loss > 0.0 else ():
+    for other in _others(search, faults, trims, bad, data) if bad and best.loss > 0.0 else ():
         best = min(best, other, key=lambda one: one.loss)
         if best.loss == 0.0 or search.is_over(best):
             break
@@ -159,12 +168,17 @@ def torn_sheet(data: Data, faults: Sequence[TriSurface], trims: Trims) -> Torn:
     return best
 
 
+def _open_polygons(torn: Torn, faults: Sequence[TriSurface], data: Data) -> set[str]:
+    """Faults with polygons next to the largest hole of a sheet, or at which it is open."""
+    built = torn.closed.built
+    worst = max(built.cut.holes, key=lambda hole: hole.length, default=None)
+    near = torn.bad if worst is None else faults_at(worst, built)
+    names = [{faults[k].name for k in bad} & data.cutoffs.keys() for bad in (near, torn.bad)]
+    return names[0] or names[1] or set(data.cutoffs)
+
+
 def _others(
-    search: Search,
-    faults: Sequence[TriSurface],
-    trims: Trims,
-    bad: frozenset[int],
-    picks: Picks | Scattered,
+    search: Search, faults: Sequence[TriSurface], trims: Trims, bad: frozenset[int], data: Data
 ) -> Iterator[Torn]:
     """What is tried after the trims as given, the smallest change first; each when it is asked for.
 
@@ -173,15 +187,15 @@ def _others(
     faults that meet at acute angles; at last all others at a loss.
     """
     others: list[Torn] = []
-    for used in _other_trims(trims, bad, picks, faults):
+    for used in _other_trims(trims, bad, data, faults):
         with suppress(GeometryError):  # a block has no data beyond them
             others.append(search.torn(faults, used))
             yield others[-1]
     others = [one for one in others if one.bad and not one.closed.built.is_hopeless]
     others.sort(key=lambda one: len(one.closed.built.cut.holes))
     yield from map(search.forced, others[:FORCED])
-    shown = trims_of("auto", picks, faults)
-    if shows_smear(picks) and shown != trims:
+    shown = trims_of("auto", data.picks, faults, data.cutoffs)
+    if shows_smear(data.picks) and shown != trims:
         with suppress(GeometryError):
             yield search.forced(search.torn(faults, shown))
     yield from map(search.forced, others[FORCED:])
@@ -207,17 +221,17 @@ def torn_as_planned(
     return found
 
 
-def _first(search: Search, faults: Sequence[TriSurface], trims: Trims) -> Torn:
+def _first(search: Search, faults: Sequence[TriSurface], trims: Trims, most: int) -> Torn:
     """The sheet with the trims as given; it may stay open.
 
     Exact data go on with the change of their curvature (fourth differences). That is kept only if
     it closes, and if no tear has to end earlier than with third differences.
     """
-    found = search.torn(faults, trims, highest=4, most=MOST_ROUNDS)
+    found = search.torn(faults, trims, highest=4, most=most)
     is_fourth = found.closed.rebuilt.solver.noise.order == 4
     if not is_fourth or (found.loss == 0.0 and found.most_early <= EARLY):
         return found
-    plain = search.torn(faults, trims, most=MOST_ROUNDS)
+    plain = search.torn(faults, trims, most=most)
     is_better = plain.loss == 0.0 and plain.most_early < found.most_early
     return plain if found.loss > 0.0 or is_better else found
 
@@ -241,11 +255,11 @@ def _torn(
 
 
 def _other_trims(
-    trims: Trims, bad: frozenset[int], picks: Picks | Scattered, faults: Sequence[TriSurface]
+    trims: Trims, bad: frozenset[int], data: Data, faults: Sequence[TriSurface]
 ) -> Iterator[Trims]:
     """Trims to try at some faults, by number: those that the data show, and others."""
-    if shows_smear(picks):
-        measured = trims_of("auto", picks, faults)
+    if shows_smear(data.picks):
+        measured = trims_of("auto", data.picks, faults, data.cutoffs)
         wider = {
             k: trim
             for k, trim in enumerate(measured.of_fault)
@@ -632,16 +646,23 @@ def tear_from(
     crs = crs_among(picks.name, data, surfaces)
 
     # heights of all nodes, a torn mesh that the faults close, cut-offs and report
-    horizon = _data(picks, noise, fill_empty_blocks)
-    measured = None if trim == "auto" else trims_of("auto", picks, surfaces)
+    cutoffs = by_wall(picks, surfaces, cutoffs_among(surfaces, picks.name))
+    horizon = replace(_data(picks, noise, fill_empty_blocks), cutoffs=cutoffs)
+    measured = None if trim == "auto" else trims_of("auto", picks, surfaces, cutoffs)
     torn = None
     if before is not None:
+        used = {name: both for name, both in cutoffs.items() if name in before.polygons}
+        horizon = replace(horizon, cutoffs=used)
         torn = torn_as_planned(horizon, surfaces, before, close_again)
     elif plan is not None:
         torn = torn_as_planned(horizon, surfaces, plan)
     searched = torn is None
     if torn is None:
-        trims = Trims(before.given_trims) if before is not None else trims_of(trim, picks, surfaces)
+        trims = (
+            trims_of(trim, picks, surfaces, cutoffs)
+            if before is None
+            else Trims(before.given_trims)
+        )
         # data that were ignored are as little trusted now
         if plan is not None and fits(plan, picks, surfaces):
             trims = replace(trims, use=plan.use)

@@ -20,9 +20,10 @@ from geosurf.conventions import (
 from geosurf.conventions.crs import crs_of
 from geosurf.errors import InputError, SurfaceError
 from geosurf.model import FluidContact, Lattice, TriSurface
-from geosurf.model.base import in_crs_of
+from geosurf.model.base import frozen, in_crs_of
 from geosurf.model.column import ELSEWHERE
 from geosurf.model.expected import box_of_sides, name_of
+from geosurf.model.surfaces import CUTOFF, are_among
 from geosurf.triangulate.horizon import triangulate_horizon
 from geosurf.triangulate.mesh import (
     is_mesh,
@@ -289,6 +290,7 @@ def fault_from_polygons(
         Role "fault". It ends along strike at the outermost tips. Sections across strike, up to 200,
         meet the lines; between them the surface is straight. Where the two lines of a polygon are
         nearer to each other than a tenth of their largest distance, as at tips, it passes midway.
+        ``vertex_data`` marks both lines: where a horizon of that name is torn, its walls end there.
 
     Raises
     ------
@@ -351,7 +353,13 @@ def fault_from_polygons(
         for points, up, down in zip(rows, upward, downward, strict=True)
         if reach > 0 or len(points) > 1  # without a continuation tips are points, not sticks
     ]
-    return triangulate_sticks(sticks, name=name)
+    made = triangulate_sticks(sticks, name=name)
+    for k, key in enumerate(rings):
+        numbers = np.zeros(made.n_vertex, dtype=np.int8)
+        for line in (0, 1):
+            numbers[are_among(made.vertices, pairs[~closed[:, k], k, line])] = line + 1
+        made.vertex_data[CUTOFF + key] = frozen(numbers, np.int8)
+    return made
 
 
 def _ring(polygon: Any, horizon: str, name: str) -> np.ndarray:

@@ -91,6 +91,6 @@ def test_cuts_for_a_sheet_that_stays_open_are_limited(n_cut, forced, monkeypatch
     monkeypatch.setattr(attempts, "shows_smear", lambda *args: False)
     refused = []
     monkeypatch.setattr(attempts, "_refuse", lambda *args: refused.append(args[0]))
-    attempts.torn_sheet(SimpleNamespace(picks=None), [], Trims((2.0,)))
+    attempts.torn_sheet(SimpleNamespace(picks=None, cutoffs={}), [], Trims((2.0,)))
     assert len(tried) == forced
     assert refused == [open_sheet]

@@ -106,6 +106,7 @@ WEDGE = 1.5  # trims, and at least
 BETWEEN = 3.0  # trims from each of two faults within which a node is in a wedge between them
 FEWEST = 4.0  # steps of extrapolation, from which ignored data are used in wedges
 UNSEEN_PULL = 0.1  # and their weight, while the smear is not known
+DRAWN = 0.1  # weight of fault polygons: averages over one and a half cells, as they are digitised
 HOLDS = 0.5  # trims from a fault beyond which an ignored datum will do for a block without others
 BESIDE = 1.5  # cells from a trace within which noise is smoothed whatever was ignored
 COLLAR = 16  # nodes around the faults in which noise is smoothed
@@ -339,6 +340,12 @@ class GridSolver:
                 if evidence.smear is None
                 else evidence.smear.weight(far, self.noise)
             )
+
+        # fault polygons, where no datum is trusted
+        if evidence.drawn is not None:
+            given = is_among(evidence.drawn.node, every)
+            rows = np.searchsorted(every, evidence.drawn.node[given])
+            data[rows], pull[rows], alone[rows] = evidence.drawn.height[given], DRAWN, True
         return Targets(data, pull, alone & (pull > 0))
 
     def _bend_at_tips(

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.sparse import csc_array
+from scipy.sparse import csc_array, diags_array
 from scipy.sparse.linalg import splu
 
 from geosurf.kernels.lattices.sets import distinct
@@ -24,10 +24,13 @@ from geosurf.sheets.faults.fault_distance import near_traces, rows_near
 from geosurf.sheets.faults.network import Network
 from geosurf.sheets.faults.tips import Tips, tips_of
 from geosurf.sheets.faults.traces import FaultMesh, Trace
-from geosurf.sheets.heights.grid_solver import FILL, GridSolver, bridge, far_from_data
+from geosurf.sheets.heights.cutoffs import drawn_by_polygons
+from geosurf.sheets.heights.grid_solver import DRAWN, FILL, GridSolver, bridge, far_from_data
 from geosurf.sheets.heights.relief import common_relief
 from geosurf.sheets.heights.state import (
     SENSE,
+    Cutoffs,
+    Drawn,
     Evidence,
     Heights,
     Inputs,
@@ -212,11 +215,14 @@ class Equations:
         Row of each node of the lattice in the graph, -1 if it is not solved for.
     rows : ndarray of int64
         Points.
+    drawn : Drawn or None
+        What fault polygons draw.
     """
 
     graph: Graph
     slot: np.ndarray
     rows: np.ndarray
+    drawn: Drawn | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -314,6 +320,9 @@ class PointSolver:
         # blocks that no point reaches are joined to a neighbour, if they may
         touched = np.zeros(len(graph.east), dtype=bool)
         touched[slot[self.corners[rows]]] = True
+        if evidence.drawn is not None:
+            drawn = slot[evidence.drawn.node]
+            touched[drawn[drawn >= 0]] = True
         far = ~touched
         tied = reached(graph, far)
         nodes = np.flatnonzero(self.present)
@@ -327,7 +336,7 @@ class PointSolver:
         values = np.full(n_node, np.nan)
         number = np.where(tied, np.cumsum(tied) - 1, -1)
         slot[nodes] = number
-        equations = Equations(_part_of(graph, tied, number), slot, rows)
+        equations = Equations(_part_of(graph, tied, number), slot, rows, evidence.drawn)
         (values[nodes[tied]], bent), apart = self._shared(equations, tears, evidence)
         steps = steps_to_known(graph, np.where(far, 0, -1))[far]
         ignored = np.ones(len(selection.ignored), dtype=bool)
@@ -411,9 +420,15 @@ class PointSolver:
         points = csc_array((self.share[rows].ravel(), each), shape=(len(rows), n + more))
         level = float(picks.z[rows].mean())
         z = picks.z[rows] - level
-        whole = csc_array(energy + weight * (points.T @ points))
+        right = weight * (points.T @ z)
+        pulled = np.zeros(n + more)
+        if equations.drawn is not None:
+            at = equations.slot[equations.drawn.node]
+            pulled[at[at >= 0]] = DRAWN
+            right[at[at >= 0]] += DRAWN * (equations.drawn.height[at >= 0] - level)
+        whole = csc_array(energy + weight * (points.T @ points) + diags_array(pulled))
         factor = splu(whole, **CHOLESKY)
-        found: np.ndarray = factor.solve(weight * (points.T @ z))
+        found: np.ndarray = factor.solve(right)
         if not tips:
             return found[:n] + level, None
 
@@ -501,13 +516,14 @@ def solver_of(
     noise: float | None = None,
     fill_empty_blocks: bool = False,
     highest: int = 4,
+    cutoffs: Cutoffs | None = None,
 ) -> Solver:
     """The solver that fits the data.
 
     `noise` is its standard deviation [m], None to estimate it; `highest` the most that the order of
-    small differences may be: see `geosurf.sheets.lattice.solve`.
+    small differences may be: see `geosurf.sheets.lattice.solve`; `cutoffs` lines of polygons.
     """
-    inputs = inputs_of(picks, meshes, trims)
+    inputs = replace(inputs_of(picks, meshes, trims), cutoffs=cutoffs or {})
     solver = GridSolver.over(inputs) if picks.on_nodes else PointSolver.over(inputs)
 
     # the signal is needed even where the noise is given: the weight is their ratio
@@ -535,12 +551,14 @@ def rebuild(solver: Solver) -> Rebuilt:
     smear = None
     if inputs.picks.on_nodes:
         smear = smear_seen(inputs, state, far_from_data(selection.trim))
-    state = _retraced(solver, selection, Evidence(smear=smear), state)
+    drawn = drawn_by_polygons(inputs, state)
+    state = _retraced(solver, selection, Evidence(smear=smear, drawn=drawn), state)
 
     # second pass, with what the first one showed
     # now known: throw and sense of each fault, so overlap or gap, smear, and better traces
     throws = [float(np.abs(walls.throw).max(initial=0.0)) for walls in state.walls]
-    evidence = Evidence(throws, smear, overlapping_traces(state))
+    drawn = drawn_by_polygons(inputs, state)
+    evidence = Evidence(throws, smear, overlapping_traces(state), drawn=drawn)
     selection = select(inputs, inputs.trim, state.tears, state)
     state = solver.solve(selection, state.tears, evidence, state.filled_blocks)
     state = state.with_walls(frame)
@@ -645,7 +663,18 @@ def on_base_heights(solver: Solver, plan: TearPlan) -> Rebuilt | None:
     throws = [float(np.abs(one.throw).max(initial=0.0)) for one in walls]
     smear = None if base.smear is None else Smear(base.smear)
     evidence = Evidence(throws, smear, frozenset(base.apart), apart_is_final=True)
-    before = Heights(values=grid.values, tears=tears, used=nothing, ignored=nothing, walls=walls)
+    before = Heights(
+        values=grid.values,
+        tears=tears,
+        used=nothing,
+        ignored=nothing,
+        unknown=base.nodes,
+        walls=walls,
+    )
+    # walls keep the height over their data that polygons gave them
+    drawn = drawn_by_polygons(inputs, before)
+    if drawn is not None:
+        evidence = replace(evidence, drawn=Drawn(drawn.node, grid.values[drawn.node].copy()))
     return Rebuilt(solver, select(inputs, inputs.trim, tears, before), evidence, before)
 
 

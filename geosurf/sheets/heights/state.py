@@ -6,7 +6,7 @@ returns new ones.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -92,6 +92,9 @@ class NearPicks:
     side: np.ndarray
 
 
+Cutoffs = Mapping[str, tuple[np.ndarray, np.ndarray]]
+
+
 @dataclass(frozen=True, eq=False)
 class Inputs:
     """One horizon before any pass.
@@ -109,6 +112,8 @@ class Inputs:
         Trim of each fault as a share of the widest.
     use : DataUse or None
         See `Trims`.
+    cutoffs : mapping of str to (ndarray, ndarray)
+        By fault: both lines (n, 3) of its polygon of this horizon [m].
     """
 
     picks: Picks
@@ -118,6 +123,7 @@ class Inputs:
     first_trim: float
     shares: list[float]
     use: DataUse | None = None
+    cutoffs: Cutoffs = field(default_factory=dict)
 
     def within(self, trim: float) -> np.ndarray:
         """Picks closer to any fault than its share of some cells, bool (n_pick,)."""
@@ -457,6 +463,14 @@ class Selection:
     beyond: np.ndarray
 
 
+@dataclass(frozen=True, eq=False)
+class Drawn:
+    """Nodes (n,), increasing, and heights that fault polygons draw them to [m]."""
+
+    node: np.ndarray
+    height: np.ndarray
+
+
 @dataclass(frozen=True)
 class Evidence:
     """What earlier passes showed; the default is what is known before the first.
@@ -471,12 +485,15 @@ class Evidence:
         Traces whose walls are rebuilt without each other.
     apart_is_final : bool
         Whether data have been compared with that already.
+    drawn : Drawn or None
+        What fault polygons draw.
     """
 
     throws: list[float] | None = None
     smear: Smear | None = None
     apart: frozenset[int] = frozenset()
     apart_is_final: bool = False
+    drawn: Drawn | None = None
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

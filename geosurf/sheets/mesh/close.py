@@ -8,7 +8,7 @@ torn again. What is still open after that can be closed at any cost (`geosurf.sh
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache, partial
 
 import numpy as np
@@ -37,7 +37,7 @@ from geosurf.sheets.heights.passes import (
     rebuild,
     solver_of,
 )
-from geosurf.sheets.heights.state import Heights, Trims
+from geosurf.sheets.heights.state import Cutoffs, Heights, Trims
 from geosurf.sheets.lattice.data import Scattered
 from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.lattice.solve import around
@@ -138,13 +138,15 @@ class Closed:
 class Data:
     """Data of one horizon, their noise [m] if it is given, and what becomes of blocks without any.
 
-    Such blocks are refused, continued (`carry`), or as another horizon is there.
+    Such blocks are refused, continued (`carry`), or as another horizon is there. `cutoffs` are the
+    lines of fault polygons.
     """
 
     picks: Picks | Scattered
     noise: float | None = None
     carry: bool = False
     other: StandIn | None = None
+    cutoffs: Cutoffs = field(default_factory=dict)
 
 
 def close(
@@ -308,7 +310,9 @@ def rebuilt_of(data: Data, surfaces: Sequence[TriSurface], trims: Trims, highest
     meshes = [mesh_in_frame(surface, picks.frame) for surface in surfaces]
 
     def again(picks: Picks | Scattered) -> Rebuilt:
-        return rebuild(solver_of(picks, meshes, trims, data.noise, data.carry, highest))
+        return rebuild(
+            solver_of(picks, meshes, trims, data.noise, data.carry, highest, data.cutoffs)
+        )
 
     # blocks at a fault without data are known only once heights have shown which nodes stay empty
     filled: list[dict] = []
@@ -409,6 +413,7 @@ def plan_of(closed: Closed, loss: float, searched: bool) -> TearPlan:
         searched=searched,
         base=None if rebuilt.filled or len(rebuilt.pinched) else base_heights(rebuilt),
         extensions=closed.extensions,
+        polygons=tuple(rebuilt.solver.inputs.cutoffs),
     )
 
 
@@ -486,7 +491,8 @@ def _on_base_heights(
     """
     picks = data.picks
     meshes = [mesh_in_frame(surface, picks.frame) for surface in surfaces]
-    known = on_base_heights(solver_of(picks, meshes, trims, data.noise, highest=plan.order), plan)
+    solver = solver_of(picks, meshes, trims, data.noise, False, plan.order, data.cutoffs)
+    known = on_base_heights(solver, plan)
     start = None if known is None else repairs_of(plan, known.state.network)
     if known is None or start is None:
         return None

@@ -8,7 +8,7 @@ and the scatter of the data, is the spread.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -172,10 +172,12 @@ def warnings_of_throw(
     audits: Mapping[str, ThrowAudit],
     used: Sequence[float],
     tips: Sequence[GeosurfWarning],
+    polygons: Collection[str] = (),
 ) -> list[GeosurfWarning]:
     """A warning for each fault at which a sheet has another throw than its data show.
 
     Throw dies towards the tips of a fault that is too short: `tips` name these and what to do.
+    Sheets meet the `polygons` of some faults, whatever the data show.
     """
     too_short = {tip.subject for tip in tips}
     found = []
@@ -189,6 +191,8 @@ def warnings_of_throw(
             if audit.trim > trim
             else f"Look at scene.plot.throw({fault!r}), and give points of both walls there"
         )
+        if fault in polygons:
+            how = f"The sheet meets the polygon of {fault!r}: correct that, or give sticks instead"
         n, n_shown = int(audit.differs.sum()), int(np.isfinite(audit.data).sum())
         sign = ", of the other sign," if has * shows < 0.0 else ""
         found.append(

@@ -204,7 +204,8 @@ def make_report(closed: Closed, cuts: dict[str, FaultCut], measured: Trims) -> S
     # what closed the sheet, throw that it does not have, and data that it does not meet
     audits = audit_throw(closed, cuts, measured)
     tips = throw_at_tips(picks, state, closed.faults, trim)
-    differing = warnings_of_throw(picks.name, audits, closed.trims.of_fault, tips)
+    polygons = solver.inputs.cutoffs.keys()
+    differing = warnings_of_throw(picks.name, audits, closed.trims.of_fault, tips, polygons)
     warnings = (*remedies(closed), *differing, *tips, *moved)
     notes += map(str, warnings)
     return SheetReport(

@@ -8,7 +8,7 @@ the rebuild moves both walls alike, and the mean over both is near 0.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,14 +16,18 @@ import numpy as np
 from geosurf.conventions.running import running
 from geosurf.errors import GeometryError
 from geosurf.model import TrimProposal, TriSurface
+from geosurf.model.surfaces import cutoffs_among
 from geosurf.sheets.faults.traces import mesh_in_frame
+from geosurf.sheets.heights.cutoffs import drawn_by_polygons, walls_at
 from geosurf.sheets.heights.passes import ignored_misfits, picks_in_gaps, single_pass, solver_of
-from geosurf.sheets.heights.state import Trims, two_nearest
+from geosurf.sheets.heights.state import Cutoffs, Evidence, Trims, two_nearest
 from geosurf.sheets.lattice.data import picks_of
 from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.mesh.finish import fault_surfaces
 
 HIDDEN = 6  # cells from a fault within which data are ignored
+WIDE = 12  # and next to faults with a polygon
+WIDEST = 6.0  # cells of smear there: data farther away than the trim have to hold the sheet
 SMEARED = 0.05  # share of the throw that smear has, or by which it falls to the next cell
 # share that smear has somewhere, or by which it falls from one cell to the next: drag has less
 RAMP, STEP = 0.12, 0.08
@@ -86,6 +90,7 @@ def propose_trim(
     surfaces = fault_surfaces(faults)
     picks = picks_of(data, name, positive, length_unit)
     seen = _seen(picks, surfaces)
+    cutoffs = by_wall(picks, surfaces, cutoffs_among(surfaces, picks.name))
     shares, _ = seen.shares()
     if np.isnan(shares).any():
         raise GeometryError(
@@ -96,7 +101,7 @@ def propose_trim(
     smear = seen.smear_of_all()
     trims = {
         fault.name: _trim(own)
-        for fault, own in zip(surfaces, seen.smear_of_each(len(surfaces)), strict=True)
+        for fault, own in zip(surfaces, _smears(seen, picks, surfaces, cutoffs), strict=True)
     }
     return TrimProposal(_trim(smear), smear, tuple(shares.tolist()), trims)
 
@@ -107,12 +112,16 @@ def _trim(smear: float | None) -> float:
 
 
 def trims_of(
-    trim: float | str | Mapping[str, Any], picks: Picks, faults: Sequence[TriSurface]
+    trim: float | str | Mapping[str, Any],
+    picks: Picks,
+    faults: Sequence[TriSurface],
+    cutoffs: Cutoffs | None = None,
 ) -> Trims:
     """The trim of each fault [cells]: as given, or ``"auto"``, as the data of each show.
 
     Grids show how far they are smeared. A fault with too few data shows nothing: there the trim is
-    that of all faults together. Points of both walls are not smeared, and get 2 cells.
+    that of all faults together. Points of both walls are not smeared, and get 2 cells. A fault with
+    a polygon (`cutoffs`) has the trim at which data agree with it.
     """
     given = trim if isinstance(trim, Mapping) else {}
     if not isinstance(trim, Mapping | str):
@@ -123,7 +132,7 @@ def trims_of(
     smears: list[float | None] = [None] * len(faults)
     # scattered points are not smeared, and picks of both walls at one node were not gridded
     if shows_smear(picks) and not all(fault.name in known for fault in faults):
-        smears = _seen(picks, faults).smear_of_each(len(faults))
+        smears = _smears(_seen(picks, faults), picks, faults, cutoffs)
     return Trims(
         tuple(known.get(f.name, _trim(own)) for f, own in zip(faults, smears, strict=True))
     )
@@ -150,6 +159,8 @@ class Seen:
         Distance from the sheet without them [m], positive towards the other wall.
     throw : ndarray (n,)
         Throw of that sheet [m], without its sign.
+    hidden : int
+        Cells of distance from a fault that were held out.
     """
 
     fault: np.ndarray
@@ -157,21 +168,23 @@ class Seen:
     far: np.ndarray
     off: np.ndarray
     throw: np.ndarray
+    hidden: int
 
     def of(self, fault: int) -> Seen:
         """Those next to one fault."""
         mine = self.fault == fault
-        return Seen(*(column[mine] for column in vars(self).values()))
+        columns = ("fault", "side", "far", "off", "throw")
+        return replace(self, **{name: getattr(self, name)[mine] for name in columns})
 
     def shares(self) -> tuple[np.ndarray, np.ndarray]:
-        """Share of the throw by which data are off, and its error (HIDDEN,), by distance; or NaN.
+        """Share of the throw by which data are off, and its error (hidden,), by distance; or NaN.
 
         The mean of both walls, of which relief moves one up and the other down. Where a horizon
         overlaps, data near the fault are of one wall only.
         """
-        found = np.full((2, HIDDEN), np.nan)
+        found = np.full((2, self.hidden), np.nan)
         number = self.far.astype(np.int64)
-        for k in range(HIDDEN):
+        for k in range(self.hidden):
             walls = [np.flatnonzero((number == k) & (self.side == side)) for side in (1, -1)]
             sides = [
                 _share(self.off[rows], self.throw[rows]) for rows in walls if len(rows) >= FEWEST
@@ -210,6 +223,52 @@ class Seen:
         return found
 
 
+def _smears(
+    seen: Seen, picks: Picks, faults: Sequence[TriSurface], cutoffs: Cutoffs | None
+) -> list[float | None]:
+    """Smear next to each fault, with more data held out at those with a polygon."""
+    found = seen.smear_of_each(len(faults))
+    if cutoffs:  # a polygon holds the sheet at its fault, however far the data are
+        beside = _seen(picks, faults, WIDE, cutoffs)
+        for number, fault in enumerate(faults):
+            own, is_sure = beside.of(number).smear()
+            if fault.name in cutoffs and (is_sure or own > (found[number] or 0.0)):
+                found[number] = min(own, WIDEST)
+    return found
+
+
+def by_wall(picks: Picks, faults: Sequence[TriSurface], cutoffs: Cutoffs) -> Cutoffs:
+    """
+    Return lines of polygons by fault, that of the hanging wall first.
+
+    A normal fault has the lower line in its hanging wall, a reverse fault the upper one. Each line
+    is of the wall that is nearer to it, without the data that may be smeared.
+    """
+    if not cutoffs:
+        return {}
+    meshes = [mesh_in_frame(surface, picks.frame) for surface in faults]
+    solver = solver_of(picks, meshes, Trims((float(WIDE),) * len(meshes)), highest=3)
+    _, state = single_pass(solver, float(WIDE))
+    found = dict(cutoffs)
+    for name, (one, two) in cutoffs.items():
+        traces = [
+            number
+            for number, trace in enumerate(state.network.traces)
+            if meshes[trace.fault].name == name
+        ]
+        off = [
+            sum(
+                float(np.abs(wall.off).sum())
+                for number in traces
+                for wall in walls_at(solver.inputs, state, number, lines)
+            )
+            for lines in ((one, two), (two, one))
+        ]
+        if off[1] < off[0]:
+            found[name] = two, one
+    return found
+
+
 def _share(off: np.ndarray, throw: np.ndarray) -> tuple[float, float]:
     """How far data are off as share of the throw, and the standard error of that."""
     share = off.sum() / throw.sum()
@@ -217,19 +276,25 @@ def _share(off: np.ndarray, throw: np.ndarray) -> tuple[float, float]:
     return float(share), float(error)
 
 
-def _seen(picks: Picks, faults: Sequence[TriSurface]) -> Seen:
+def _seen(
+    picks: Picks, faults: Sequence[TriSurface], hidden: int = HIDDEN, cutoffs: Cutoffs | None = None
+) -> Seen:
     """Rebuild the horizon without data near its faults, and compare those with it."""
     # a trim far beyond any smear, so that the sheet is free of it
     meshes = [mesh_in_frame(surface, picks.frame) for surface in faults]
-    solver = solver_of(picks, meshes, Trims((float(HIDDEN),) * len(meshes)), highest=3)
-    _, state = single_pass(solver, float(HIDDEN))
+    trims = Trims((float(hidden),) * len(meshes))
+    solver = solver_of(picks, meshes, trims, highest=3, cutoffs=cutoffs)
+    selection, state = single_pass(solver, float(hidden))
+    drawn = drawn_by_polygons(solver.inputs, state)
+    if drawn is not None:
+        state = solver.solve(selection, state.tears, Evidence(drawn=drawn))
     state = state.with_walls(picks.frame)
     in_gap = picks_in_gaps(solver.inputs, state)
     rows, far, _ = ignored_misfits(picks, solver.inputs.nearby, state, in_gap)
 
     # what two faults are near to shows the smear of neither
     fault, side, (_, second) = two_nearest(solver.inputs.nearby, len(picks.z))
-    alone = (far < HIDDEN) & (second[rows] > HIDDEN)
+    alone = (far < hidden) & (second[rows] > hidden)
     rows, far = rows[alone], far[alone]
     off = (picks.z[rows] - state.values[picks.nodes_of(rows)]) * side[rows]
     throw = np.zeros(len(rows))
@@ -241,4 +306,4 @@ def _seen(picks: Picks, faults: Sequence[TriSurface]) -> Seen:
             torn = (place > trace.start) & (place < trace.stop)
             throw[beside[torn]] = np.interp(place[torn], walls.place, walls.throw)
     rows, far, off, throw = (of[throw != 0.0] for of in (rows, far, off, throw))
-    return Seen(fault[rows], side[rows], far, off * np.sign(throw), np.abs(throw))
+    return Seen(fault[rows], side[rows], far, off * np.sign(throw), np.abs(throw), hidden)

@@ -13,6 +13,7 @@ from geosurf.faults.rim import find_rim
 from geosurf.model import TriSurface
 from geosurf.model.network import SIDES
 from geosurf.model.sheets import Extended
+from geosurf.model.surfaces import cutoffs_among
 from geosurf.sheets.faults.network import OVERSHOOT
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.picks import Frame
@@ -91,6 +92,7 @@ def remedies(closed: Closed) -> list[GeosurfWarning]:
     names = [fault.name for fault in closed.faults]
     found = [_extension(picks.name, one) for one in closed.extensions]
     found += _trims_changed(closed, names)
+    found += _polygons_left_out(closed)
     longer = {one.fault for one in closed.extensions if set(one.lengths) & set(LATERAL)}
     found += _ended_at_others(picks.name, picks.frame, built.state, names, longer)
     found += _early_ends(closed, names)
@@ -129,6 +131,30 @@ def _trims_changed(closed: Closed, names: Sequence[str]) -> Iterator[GeosurfWarn
                 f"trim_cells = {{{name} = {used:g}}} in [tear].",
                 None,
             )
+
+
+def _polygons_left_out(closed: Closed) -> Iterator[GeosurfWarning]:
+    """Fault polygons that the sheet does not meet, because it stays open with them."""
+    picks, state = closed.picks, closed.built.state
+    used = closed.rebuilt.solver.inputs.cutoffs
+    for name, (one, two) in cutoffs_among(closed.faults, picks.name).items():
+        if name in used:
+            continue
+        throws = [
+            np.abs(walls.throw)
+            for trace, walls in zip(state.network.traces, state.walls, strict=True)
+            if closed.faults[trace.fault].name == name
+        ]
+        has = np.median(np.concatenate(throws)) if sum(map(len, throws)) else 0.0
+        yield GeosurfWarning(
+            "polygon left out",
+            name,
+            f"Horizon {picks.name!r} does not close at fault {name!r} with the polygon that it "
+            f"has there. The polygon shows about {abs(one[:, 2].mean() - two[:, 2].mean()):.3g} m "
+            f"of throw; the data without it give {has:.3g} m.",
+            "Compare the polygon with the horizon: they may be of different versions.",
+            tuple(one.mean(axis=0).tolist()),
+        )
 
 
 def _ended_at_others(
