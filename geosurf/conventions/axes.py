@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import Any
 
 import numpy as np
@@ -33,8 +36,68 @@ METRES_PER_UNIT = {
 }
 
 
+# milliseconds per unit of time, in scenes that are in time
+MS_PER_UNIT = {"ms": 1.0, "msec": 1.0, "s": 1000.0, "sec": 1000.0}
+
+
+class TimeUnit(str):
+    """A unit of time in place of a length unit: inside, milliseconds stand for metres.
+
+    Only a scene that states ``time=`` makes one, so nothing else takes times for lengths.
+    """
+
+    __slots__ = ()
+
+
+def is_time_unit(unit: object) -> bool:
+    """Return whether a unit is one of time.
+
+    Examples
+    --------
+    >>> is_time_unit("ms"), is_time_unit("m"), is_time_unit(None)
+    (True, False, False)
+    """
+    return isinstance(unit, str) and unit.strip().lower() in MS_PER_UNIT
+
+
+_time: ContextVar[str | None] = ContextVar("time", default=None)
+
+
+@contextmanager
+def vertical_axis(time: str | None) -> Iterator[None]:
+    """Let pictures inside the ``with`` block name times: "two-way", "one-way"; None: elevation."""
+    token = _time.set(time)
+    try:
+        yield
+    finally:
+        _time.reset(token)
+
+
+def vertical_words(what: str = "Elevation") -> tuple[str, str]:
+    """
+    Return the name of a vertical quantity, and its unit.
+
+    Examples
+    --------
+    >>> with vertical_axis("two-way"):
+    ...     vertical_words(), vertical_words("Throw")
+    (('Two-way time', 'ms'), ('Throw', 'ms'))
+    >>> vertical_words()
+    ('Elevation', 'm')
+    """
+    time = _time.get()
+    if time is None:
+        return what, "m"
+    return (f"{time.capitalize()} time" if what == "Elevation" else what), "ms"
+
+
+def vertical_label(what: str = "Elevation") -> str:
+    """Return the label of a vertical axis, with its unit."""
+    return "{} [{}]".format(*vertical_words(what))
+
+
 def metres_per_unit(length_unit: str | None, what: str) -> float:
-    """Return the factor from a length unit to metres.
+    """Return the factor from a length unit to metres; from a `TimeUnit` to milliseconds.
 
     Parameters
     ----------
@@ -65,6 +128,14 @@ def metres_per_unit(length_unit: str | None, what: str) -> float:
     factor = (
         METRES_PER_UNIT.get(length_unit.strip().lower()) if isinstance(length_unit, str) else None
     )
+    if isinstance(length_unit, TimeUnit):
+        return MS_PER_UNIT[length_unit.strip().lower()]
+    if is_time_unit(length_unit):
+        raise InputError(
+            f"{what} is in time ({length_unit}). State how it counts, and give velocities: "
+            'geosurf.Scene(..., time="two-way", length_unit="ms", velocity={...}), or "one-way". '
+            "Give files as paths."
+        )
     if factor is None:
         known = ", ".join(sorted(METRES_PER_UNIT))
         raise InputError(

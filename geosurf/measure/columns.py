@@ -205,8 +205,8 @@ def _spread(first: np.ndarray, count: np.ndarray) -> tuple[np.ndarray, np.ndarra
     return of, np.arange(len(of)) - start[of] + first[of]
 
 
-def elevations(corners: np.ndarray, feet: np.ndarray) -> np.ndarray:
-    """Elevation of triangles (n, 3, 3) at feet (n, 2) inside their shadows."""
+def weights_at(corners: np.ndarray, feet: np.ndarray) -> np.ndarray:
+    """Weights (n, 3) of the corners of triangles (n, 3, 3) at feet inside their shadows."""
     # barycentric weights: twice the area of the triangle of the foot and the other two corners
     p = [corners[:, k, :2] - feet for k in range(3)]
     weight = np.stack(
@@ -219,14 +219,18 @@ def elevations(corners: np.ndarray, feet: np.ndarray) -> np.ndarray:
     )
     # all have one sign, but for rounding: the elevation stays between those of the corners
     weight = np.maximum(weight * np.sign(weight.sum(axis=1))[:, None], 0.0)
-    total = weight.sum(axis=1)
+    weight[weight.sum(axis=1) == 0] = 1.0
+    return weight
+
+
+def elevations(corners: np.ndarray, feet: np.ndarray) -> np.ndarray:
+    """Elevation of triangles (n, 3, 3) at feet (n, 2) inside their shadows."""
+    weight = weights_at(corners, feet)
     z = corners[:, :, 2]
-    flat = total == 0
-    total[flat], weight[flat] = 3.0, 1.0
 
     # sum of differences from the lowest corner: a level triangle gets its elevation exactly
     lowest = z.min(axis=1)
-    found: np.ndarray = lowest + (weight * (z - lowest[:, None])).sum(axis=1) / total
+    found: np.ndarray = lowest + (weight * (z - lowest[:, None])).sum(axis=1) / weight.sum(axis=1)
     return found
 
 

@@ -184,6 +184,13 @@ def _of_array(where: Any) -> Places:
     return Places(dims, shape, axes, _point_coords(dims, axes), rows)
 
 
+def points_of_array(where: Any) -> np.ndarray:
+    """Return points (n, 3), checked, as a new array."""
+    found = _of_array(where)
+    _check_finite(found)
+    return np.stack([axis.ravel() for axis in found.axes], axis=1)
+
+
 def _point_coords(dims: tuple[str, ...], axes: tuple[np.ndarray, ...]) -> dict[str, Any]:
     """Coordinates that lie along the dimensions of the points."""
     return {name: (dims, axis, _attrs(name)) for name, axis in zip(NAMES, axes, strict=True)}

@@ -20,6 +20,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from geosurf.conventions import did_you_mean, elevation_sign, first_given, metres_per_unit
+from geosurf.conventions.axes import TimeUnit, is_time_unit
 from geosurf.errors import FormatError, GeosurfWarning, InputError
 from geosurf.read._guard import check_size, damaged, opened, read_some, refuse_beyond_memory
 from geosurf.warning import warn
@@ -473,7 +474,10 @@ def check_ratio(stated: str | None, what: str) -> None:
 
 def otherwise(words: Mapping[str, str | None]) -> dict[str, Any]:
     """Return ``positive`` and ``length_unit`` for a reader, as defaults."""
-    return {key: None if word is None else Otherwise(word) for key, word in words.items()}
+    return {
+        key: word if word is None or isinstance(word, TimeUnit) else Otherwise(word)
+        for key, word in words.items()
+    }
 
 
 def agreed_sign(stated: str | None, requested: str | None, what: str) -> float:
@@ -506,6 +510,14 @@ def agreed_scale(
     if isinstance(requested, Ratio):
         check_ratio(stated, what)
         return 1.0
+    # A scene in time takes times only: its unit counts where the file states none.
+    if isinstance(requested, TimeUnit):
+        if stated is not None and not is_time_unit(stated):
+            raise InputError(
+                f"{what}: the file has the length unit {stated!r}, but the scene is in time. Leave "
+                "time= out, or give the file in ms."
+            )
+        return metres_per_unit(TimeUnit(stated or requested), what)
     # A default of the caller gives way to what the file states.
     if isinstance(requested, Otherwise):
         metres_per_unit(requested, what)

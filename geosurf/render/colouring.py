@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import counted, did_you_mean, is_word, real_numbers, volume_text
+from geosurf.conventions.axes import vertical_label
 from geosurf.conventions.colours import unit_colours
 from geosurf.errors import InputError
 from geosurf.model import Unit, Units
@@ -193,7 +194,7 @@ def colour_units(
     solid = [unit for unit in shown if unit.name not in {one.name for one in units.slivers}]
     if isinstance(by, str) and by == "z":
         levels = _levels(units.box[4], units.box[5])
-        bar = Bar("Elevation [m]", style.codes(palette.ELEVATION), levels)
+        bar = Bar(vertical_label(), style.codes(palette.ELEVATION), levels)
         return Colouring({}, (), bar, by_elevation=True)
     if isinstance(by, str):
         return _by_word(units, solid, by, style)
@@ -305,7 +306,7 @@ def _levels(low: float, high: float) -> tuple[float, ...]:
 
 def elevation_bar(low: float, high: float, style: PictureStyle) -> Bar:
     """Return the colour bar of elevations between two values [m]."""
-    return Bar("Elevation [m]", style.codes(palette.ELEVATION), _levels(low, high))
+    return Bar(vertical_label(), style.codes(palette.ELEVATION), _levels(low, high))
 
 
 def shades_of(bar: Bar, values: np.ndarray) -> np.ndarray:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from geosurf.conventions.axes import vertical_label
 from geosurf.errors import InputError
 from geosurf.model.expected import expect
 from geosurf.render import palette
@@ -173,7 +174,11 @@ def draw_throw(
     low, high = min(-1.0, throw.min() - room), max(1.0, throw.max() + room)
     every = np.concatenate([*points, [(start, low), (start, high)]])
     axes, _ = diagram_axes(
-        sheet, range_shown(every, [every[:, 1]]), "Distance along strike [km]", ROOM, "Throw [m]"
+        sheet,
+        range_shown(every, [every[:, 1]]),
+        "Distance along strike [km]",
+        ROOM,
+        vertical_label("Throw"),
     )
 
     # no throw, and the profiles in the colours of the horizons
@@ -303,7 +308,7 @@ def draw_ends(sheet: Sheet, axes: Axes, azimuth: float) -> None:
 
 
 def diagram_axes(
-    sheet: Sheet, shown: tuple[float, ...], along: str, room: float, upwards: str = "Elevation [m]"
+    sheet: Sheet, shown: tuple[float, ...], along: str, room: float, upwards: str = ""
 ) -> tuple[Axes, float]:
     """Return axes in metres with a margin on both sides [design pixels], and the exaggeration."""
     layout, unit = sheet.layout, sheet.layout.unit
@@ -333,7 +338,7 @@ def diagram_axes(
 
     # kilometres along and metres up
     rows = [(axes.xaxis, along, left, left + wide, 1000.0, across),
-            (axes.yaxis, upwards, bottom, bottom + high, 1.0, up)]  # fmt: skip
+            (axes.yaxis, upwards or vertical_label(), bottom, bottom + high, 1.0, up)]  # fmt: skip
     label_axes(sheet, axes, rows)
 
     # the axis of elevations stands outside the margin for names

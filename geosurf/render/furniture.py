@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 
 from geosurf.conventions import length_text
+from geosurf.conventions.axes import vertical_words
 from geosurf.model.expected import expect
 from geosurf.render import palette
 from geosurf.render.layers import DETAIL_ROOM, SYMBOLS, Entry, shortened, shortened_apart
@@ -34,7 +35,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 # Draw the axes of the model box: round tick values, numbers and names.
 
 
-AXES = (("Easting", "km", 1000.0), ("Northing", "km", 1000.0), ("Elevation", "m", 1.0))
+IN_MAP = (("Easting", "km", 1000.0), ("Northing", "km", 1000.0))
 END_ON = 0.06  # an axis shorter than this fraction of the picture gets no labels
 
 
@@ -47,7 +48,7 @@ def draw_axes(sheet: Sheet, camera: Camera, bounds: tuple[float, ...]) -> None:
 
     # middles of numbers written so far: axes meet at corners, where they would overlap
     taken: list[np.ndarray] = []
-    for axis, (name, unit, per) in enumerate(AXES):
+    for axis, (name, unit, per) in enumerate((*IN_MAP, (*vertical_words(), 1.0))):
         # the edge on the outline of the box, so that numbers stay outside of it
         edge = _outer_edge(pixels, axis, min(camera.size) * END_ON)
         if edge is None:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.conventions import HORIZON_DIMS, counted
+from geosurf.conventions.axes import vertical_label
 from geosurf.errors import InputError
 from geosurf.model.expected import expect
 from geosurf.render import palette
@@ -176,8 +177,8 @@ def draw_thickness(
         note += " Contours end where faults cut the zone."
     title = f"{zone}: {kind} map" if title is None else title
     frame_map(
-        sheet, legend, levels, metres_per_pixel, title, note, words="Thickness [m]", codes=codes,
-        n_band=1, where=_where_level(values, cut),
+        sheet, legend, levels, metres_per_pixel, title, note,
+        words=vertical_label("Thickness"), codes=codes, n_band=1, where=_where_level(values, cut),
     )  # fmt: skip
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.conventions import counted, length_text, real_numbers
+from geosurf.conventions.axes import vertical_label
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.model import Curves, TriSurface
 from geosurf.model.column import fault_of
@@ -414,7 +415,7 @@ def draw_map(
     legend += draw_on_map(sheet, axes, overlay)
     legend = [*draw_remedies(sheet, axes, remedies), *legend]
     frame_map(
-        sheet, legend, levels, metres_per_pixel, title, note, words="Elevation [m]",
+        sheet, legend, levels, metres_per_pixel, title, note, words=vertical_label(),
         codes=sheet.style.codes(palette.ELEVATION), n_band=N_BAND,
     )  # fmt: skip
 

@@ -7,18 +7,21 @@ arrangement; a change of one fault touches its own group only. Each fault is ext
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from geosurf import measure
 from geosurf.arrangement import find_contacts
 from geosurf.conventions import did_you_mean
-from geosurf.errors import InputError
+from geosurf.errors import GeometryError, InputError
 from geosurf.faults import extend_fault, lengthen_fault, truncate_faults
 from geosurf.faults.propose import bridge_to, check_reach, propose_network
 from geosurf.faults.rules import Rule
 from geosurf.model import Patches, TriSurface
-from geosurf.model.expected import name_of
+from geosurf.model.expected import name_of, number_of
 from geosurf.model.network import (
     SIDES,
     ExtendedFault,
@@ -32,6 +35,9 @@ from geosurf.rebuild import patches_from
 from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory
 from geosurf.triangulate import build_walls, orient_fault
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
 
 TearPlans = Mapping[str, TearPlan]  # by horizon
 LongerFaults = Mapping[str, tuple[TriSurface, TriSurface]]  # a fault, and longer as tears needed it
@@ -242,3 +248,57 @@ def _describe_truncation(made: TruncatedFaults) -> str:
     moved = f"; vertices moved by up to {made.largest_move:.1e} m" if made.largest_move else ""
     ends = "; cut at the model box, where one of them has to end" if made.cut_by_walls else ""
     return "; ".join(words) + ends + moved
+
+
+# ---- measures at faults ----------------------------------------
+# What `Scene.throw` and `Scene.closures` do.
+
+
+def throw_of(scene: Any, horizon: str, fault: str, direction: str) -> xarray.Dataset:
+    """Return throw and heave: of both walls across the mean strike, then down the local dip."""
+    from geosurf.sheets.faults.fault_profile import cell_of, to_level  # loaded by those who ask
+
+    # distance along strike counts from the end of the fault, in world coordinates
+    faces = measure.faces_of(scene.patches, scene.units, fault, "fault")
+    hanging, foot = (scene.cutoffs(horizon, fault, side) for side in ("+", "-"))
+    azimuth = math.degrees(math.atan2(*faces.strike[1].tolist())) % 360.0
+    start = -float(faces.along(-faces.origin[None])[0])
+
+    # first across the mean strike; its elevations say at which level walls are compared
+    found = measure.separation(hanging, foot, azimuth, start=start)
+    if direction == "local" and found.sizes["point"]:
+        # cut-offs are compared at their mean elevation, down lines of steepest dip
+        sources = {source.name: source for source in scene.patches.sources}
+        cell = cell_of(scene.sheets.get(horizon, sources[horizon]))
+        walls = found.hanging_wall_elevation, found.footwall_elevation
+        mean, largest = 0.5 * sum(float(wall.mean()) for wall in walls), abs(found.throw).max()
+        try:
+            level = to_level(sources[fault], float(largest), cell, mean, hanging, foot)
+        except GeometryError as error:
+            error.add_note("With direction='mean' throw is read across the mean strike.")
+            raise
+        if level is not None:  # None where the fault is straight
+            found = measure.separation(hanging, foot, azimuth, start=start, level=level)
+    return found.assign_attrs(horizon=horizon, fault=fault, direction=direction)
+
+
+def closures_of(
+    scene: Any, horizon: str | None, faults: Any, horizons: Any, min_height: float
+) -> xarray.Dataset:
+    """Return closures: see `Scene.closures`."""
+    # loaded by those who ask for closures
+    from geosurf.measure.closures import find_closures, seal_rules, warnings_of_spill
+    from geosurf.measure.rock import roofs_of
+
+    rules = seal_rules(faults, scene.fault_names)
+    held = seal_rules(horizons, scene.horizon_names, "horizons", ("open", "sealing"))
+    seals = [name for name, rule in held.items() if rule == "sealing"]
+    least = number_of(min_height, "min_height", "give metres")
+    names = roofs_of(scene.patches, scene.units, horizon)
+    found: xarray.Dataset = scene._measured(
+        f"closures of {', '.join(names)}",
+        lambda: find_closures(scene.patches, scene.units, names, rules, least, seals),
+        tuple(names), tuple(rules.items()), tuple(seals), least, scene._graph.regions_key,
+    )  # fmt: skip
+    scene._graph.memory.warn(*warnings_of_spill(found, scene.patches, scene.units, scene.contacts))
+    return found

@@ -26,6 +26,7 @@ truncates, takes its curves from the patches. Every result is computed when it i
 from __future__ import annotations
 
 import copy
+import math
 from collections.abc import Hashable, Sequence
 from functools import cached_property, partial
 from typing import TYPE_CHECKING
@@ -55,7 +56,7 @@ from geosurf.rebuild.ghosts import warnings_of_moves
 from geosurf.scene import area
 from geosurf.scene.area import boxes_meet, coverage_in_words, share_inside
 from geosurf.scene.faults import FaultStage, LongerFaults, TearPlans
-from geosurf.scene.input_warnings import warn_of_inputs
+from geosurf.scene.input_warnings import warn_of_inputs, warnings_of_topology
 from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory
 from geosurf.scene.regions import NamedRegions
@@ -71,6 +72,7 @@ from geosurf.scene.surfaces import (
     warnings_of_extrapolation,
 )
 from geosurf.triangulate import build_walls
+from geosurf.triangulate.decimate import bound_of_change
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from geosurf.faults.virtual.walls import Wall
@@ -99,6 +101,8 @@ class Graph:
         Faults, and how long tears of another scene needed them: tears begin with these.
     plans : mapping of str to TearPlan
         How horizons of another scene were torn, which is tried first.
+    converted_from : Graph or None
+        Of the model in time, whose units a model in depth should have.
     known_regions : KnownRegions or None
         Regions that the scene had from which this one was made: names go on.
 
@@ -118,6 +122,7 @@ class Graph:
         self.longer: LongerFaults = {}
         self.plans: TearPlans = {}
         self.known_regions: KnownRegions | None = None
+        self.converted_from: Graph | None = None
         self._regions: NamedRegions | None = None  # of units, with level contacts or without
         self.read = InputSurfaces(inputs, memory)
 
@@ -523,6 +528,8 @@ class Graph:
         self.memory.warn(
             *warnings_of_order(units), *warnings_of_thin_units(units), *warnings_of_slivers(units)
         )
+        if self.converted_from is not None:
+            self.memory.warn(*warnings_of_topology(self.converted_from.units, units))
         return units
 
     def _cells(self) -> Cells:
@@ -587,6 +594,20 @@ class Graph:
         fluids = tuple((one.name, one.block, one.zones) for one in self.fluids[1])
         rules = tuple(self.column.values())
         return ("units", self._patches_key, rules, fluids, self.inputs.slivers, self.reservoir)
+
+    def volume_error_bound(self) -> float:
+        """Return by how much volumes may differ from those of all nodes: see `Scene`."""
+        horizons = self.inputs.horizons
+        if any(isinstance(one, Sheet) and one.fewer_nodes for one in horizons.values()):
+            return math.inf
+        few = [one for one in map(self.surface, horizons) if "volume_error" in one.vertex_data]
+        names = {one.name for one in few}
+        others = [one for one in self.enclosed if one.name not in names] + few if few else []
+        bounds = (
+            bound_of_change(one, [two for two in others if two is not one], self.box[:4])
+            for one in few
+        )
+        return sum(bounds, 0.0)
 
     # ---- checks and warnings -------------------------------------------------------------
 

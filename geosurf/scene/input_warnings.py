@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import number_text
+from geosurf.conventions import counted, known_names, number_text
 from geosurf.conventions.crs import crs_of, refuse_other_crs, warn_of_unclear_crs
 from geosurf.conventions.foreign import crs_of_foreign
+from geosurf.conventions.text import volume_text
 from geosurf.errors import GeosurfWarning
 from geosurf.faults.rules import Rule
-from geosurf.model import Sheet, TriSurface
+from geosurf.model import Sheet, TriSurface, Units
 from geosurf.model.tops import Tops
 from geosurf.read.features import features
 from geosurf.read.gocad import crs_of_gocad_lines
@@ -215,3 +216,20 @@ def _warning(one: str, other: str) -> GeosurfWarning:
         "both names, and tables have the fault twice.",
         f"Leave {other!r} out, or read it from its own file.",
     )
+
+
+def warnings_of_topology(before: Units, after: Units) -> list[GeosurfWarning]:
+    """Return a warning of the units that a model and the converted one do not share."""
+    found = [units.without_slivers for units in (before, after)]
+    names = [{f"{unit.zone} {unit.block}" for unit in units} for units in found]
+    differ = sorted(names[0] ^ names[1])
+    if not differ:
+        return []
+    parts = [unit for unit in found[1] if f"{unit.zone} {unit.block}" in differ]
+    words = (
+        f"The model in depth has not the units of the one in time: they differ in "
+        f"{known_names(differ)} In depth these are {counted(len(parts), 'unit')} of "
+        f"{volume_text(sum(unit.volume for unit in parts))}."
+    )
+    remedy = "Compare scene.units with scene.in_time().units; look at the faults that they name."
+    return [GeosurfWarning("depth", "units", words, remedy)]

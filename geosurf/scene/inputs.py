@@ -19,6 +19,7 @@ from geosurf.conventions import (
     metres_per_unit,
     shared_name,
 )
+from geosurf.conventions.axes import TimeUnit, is_time_unit
 from geosurf.conventions.crs import refuse_other_crs
 from geosurf.errors import InputError
 from geosurf.faults.extend import read_lengthen
@@ -32,6 +33,7 @@ from geosurf.model.network import filling_by_horizon
 from geosurf.model.regions import check_regions
 from geosurf.model.slivers import sliver_settings
 from geosurf.model.tops import tie_settings
+from geosurf.model.velocity import time_word
 from geosurf.read import read_horizon
 from geosurf.read._common import Otherwise, Ratio, check_ratio
 from geosurf.triangulate.horizon import horizon_over
@@ -99,7 +101,7 @@ class SceneInputs:
     horizons, faults, box, column, contacts, aoi, positive, length_unit
         As for `Scene`.
     voxel_size, self_intersections, extend, truncations, tolerance, tops, tie, lengthen, slivers,
-    fill_empty_blocks, compartments, crs, reservoir, regions
+    fill_empty_blocks, compartments, crs, reservoir, regions, time, velocity
         As for `Scene`.
 
     Attributes
@@ -148,6 +150,8 @@ class SceneInputs:
     crs: str | None = None
     reservoir: Any = None
     regions: Mapping[str, Any] = field(default_factory=dict)
+    time: str | None = None
+    velocity: Any = None
     rules: tuple[Rule, ...] = field(init=False, repr=False)
     horizon_rules: tuple[Rule, ...] = field(init=False, repr=False)
     halves: Halves = field(init=False, repr=False)
@@ -159,6 +163,11 @@ class SceneInputs:
         # fields are checked, brought into one form and set; from then on the object is frozen
         settings = {key: _held(getattr(self, key)) for key in _OF_FAULTS + _OF_HORIZONS}
         self.__dict__.update(settings)
+        if time_word(self.time) is not None and self.tolerance is not None:
+            raise InputError(
+                f"tolerance={self.tolerance} is in metres, and the scene is in time. Leave one of "
+                "them out."
+            )
         horizons = self._opened("horizon", as_mapping("horizons", self.horizons))
         faults = self._opened("fault", as_mapping("faults", self.faults))
         if not horizons and not faults:
@@ -183,7 +192,7 @@ class SceneInputs:
         if self.positive is not None:
             elevation_sign(self.positive, "the scene")
         if self.length_unit is not None:
-            metres_per_unit(self.length_unit, "the scene")
+            metres_per_unit(self.options["length_unit"], "the scene")
         crs = None if self.crs is None else name_of(self.crs, "coordinate reference system")
         check_voxel_size(self.voxel_size)
         crossing = flag_of(self.self_intersections, "self_intersections")
@@ -239,7 +248,13 @@ class SceneInputs:
 
     def _opened(self, role: str, inputs: dict[str, Any]) -> dict[str, Any]:
         """Inputs by name, with objects of other packages in geosurf's own form."""
-        return {name: own_form(one, name, role, self.positive) for name, one in inputs.items()}
+        found = {name: own_form(one, name, role, self.positive) for name, one in inputs.items()}
+        if self.time is None:
+            return found
+        return {
+            name: in_time_unit(one, f"{role} {name!r}", self.length_unit)
+            for name, one in found.items()
+        }
 
     def _refuse_torn_beyond(self) -> None:
         """Refuse sheets that are torn at a fault which ends at a horizon before it reaches them."""
@@ -278,7 +293,31 @@ class SceneInputs:
     @property
     def options(self) -> dict[str, str | None]:
         """What counts for inputs that do not declare it themselves."""
-        return {"positive": self.positive, "length_unit": self.length_unit}
+        unit = self.length_unit
+        if self.time is not None and is_time_unit(unit):
+            unit = TimeUnit(unit)
+        return {"positive": self.positive, "length_unit": unit}
+
+    @property
+    def becomes_depth(self) -> bool:
+        """Whether inputs are in time, and velocities make a model in depth of them."""
+        return self.time is not None and self.velocity is not None
+
+    @property
+    def to_build(self) -> SceneInputs:
+        """The inputs of the model that is built from what was given, in its own domain."""
+        return self.in_time if self.becomes_depth else self
+
+    @property
+    def in_time(self) -> SceneInputs:
+        """The same inputs without velocity, and without what is in metres: a scene in time."""
+        ring = self.aoi
+        if self.box is not None and ring is None:
+            west, east, south, north = self.box[:4]
+            ring = [(west, south), (east, south), (east, north), (west, north)]
+        return self.replaced(
+            velocity=None, box=None, aoi=ring, contacts=None, tops=None, tie=None, slivers=None
+        )
 
     def replaced(self, **changes: Any) -> SceneInputs:
         """
@@ -300,6 +339,13 @@ class SceneInputs:
                     f"a scene has no input {key!r}; its inputs are {', '.join(INPUTS)}."
                     f"{did_you_mean(key, INPUTS)}"
                 )
+
+        other = (changes.get("velocity", self.velocity) is None) != (self.velocity is None)
+        if self.time is not None and other and self.box is not None and "box" not in changes:
+            raise InputError(
+                "velocity decides whether the box is in metres or in minus milliseconds. Give "
+                "box=, too; scene.in_time() leaves it out."
+            )
 
         # merged by name: replace(horizons={'Top': new}) leaves the others as they are
         horizons = exchanged("horizons", self.horizons, changes.get("horizons"))
@@ -482,6 +528,41 @@ def paths_of(inputs: SceneInputs) -> dict[str, Path]:
     regions = {f"region: {name}": one for name, one in inputs.regions.items()}
     files = {**surfaces, "well tops": inputs.tops, **area, **regions}.items()
     return {name: Path(one) for name, one in files if isinstance(one, str | os.PathLike)}
+
+
+def in_time_unit(value: Any, what: str, unit: str | None) -> Any:
+    """
+    Return an input of a scene in time; its declared unit as one that readers take.
+
+    Raises
+    ------
+    InputError
+        If it declares a length, or holds bare numbers and the scene is not in ms.
+    """
+    if isinstance(value, str | Path):
+        return value
+    if not hasattr(value, "attrs"):
+        if unit is not None and unit.strip().lower() not in ("ms", "msec"):
+            raise InputError(
+                f"{what} has no unit of its own, and the scene is in {unit!r}. Give its elevations "
+                'as minus milliseconds, and length_unit="ms".'
+            )
+        return value
+    vertical = value
+    if hasattr(value, "data_vars"):
+        key = "elevation" if "elevation" in value.variables else "depth"
+        vertical = value[key] if key in value.variables else value
+    stated = vertical.attrs.get("units")
+    if stated is None:
+        return value
+    if not is_time_unit(stated):
+        raise InputError(
+            f"{what} is in {stated!r}, and the scene is in time. Set attrs['units'] = 'ms' if it "
+            "is in time, too; else leave time= out."
+        )
+    if vertical is value:
+        return value.assign_attrs(units=TimeUnit(stated))
+    return value.assign({key: vertical.assign_attrs(units=TimeUnit(stated))})
 
 
 def undeclared(value: Any, options: Mapping[str, Any]) -> dict[str, Any]:

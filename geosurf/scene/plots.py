@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from typing import TYPE_CHECKING, Any, TypedDict, Unpack
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 import numpy as np
 
 from geosurf.conventions import did_you_mean, is_word
+from geosurf.conventions.axes import vertical_axis
 from geosurf.conventions.packages import need_plots
 from geosurf.errors import GeometryError, GeosurfWarning, InputError
 from geosurf.measure.faces import faces_of
@@ -259,6 +261,24 @@ class _View:
         )  # fmt: skip
 
 
+def _with_axis(cls: type) -> type:
+    """Let every picture of a class name times where its scene is in time."""
+
+    def drawn(method: Callable[..., Any]) -> Callable[..., Any]:
+        @functools.wraps(method)
+        def run(self: ScenePlots, *args: Any, **words: Any) -> Any:
+            with vertical_axis(getattr(self._scene, "time", None)):
+                return method(self, *args, **words)
+
+        return run
+
+    for name, method in list(vars(cls).items()):
+        if not name.startswith("_"):
+            setattr(cls, name, drawn(method))
+    return cls
+
+
+@_with_axis
 class ScenePlots:
     """The pictures of a scene: figures of matplotlib, which notebooks show, or files.
 

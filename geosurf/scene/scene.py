@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 import os
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from functools import cached_property
@@ -17,8 +16,9 @@ from geosurf import measure
 from geosurf.arrangement import search_voxels
 from geosurf.carve.certificate import certify_repeated
 from geosurf.conventions import HORIZON_DIMS, counted, did_you_mean, is_word
+from geosurf.conventions.axes import vertical_axis
 from geosurf.conventions.running import running
-from geosurf.errors import GeometryError, GeosurfWarning, InputError
+from geosurf.errors import GeosurfWarning, InputError
 from geosurf.measure.gridded import horizon_on_grid
 from geosurf.measure.locate import boundaries_of, locator_of
 from geosurf.measure.places import intervals_of_wells, well_intervals, wells_of
@@ -29,14 +29,21 @@ from geosurf.model import Certificate, FluidContact, Patches, Sheet, TriSurface,
 from geosurf.model.base import multiblock, need_pyvista
 from geosurf.model.column import VirtualWall
 from geosurf.model.curves import Curves, VoxelSearch
-from geosurf.model.expected import flag_of, name_of, number_of
+from geosurf.model.expected import flag_of, name_of
 from geosurf.model.network import Extension, FaultNetwork, Truncation
 from geosurf.model.protocols import View3D
 from geosurf.model.regions import Regions
 from geosurf.model.tops import TieReport, Tops
 from geosurf.model.units import sums_of
 from geosurf.rebuild import trim_sheets
-from geosurf.scene.faults import known_fault
+from geosurf.scene.depth import (
+    convert_points,
+    in_milliseconds,
+    inputs_in_time,
+    need_depth,
+    plain_in_depth,
+)
+from geosurf.scene.faults import closures_of, known_fault, throw_of
 from geosurf.scene.graph import Graph
 from geosurf.scene.input_warnings import (
     check_system_of_places,
@@ -55,9 +62,8 @@ from geosurf.scene.interactive_view import InteractiveView, checked_max_triangle
 from geosurf.scene.memory import Memory, OnStart, Step, on_start_of
 from geosurf.scene.shown import card_of
 from geosurf.scene.surfaces import opened_tops, warnings_of_names
-from geosurf.scene.tearing import torn_graph
+from geosurf.scene.tearing import torn_or_plain
 from geosurf.sheets.faults import DIRECTIONS
-from geosurf.triangulate.decimate import bound_of_change
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import pyvista
@@ -164,6 +170,16 @@ class Scene:
         "Terrace": polygon, "Block": ("F1+", "F2-")}``. A place names the region that it lies in; a
         polygon (corners or a file, as for `aoi`) all regions with most of their horizon area
         inside; sides of faults those on them. Others have letters, the largest A: see `regions`.
+    time : {"two-way", "one-way"}, optional
+        Horizons and faults are in time: in ms or s (`length_unit`, or as they declare), numbers
+        without a unit in minus ms. Without `velocity` the model is in time: its vertical axis is
+        in minus ms, and volumes are refused.
+    velocity : float, map or mapping, optional
+        [m/s]. The model becomes one in depth; box, contacts and tops are in metres. By zone a
+        number, a map (`xarray.DataArray` or path) or ``{"v0": 1800.0, "k": 0.6}``, v0 + k times
+        the depth below the datum; ``"elsewhere"`` for all other zones, ``"datum"`` for the
+        elevation at time zero. One value alone counts for all zones. See
+        docs/guides/time_and_depth.md.
     on_start : callable, optional
         Is called before each step: stage, subject, its number, and how many there are, as in
         ``("tear", "Top", 2, 4)``. Scenes made by `replace` call it, too; copies do not. Default:
@@ -188,7 +204,7 @@ class Scene:
     """
 
     _inputs: SceneInputs
-    _plain: Graph
+    _given: Graph
 
     def __init__(
         self,
@@ -216,21 +232,34 @@ class Scene:
         crs: str | None = None,
         reservoir: Sequence[str] | None = None,
         regions: Mapping[str, Any] | None = None,
+        time: str | None = None,
+        velocity: Any = None,
         on_start: OnStart | None = None,
     ) -> None:
         inputs = SceneInputs(
             horizons, or_empty(faults), box, or_empty(column), or_empty(contacts), aoi, positive,
             length_unit, voxel_size, self_intersections, extend, or_empty(truncations), tolerance,
             tops, tie, lengthen, tear, slivers,
-            fill_empty_blocks, compartments, crs, reservoir, or_empty(regions),
+            fill_empty_blocks, compartments, crs, reservoir, or_empty(regions), time, velocity,
         )  # fmt: skip
         memory = Memory(on_start=on_start_of(on_start))
-        self.__dict__.update(_inputs=inputs, _plain=Graph(inputs, memory))
+        self.__dict__.update(_inputs=inputs, _given=Graph(inputs.to_build, memory))
+
+    @cached_property
+    def _plain(self) -> Graph:
+        """The inputs, horizons not yet torn; in depth, where they are in time and become depth."""
+        becomes = self._inputs.becomes_depth
+        return plain_in_depth(self._given, self._in_time, self._inputs) if becomes else self._given
+
+    @cached_property
+    def _in_time(self) -> Graph:
+        """The model in time, of a scene that becomes depth."""
+        return torn_or_plain(self._given)
 
     @cached_property
     def _graph(self) -> Graph:
         """The results; with `tear` of horizons that are torn when something is first requested."""
-        return self._plain if self._inputs.tear is None else torn_graph(self._plain)
+        return torn_or_plain(self._plain)
 
     def replace(self, **changes: Any) -> Scene:
         """Return a new scene with some inputs changed, which shares all results still valid.
@@ -261,13 +290,13 @@ class Scene:
         ()
         """
         inputs, twin = self._inputs.replaced(**changes), object.__new__(Scene)
-        plain = Graph(inputs, self._plain.memory.twin())
-        plain.read.take_over(self._plain.read, changes)
-        known = vars(self).get("_graph", self._plain).found_regions
+        plain = Graph(inputs.to_build, self._given.memory.twin())
+        plain.read.take_over(self._given.read, changes)
+        known = vars(self).get("_graph", self._given).found_regions
         if known is not None and "regions" in changes:  # new names; letters stay
             known = dataclasses.replace(known, labels=tuple((one, one) for _, one in known.labels))
         plain.known_regions = known
-        twin.__dict__.update(_inputs=inputs, _plain=plain)
+        twin.__dict__.update(_inputs=inputs, _given=plain)
         return twin
 
     def __setattr__(self, name: str, value: Any) -> None:
@@ -350,6 +379,78 @@ class Scene:
     def aoi(self) -> np.ndarray | None:
         """Corners of the area of the model (n, 2), counter-clockwise [m]; None if it is the box."""
         return self._graph.aoi
+
+    # ---- time and depth ------------------------------------------------------------------
+
+    def in_time(self, time: str | None = None) -> Scene:
+        """Return the model in time: its vertical axis is in minus milliseconds.
+
+        Parameters
+        ----------
+        time : {"two-way", "one-way"}, optional
+            Of a scene whose inputs are in depth; others have stated it.
+
+        Returns
+        -------
+        Scene
+            Without fluid contacts and tops, which are in depth. It shares results with this one.
+
+        Raises
+        ------
+        InputError
+            If the scene has no velocity, or `time` is not stated.
+        """
+        made = inputs_in_time(self._inputs, lambda: (self._plain, self._graph), time)
+        if made is self._inputs:
+            return self
+        twin = object.__new__(Scene)
+        twin.__dict__.update(_inputs=made, _given=Graph(made, self._given.memory.twin()))
+        return twin
+
+    def to_depth(self, points: Any) -> np.ndarray:
+        """Return points in depth that are given in time, in the columns of the model.
+
+        Parameters
+        ----------
+        points : array_like of float, shape (n, 3)
+            Easting, northing and minus milliseconds.
+
+        Returns
+        -------
+        ndarray of float64, shape (n, 3)
+            Easting, northing and elevation [m].
+
+        Raises
+        ------
+        InputError
+            If the scene has no velocity, or was not given in time.
+        """
+        return convert_points(self._inputs, lambda: self._in_time, points, True)
+
+    def to_time(self, points: Any) -> np.ndarray:
+        """Return points in time that are given in depth: the inverse of `to_depth`.
+
+        Parameters
+        ----------
+        points : array_like of float, shape (n, 3)
+            Easting, northing and elevation [m].
+
+        Returns
+        -------
+        ndarray of float64, shape (n, 3)
+            Easting, northing and minus milliseconds.
+
+        Raises
+        ------
+        InputError
+            As for `to_depth`.
+        """
+        return convert_points(self._inputs, lambda: self._in_time, points, False)
+
+    @property
+    def time(self) -> str | None:
+        """How times count, ``"two-way"`` or ``"one-way"``; None of a model in depth."""
+        return None if self._inputs.becomes_depth else self._inputs.time
 
     # ---- surfaces ------------------------------------------------------------------------
 
@@ -575,6 +676,7 @@ class Scene:
 
         By zone and block, and contact where there are some. ``units.volumes`` has all units.
         """
+        need_depth(self.time, "volumes")
         found = self._graph.units_at_levels
         return (self.units if found is None else found).included().volumes
 
@@ -611,6 +713,7 @@ class Scene:
         >>> dict(scene.table(by=("region", "zone")).sizes)
         {'region': 2, 'zone': 1}
         """
+        need_depth(self.time, "a table of volumes")
         units = self.units.included(include)
         return units.table if by is None else sums_of(units, by)
 
@@ -635,17 +738,7 @@ class Scene:
         >>> 0.0 < off <= scene.volume_error_bound, exact.volume_error_bound
         (True, 0.0)
         """
-        horizons = self._graph.inputs.horizons
-        if any(isinstance(one, Sheet) and one.fewer_nodes for one in horizons.values()):
-            return math.inf
-        few = [one for one in map(self.surface, horizons) if "volume_error" in one.vertex_data]
-        names = {one.name for one in few}
-        others = [one for one in self._graph.enclosed if one.name not in names] + few if few else []
-        bounds = (
-            bound_of_change(one, [two for two in others if two is not one], self.box[:4])
-            for one in few
-        )
-        return sum(bounds, 0.0)
+        return self._graph.volume_error_bound()
 
     @property
     def faults_inside(self) -> tuple[str, ...]:
@@ -729,6 +822,8 @@ class Scene:
             "measure", what, ("measure", what, self._graph.units_key, *more), run,
             lambda made: ", ".join(counted(n, str(dim)) for dim, n in made.sizes.items()),
         )  # fmt: skip
+        if self.time is not None:
+            found = in_milliseconds(found)
 
         # declared on a copy: the memory may hold results of a model that differs in this word alone
         crs = self.units.crs
@@ -792,6 +887,8 @@ class Scene:
         >>> thickness.sum("block").round(9).values.tolist()[0][:3]
         [70.0, 70.0, 70.0]
         """
+        if is_word(kind, ("isopach",)):
+            need_depth(self.time, "thickness normal to bedding")
         if contact is not None:
             contact = name_of(contact, "contact interval")
 
@@ -1008,22 +1105,8 @@ class Scene:
         >>> round(float(found.crest_elevation[0] - found.height[0] - found.spill_elevation[0]), 9)
         0.0
         """
-        # loaded by those who ask for closures
-        from geosurf.measure.closures import find_closures, seal_rules, warnings_of_spill
-        from geosurf.measure.rock import roofs_of
-
-        rules = seal_rules(faults, self.fault_names)
-        held = seal_rules(horizons, self.horizon_names, "horizons", ("open", "sealing"))
-        seals = [name for name, rule in held.items() if rule == "sealing"]
-        least = number_of(min_height, "min_height", "give metres")
-        names = roofs_of(self.patches, self.units, horizon)
-        found = self._measured(
-            f"closures of {', '.join(names)}",
-            lambda: find_closures(self.patches, self.units, names, rules, least, seals),
-            tuple(names), tuple(rules.items()), tuple(seals), least, self._graph.regions_key,
-        )  # fmt: skip
-        self._graph.memory.warn(*warnings_of_spill(found, self.patches, self.units, self.contacts))
-        return found
+        need_depth(self.time, "closures")
+        return closures_of(self, horizon, faults, horizons, min_height)
 
     def volumetrics(
         self, *, net_to_gross: Any = None, porosity: Any = None, water_saturation: Any = None,
@@ -1081,6 +1164,7 @@ class Scene:
         >>> round((oil.stoiip / oil.bulk).item(), 12), found.stoiip.attrs["units"]
         (0.112, 'Sm3')
         """
+        need_depth(self.time, "volumetrics")
         values = net_to_gross, porosity, water_saturation, formation_volume_factor
         factors, words = factors_of_rock(values, self.crs), (fluids, units, include)
         if all(factor.is_constant for factor in factors):  # volumes will do: nothing is cut
@@ -1111,6 +1195,7 @@ class Scene:
         InputError
             For an unknown fault, or another word.
         """
+        need_depth(self.time, "areas of juxtaposition")
         inside = {unit.zone for unit in self.units.included(include).values()}
         found = self._of_units("juxtaposition", measure.juxtaposition_table, fault)
         zones = zip(found.zone_plus.values, found.zone_minus.values, strict=True)
@@ -1240,35 +1325,8 @@ class Scene:
         if not is_word(direction, DIRECTIONS):
             raise InputError(f"direction is {direction!r}, expected one of {DIRECTIONS}.")
         horizon, fault = name_of(horizon, "horizon"), name_of(fault, "fault")
-        run = lambda: self._throw(horizon, fault, direction)  # noqa: E731
+        run = lambda: throw_of(self, horizon, fault, direction)  # noqa: E731
         return self._measured(f"throw {horizon} x {fault}", run, horizon, fault, direction)
-
-    def _throw(self, horizon: str, fault: str, direction: str) -> xarray.Dataset:
-        """Compare the cut-offs of both walls across the mean strike, then down the local dip."""
-        from geosurf.sheets.faults.fault_profile import cell_of, to_level
-
-        # distance along strike counts from the end of the fault, in world coordinates
-        faces = measure.faces_of(self.patches, self.units, fault, "fault")
-        hanging, foot = (self.cutoffs(horizon, fault, side) for side in ("+", "-"))
-        azimuth = math.degrees(math.atan2(*faces.strike[1].tolist())) % 360.0
-        start = -float(faces.along(-faces.origin[None])[0])
-
-        # first across the mean strike; its elevations say at which level walls are compared
-        found = measure.separation(hanging, foot, azimuth, start=start)
-        if direction == "local" and found.sizes["point"]:
-            # cut-offs are compared at their mean elevation, down lines of steepest dip
-            sources = {source.name: source for source in self.patches.sources}
-            cell = cell_of(self.sheets.get(horizon, sources[horizon]))
-            walls = found.hanging_wall_elevation, found.footwall_elevation
-            mean, largest = 0.5 * sum(float(wall.mean()) for wall in walls), abs(found.throw).max()
-            try:
-                level = to_level(sources[fault], float(largest), cell, mean, hanging, foot)
-            except GeometryError as error:
-                error.add_note("With direction='mean' throw is read across the mean strike.")
-                raise
-            if level is not None:  # None where the fault is straight
-                found = measure.separation(hanging, foot, azimuth, start=start, level=level)
-        return found.assign_attrs(horizon=horizon, fault=fault, direction=direction)
 
     def throw_audit(self) -> xarray.Dataset:
         """Return the throw of torn horizons beside what the data on both sides of faults show.
@@ -1304,6 +1362,7 @@ class Scene:
         InputError
             For an unknown name.
         """
+        need_depth(self.time, "dip and area")
         return self._of_units("orientation", measure.orientation, name)
 
     def misfit(self, tops: Any = None) -> xarray.Dataset:
@@ -1471,7 +1530,8 @@ class Scene:
         """
         from geosurf.scene.pictures import render_pictures
 
-        with running("pictures"), self._graph.memory.collecting():
+        axis = vertical_axis(self.time)
+        with running("pictures"), axis, self._graph.memory.collecting():
             return render_pictures(self, folder, on_file, choice)
 
     # ---- what was done -------------------------------------------------------------------
@@ -1524,12 +1584,12 @@ class Scene:
         >>> [line.split()[:2] for line in scene.explain(seconds=False).splitlines()]
         [['triangulate', 'Top'], ['triangulate', 'F1'], ['curves', 'Top']]
         """
-        return self._plain.memory.explain(seconds)
+        return self._given.memory.explain(seconds)
 
     @property
     def steps(self) -> tuple[Step, ...]:
         """The lines of `explain`, as data."""
-        return tuple(self._plain.memory.steps)
+        return tuple(self._given.memory.steps)
 
     def _take_warnings(self, found: Iterable[GeosurfWarning]) -> None:
         """List warnings that whoever made the inputs has issued."""

@@ -20,7 +20,7 @@ MOST_WARNINGS = 5
 
 def card_of(scene: Any) -> str:
     """Return inputs, what is computed already, and warnings; nothing is computed for it."""
-    memory = scene._plain.memory
+    memory = scene._given.memory
     ran = [step for step in memory.steps if step.outcome == "ran"]
     stages = dict.fromkeys(step.stage for step in ran)
     rows = [
@@ -40,7 +40,7 @@ def card_of(scene: Any) -> str:
 def _walls_in_words(scene: Any) -> list[tuple[str, str]]:
     """The row of virtual walls: what they continue, and their joins once they are known."""
     # with horizons as they were given, if they are not torn yet
-    graph = vars(scene).get("_graph", scene._plain)
+    graph = vars(scene).get("_graph", scene._given)
     wanted = [name for name, ends in graph.inputs.compartments.items() if ends]
     if not wanted:
         return []

@@ -81,8 +81,13 @@ def torn_graph(plain: Graph) -> Graph:
         truncations=as_truncations(inputs.horizon_rules), fill_empty_blocks=None, **frame,
     )  # fmt: skip
     graph = Graph(torn, plain.memory, prepared_by=plain.faults)
-    graph.known_regions = plain.known_regions
+    graph.known_regions, graph.converted_from = plain.known_regions, plain.converted_from
     return graph
+
+
+def torn_or_plain(plain: Graph) -> Graph:
+    """Return the graph of the model: of torn horizons, where they are to be torn."""
+    return plain if plain.inputs.tear is None else torn_graph(plain)
 
 
 def as_truncations(rules: Iterable[Rule]) -> dict[str, tuple[tuple[str, str], ...]]:

@@ -62,7 +62,7 @@ def test_tsurf_without_direction_is_elevation_unless_the_caller_says_depth(tmp_p
 def test_tsurf_units_per_axis(tmp_path):
     fault = gs.read_fault(tsurf(tmp_path, unit="ft", direction="Elevation"))
     assert fault.vertices[1].tolist() == [9, 0, 20 * 0.3048]
-    with pytest.raises(InputError, match=r"surface 'F1': unknown length unit 'ms'"):
+    with pytest.raises(InputError, match=r"surface 'F1' is in time \(ms\)"):
         gs.read_fault(tsurf(tmp_path, unit="ms"))
 
 

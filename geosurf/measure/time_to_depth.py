@@ -1,0 +1,458 @@
+"""Depth of a model in time, and time of a model in depth: along the vertical lines through it.
+
+Each vertex starts from the first boundary of velocity straight above it, where both time and depth
+are known from the corners of the triangle there, and goes down by the velocity of the rock between.
+Where no boundary is above, it starts at the datum. The boundary may be a horizon or a fault: below
+a fault the line first runs through the rock above it, so both walls have one depth at the fault.
+Time and depth of a boundary are linear on its triangles, in both directions: what becomes depth
+comes back to the last digits.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from geosurf.errors import GeometryError, InputError
+from geosurf.measure.columns import cross_columns, signs_of_turns, weights_at
+from geosurf.model import Patches, Units
+from geosurf.model.base import Noun, frozen
+from geosurf.model.velocity import Velocity, deeper, later
+
+THINNEST = 0.001  # s: thinner zones say nothing of their interval velocity
+MOST_TRIANGLES = 400_000  # of all long ones, after they are divided
+MOST_LEVELS = 10_000
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh(Noun):
+    """Surfaces of a model without its box, split where they meet, with the zones beside them.
+
+    Attributes
+    ----------
+    local : ndarray of float64, shape (n_vertex, 3)
+    origin : ndarray of float64, shape (3,)
+    triangles : ndarray of int64, shape (n_triangle, 3)
+    on_horizon : ndarray of bool, shape (n_triangle,)
+    sides : ndarray of int64, shape (n_triangle, 2)
+        Zone in front of and behind each triangle; -1 where the model has none.
+    longest : float
+        No edge is longer [m].
+    """
+
+    local: np.ndarray
+    origin: np.ndarray
+    triangles: np.ndarray
+    on_horizon: np.ndarray
+    sides: np.ndarray
+    longest: float
+
+    @cached_property
+    def facing(self) -> np.ndarray:
+        """1 where the front of a triangle is above it, -1 where its back is, 0 if upright."""
+        return signs_of_turns(self.local[:, :2], self.triangles)
+
+
+def mesh_of(split: Patches, patches: Patches, units: Units, zones: tuple[str, ...]) -> Mesh:
+    """
+    Return the surfaces of a model with the zones on both sides, and long triangles divided.
+
+    Parameters
+    ----------
+    split : Patches
+        The surfaces without the box: what lies beyond the box has a depth, too.
+    patches, units
+        The sealed model, in the same local frame.
+    zones : tuple of str
+        Youngest first.
+    """
+    sides = _zones_beside(split, patches, units, zones)
+    is_horizon = np.array([one.role == "horizon" for one in split.sources])
+    of_horizon = is_horizon[split.surface_of_triangle]
+    longest = longest_edge(split.triangles, split.local, of_horizon)
+    local, triangles, parent = divided(split.local, split.triangles, longest)
+    return Mesh(
+        frozen(local, np.float64), split.origin, frozen(triangles, np.int64), of_horizon[parent],
+        sides[parent], longest,
+    )  # fmt: skip
+
+
+def _zones_beside(
+    split: Patches, patches: Patches, units: Units, zones: tuple[str, ...]
+) -> np.ndarray:
+    """Zone in front of and behind each triangle (n_triangle, 2), as the sealed model has it."""
+    # vertices that are equal have one number
+    both = np.concatenate([split.local, patches.local])
+    order = np.lexsort(both.T)
+    number = np.empty(len(both), dtype=np.int64)
+    new = (np.diff(both[order], axis=0) != 0.0).any(axis=1)
+    number[order] = np.concatenate([[0], np.cumsum(new)])
+
+    # triangles of one surface with the same vertices: all that the sides of the box do not cut
+    keys = []
+    for model, first in ((split, 0), (patches, len(split.local))):
+        corners = np.sort(number[first + model.triangles], axis=1)
+        keys.append(np.column_stack([model.surface_of_triangle, corners]))
+    n, sort = split.n_triangle, np.concatenate(keys)
+    order = np.lexsort(sort.T)
+    pairs = np.flatnonzero((sort[order[1:]] == sort[order[:-1]]).all(axis=1))
+    here, there = np.sort(np.stack([order[pairs], order[pairs + 1]]), axis=0)
+    zone = np.array([*(zones.index(unit.zone) for unit in units.values()), -1])
+    sides = zone[units.sides[there - n]]
+    found = np.full((n, 2), -1)
+    inside = (sides >= 0).all(axis=1)
+    found[here[inside]] = sides[inside]
+
+    # from there outwards, to neighbours across edges that no other surface has
+    half = np.sort(np.stack([split.triangles, np.roll(split.triangles, -1, axis=1)], axis=2))
+    low, high = half.reshape(-1, 2).T
+    _, edge, count = np.unique(
+        low * len(split.local) + high, return_inverse=True, return_counts=True
+    )
+    order = np.argsort(edge, kind="stable")
+    order = order[count[edge[order]] == 2] // 3
+    a, b = order[::2], order[1::2]
+    same = split.surface_of_triangle[a] == split.surface_of_triangle[b]
+    a, b = np.concatenate([a[same], b[same]]), np.concatenate([b[same], a[same]])
+    while True:
+        outward = (found[a, 0] >= 0) & (found[b, 0] < 0)
+        if not outward.any():
+            return found
+        found[b[outward]] = found[a[outward]]
+        a, b = a[~outward], b[~outward]
+
+
+def longest_edge(t: np.ndarray, x: np.ndarray, on_horizon: np.ndarray) -> float:
+    """Return how long edges may be [m]: velocity bends what lies between their ends."""
+    # twice the step of horizons, but not so short that there are too many
+    corners = x[t]
+    edges = np.linalg.norm((corners - np.roll(corners, 1, axis=1))[:, :, :2], axis=2)
+    step = float(np.median(edges[on_horizon])) if on_horizon.any() else 0.0
+    a, b, c = corners.swapaxes(0, 1)
+    area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+    return max(2.0 * step, (4.0 * area / MOST_TRIANGLES) ** 0.5)
+
+
+def divided(
+    x: np.ndarray, t: np.ndarray, longest: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return vertices, triangles, and the triangle that each is part of; no edge is too long.
+
+    Both surfaces at a curve get the same points on it.
+    """
+    parent = np.arange(len(t))
+    while True:
+        ends = np.stack([t, np.roll(t, -1, axis=1)], axis=2)  # edge k runs from corner k
+        square = ((x[ends[:, :, 0]] - x[ends[:, :, 1]]) ** 2).sum(axis=2)
+        long = square > longest**2
+        rows = np.flatnonzero(long.any(axis=1))
+        if not len(rows):
+            return x, t, parent
+        low, high = ends[rows].min(axis=2), ends[rows].max(axis=2)
+        edge, at = np.unique((low * len(x) + high)[long[rows]], return_inverse=True)
+        middle = np.full((len(rows), 3), -1)
+        middle[long[rows]] = len(x) + at
+        a, b = np.divmod(edge, len(x))
+        x = np.concatenate([x, 0.5 * (x[a] + x[b])])
+        of, parts = _parts(t[rows], middle)
+        stays = ~long.any(axis=1)
+        t = np.concatenate([t[stays], parts])
+        parent = np.concatenate([parent[stays], parent[rows[of]]])
+
+
+def _parts(t: np.ndarray, middle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Parts of triangles (n, 3) at the middles of some edges (-1: none), and which each is of."""
+    of, parts = [], []
+    n = np.count_nonzero(middle >= 0, axis=1)
+    for k in range(3):  # turned so that edge k is the first one
+        (a, b, c), (p, q, r) = np.roll(t, -k, axis=1).T, np.roll(middle, -k, axis=1).T
+        alone = (n == 1) & (p >= 0)
+        two = (n == 2) & (r < 0)
+        cases = [(alone, [(a, p, c), (p, b, c)]), (two, [(p, b, q), (a, p, q), (a, q, c)])]
+        if k == 0:
+            cases.append((n == 3, [(a, p, r), (p, b, q), (r, q, c), (p, q, r)]))
+        for which, made in cases:
+            rows = np.flatnonzero(which)
+            for corners in made:
+                of.append(rows)
+                parts.append(np.stack([one[rows] for one in corners], axis=1))
+    return np.concatenate(of), np.concatenate(parts)
+
+
+@dataclass(frozen=True, eq=False)
+class Starts(Noun):
+    """Where vertical lines through points start from.
+
+    Attributes
+    ----------
+    corners : ndarray of int64, shape (n, 3)
+        Vertices of the triangle above; -1: the line starts at the datum.
+    weights : ndarray of float64, shape (n, 3)
+    zone : ndarray of int64, shape (n,)
+        The zone between.
+    anchor : ndarray of int64, shape (n,)
+        A vertex of the horizon below that zone, which says its interval velocity where the average
+        to that horizon is given; else -1.
+    """
+
+    corners: np.ndarray
+    weights: np.ndarray
+    zone: np.ndarray
+    anchor: np.ndarray
+
+    def of(self, values: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """Values of vertices at the starts of some lines; 0 at the datum."""
+        corners = self.corners[rows]
+        found: np.ndarray = (self.weights[rows] * values[corners]).sum(axis=1)
+        return np.where(corners[:, 0] < 0, 0.0, found)
+
+
+@dataclass(frozen=True, eq=False)
+class Crossings(Noun):
+    """Where vertical lines through points cross boundaries of velocity, from the top down.
+
+    Attributes
+    ----------
+    foot : ndarray of int64, shape (n,)
+        Row of the point, rising.
+    corners, weights : ndarray (n, 3)
+        Vertices of the triangle, and how much each counts.
+    below : ndarray of int64, shape (n,)
+        The zone below the boundary.
+    up : ndarray of float64, shape (n,)
+        Where, as the mesh was given.
+    """
+
+    foot: np.ndarray
+    corners: np.ndarray
+    weights: np.ndarray
+    below: np.ndarray
+    up: np.ndarray
+
+    def some(self, rows: np.ndarray) -> Crossings:
+        """Some of them."""
+        arrays = (self.foot, self.corners, self.weights, self.below, self.up)
+        return Crossings(*(array[rows] for array in arrays))
+
+
+def crossings_of(mesh: Mesh, groups: tuple[int, ...], feet: np.ndarray) -> Crossings:
+    """
+    Return where vertical lines cross boundaries of velocity.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    groups : tuple of int
+        Of each zone: zones of one group have the same velocity.
+    feet : ndarray of float64, shape (n, 2)
+        Local coordinates, as of the mesh.
+    """
+    group = np.array([*groups, -1])
+    front_up = mesh.facing > 0
+    above = np.where(front_up, mesh.sides[:, 0], mesh.sides[:, 1])
+    below = np.where(front_up, mesh.sides[:, 1], mesh.sides[:, 0])
+    is_boundary = (group[above] != group[below]) & (above >= 0) & (below >= 0)
+    rows = np.flatnonzero(is_boundary & (mesh.facing != 0))
+    t = mesh.triangles[rows]
+    used = mesh.local[t.ravel(), :2] if len(rows) else np.zeros((1, 2))
+    middle = 0.5 * (used.min(axis=0) + used.max(axis=0))
+    feet = np.ascontiguousarray(feet)
+    found = cross_columns(mesh.local, t, feet, middle)
+    order = np.lexsort((found.triangle, -found.elevation, found.foot))
+    foot, triangle = found.foot[order], found.triangle[order]
+    weights = weights_at(mesh.local[t[triangle]], feet[foot])
+    weights /= weights.sum(axis=1)[:, None]
+    return Crossings(foot, t[triangle], weights, below[rows[triangle]], found.elevation[order])
+
+
+def starts_of(mesh: Mesh, groups: tuple[int, ...]) -> Starts:
+    """Return where lines through the vertices of a mesh start: the first boundary above each."""
+    n = len(mesh.local)
+    found = crossings_of(mesh, groups, mesh.local[:, :2])
+    # triangles of the vertex itself are not above it
+    counts = (found.up > mesh.local[found.foot, 2]) & (found.corners != found.foot[:, None]).all(
+        axis=1
+    )
+    found = found.some(np.flatnonzero(counts))
+    last = found.some(np.flatnonzero(np.diff(found.foot, append=n)))  # the lowest one
+    corners, weights = np.full((n, 3), -1), np.zeros((n, 3))
+    zone = np.zeros(n, dtype=np.int64)
+    corners[last.foot], weights[last.foot], zone[last.foot] = last.corners, last.weights, last.below
+    return Starts(corners, weights, zone, np.full(n, -1))
+
+
+@dataclass(frozen=True, eq=False)
+class TimeDepth(Noun):
+    """A model in time and in depth: the same triangles, each vertex with both.
+
+    Attributes
+    ----------
+    mesh : Mesh
+        As it was given, in time or in depth.
+    velocity : Velocity
+    in_time : bool
+        Whether it was given in time.
+    second : float
+        Seconds on the way down for each millisecond.
+    seconds, depth : ndarray of float64, shape (n_vertex,)
+        On the way down, and below the datum [m].
+    """
+
+    mesh: Mesh
+    velocity: Velocity
+    in_time: bool
+    second: float
+    seconds: np.ndarray
+    depth: np.ndarray
+
+    @property
+    def up(self) -> np.ndarray:
+        """The other of both, positive up: elevation [m], or minus milliseconds."""
+        if self.in_time:
+            return self.velocity.datum - self.depth
+        return -self.seconds / self.second
+
+    def convert(
+        self, points: np.ndarray, to_depth: bool, crossings: Crossings | None = None
+    ) -> np.ndarray:
+        """
+        Return points in depth that are given in time, or the other way round.
+
+        Between two boundaries, the way that velocity gives is stretched to end at the lower one:
+        each direction is the inverse of the other.
+
+        Parameters
+        ----------
+        points : ndarray of float64, shape (n, 3)
+            World coordinates: easting, northing, and elevation [m] or minus milliseconds.
+        to_depth : bool
+            Whether they are given in time.
+        crossings : Crossings, optional
+            Of the lines through these points: no velocity changes them.
+        """
+        mesh, velocity, n = self.mesh, self.velocity, len(points)
+        if crossings is None:
+            places = points[:, :2] - mesh.origin[:2]
+            crossings = crossings_of(mesh, velocity.groups, places)
+        seconds, depth, zones = self._along(crossings, n)
+        given = -points[:, 2] * self.second if to_depth else velocity.datum - points[:, 2]
+
+        # the last boundary that is not below each point, and the next one
+        known = seconds if to_depth else depth
+        at = (known <= given[:, None]).sum(axis=1) - 1
+        at = np.maximum(at, 0)
+        rows = np.arange(n)
+        s, d, zone = seconds[rows, at], depth[rows, at], zones[rows, at]
+        s_end, d_end = seconds[rows, at + 1], depth[rows, at + 1]
+        found = points.copy()
+        for number, law in enumerate(velocity.laws):
+            mine = np.flatnonzero(zone == number)
+            if not len(mine):
+                continue
+            v0, k, ends = law.v0.at(points[mine, :2]), law.k, np.isfinite(s_end[mine])
+            start, below = d[mine], np.where(ends, s_end[mine], s[mine])
+            full = deeper(v0, k, start, below - s[mine]) - start
+            with np.errstate(all="ignore"):
+                stretch = np.where(ends & (full > 0), (d_end[mine] - start) / full, 1.0)
+                if to_depth:
+                    way = deeper(v0, k, start, given[mine] - s[mine]) - start
+                    found[mine, 2] = velocity.datum - (start + stretch * way)
+                else:
+                    way = np.where(stretch > 0, (given[mine] - start) / stretch, 0.0)
+                    found[mine, 2] = -(s[mine] + later(v0, k, start, start + way)) / self.second
+        return found
+
+    def _along(self, found: Crossings, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Seconds, depth and zone below, at all boundaries of lines (n, most), from the top down.
+
+        The datum leads; infinite values follow the last boundary. What lies above a boundary that
+        comes before it is as low as that.
+        """
+        place = np.arange(len(found.foot)) - np.searchsorted(found.foot, found.foot) + 1
+        most = int(place.max(initial=0)) + 2
+        seconds, depth = (np.full((n, most), np.inf) for _ in range(2))
+        zone = np.zeros((n, most), dtype=np.int64)
+        for values, out in ((self.seconds, seconds), (self.depth, depth)):
+            out[found.foot, place] = (found.weights * values[found.corners]).sum(axis=1)
+            # the datum is above all: also above what is higher than it
+            out[:, 0] = np.minimum(out[:, 1], 0.0)
+            np.maximum.accumulate(out, axis=1, out=out)
+        zone[found.foot, place] = found.below
+        return seconds, depth, zone
+
+
+def levels_of(starts: Starts) -> list[np.ndarray]:
+    """
+    Return vertices in the order in which they can be converted: each after those that it needs.
+
+    Raises
+    ------
+    GeometryError
+        If parts of the model lie above each other in a ring.
+    """
+    n = len(starts.zone)
+    level = np.zeros(n + 1, dtype=np.int64)
+    level[n] = -1  # the datum: row -1
+    needs = np.concatenate([starts.corners, starts.anchor[:, None]], axis=1)
+    for _ in range(MOST_LEVELS):
+        found = level[needs].max(axis=1) + 1
+        if (found == level[:n]).all():
+            order = np.argsort(found, kind="stable")
+            return np.split(order, np.flatnonzero(np.diff(found[order])) + 1)
+        level[:n] = found
+    raise GeometryError(
+        "parts of the model lie above each other in a ring, so that no vertical line can be "
+        "followed from the top down. Leave the faults out that overlap there."
+    )
+
+
+def convert_mesh(
+    mesh: Mesh, starts: Starts, levels: list[np.ndarray], velocity: Velocity, in_time: bool,
+    second: float,
+) -> TimeDepth:  # fmt: skip
+    """Return a mesh in time and in depth.
+
+    Parameters
+    ----------
+    mesh, starts, levels, velocity
+    in_time : bool
+        Whether the mesh is in time; else it is in depth.
+    second : float
+        Seconds on the way down for each millisecond.
+
+    Raises
+    ------
+    InputError
+        If a velocity is not above 0 somewhere in the model.
+    """
+    n = len(mesh.local)
+    places = mesh.local[:, :2] + mesh.origin[:2]
+    given = mesh.local[:, 2] + mesh.origin[2]
+    seconds, depth = (np.zeros(n + 1) for _ in range(2))  # the last one: the datum
+    seconds[n] = depth[n] = 0.0
+    known, other = (seconds, depth) if in_time else (depth, seconds)
+    known[:n] = -given * second if in_time else velocity.datum - given
+    v0 = np.empty(n)
+    for number, law in enumerate(velocity.laws):
+        mine = starts.zone == number
+        v0[mine] = law.v0.at(places[mine])
+    for rows in levels:
+        d, s = starts.of(depth, rows), starts.of(seconds, rows)
+        for number in np.unique(starts.zone[rows]).tolist():
+            law, at = velocity.laws[number], np.flatnonzero(starts.zone[rows] == number)
+            mine = rows[at]
+            if in_time:
+                depth[mine] = deeper(v0[mine], law.k, d[at], seconds[mine] - s[at])
+            else:
+                seconds[mine] = s[at] + later(v0[mine], law.k, d[at], depth[mine])
+            slow = v0[mine] + law.k * np.minimum(d[at], depth[mine])
+            if not (slow > 0.0).all() or not np.isfinite(other[mine]).all():
+                worst = mine[int(np.argmin(slow))]
+                raise InputError(
+                    f"the velocity of {velocity.zones[number]!r} falls to {slow.min():.4g} m/s "
+                    f"near (E {places[worst, 0]:.0f}, N {places[worst, 1]:.0f}). Velocities are "
+                    "above 0 in the whole zone: give a larger v0, or another k."
+                )
+    return TimeDepth(mesh, velocity, in_time, second, seconds[:n], depth[:n])

@@ -1,0 +1,257 @@
+"""Velocities of zones: how time becomes depth along a vertical line, and back.
+
+Inside, time is what elevation is elsewhere: minus milliseconds, so that up is up. A point lies
+below a start, a place of which both are known; the velocity of the rock between leads from one to
+the other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from geosurf.conventions import did_you_mean, is_number, is_word, known_names
+from geosurf.errors import InputError
+from geosurf.model.base import Noun
+from geosurf.model.lattice import Lattice
+
+WAYS = {"two-way": 0.0005, "one-way": 0.001}  # seconds on the way down for each millisecond
+ELSEWHERE = "elsewhere"
+DATUM = "datum"
+EVEN = 1e-6  # of a cell: how far nodes of a rotated map may be off equal steps
+HOW = (
+    'Write velocity={"above Top": 2000.0, "Top/Base": {"v0": 1800.0, "k": 0.6}, "elsewhere": '
+    "3000.0} in m/s; a value may be a map"
+)
+
+
+def time_word(time: Any) -> str | None:
+    """Return how times count, or None; raise an error for another word."""
+    if time is None or is_word(time, WAYS):
+        found: str | None = time
+        return found
+    raise InputError(
+        f'time is {time!r}. Write time="two-way" if horizons and faults are in two-way time, '
+        'time="one-way" if they are in one-way time, and leave it out if they are in depth.'
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Field(Noun):
+    """Values over the map: the same everywhere, those of a map, or those of wells.
+
+    Attributes
+    ----------
+    value : float, Lattice or (ndarray (n, 2), ndarray (n,))
+        A map is bilinear between its nodes; beyond it, and where it has none, the nearest value
+        counts. Values of wells count by the inverse square of the distance: exact at wells, and
+        between the lowest and the highest.
+    """
+
+    value: Any
+
+    @property
+    def smallest(self) -> float:
+        """The smallest value."""
+        if isinstance(self.value, Lattice):
+            return float(np.nanmin(self.value.elevation))
+        return float(np.min(self.value[1] if isinstance(self.value, tuple) else self.value))
+
+    def at(self, places: np.ndarray) -> np.ndarray:
+        """Values at places (n, 2) in world coordinates."""
+        if isinstance(self.value, Lattice):
+            return _bilinear(self.value, places)
+        if isinstance(self.value, tuple):
+            wells, values = self.value
+            square = ((places[:, None] - wells[None]) ** 2).sum(axis=2)
+            weights = 1.0 / np.maximum(square, 1e-12)
+            found: np.ndarray = weights @ values / weights.sum(axis=1)
+            return found
+        return np.full(len(places), float(self.value))
+
+
+def _bilinear(lattice: Lattice, places: np.ndarray) -> np.ndarray:
+    """Values of a map at places (n, 2); the nearest ones where it has none."""
+    from scipy.ndimage import distance_transform_edt, map_coordinates
+
+    x, y, values = lattice.easting, lattice.northing, lattice.elevation
+    lacking = np.isnan(values)
+    if lacking.any():
+        near = distance_transform_edt(lacking, return_distances=False, return_indices=True)
+        values = values[tuple(near)]
+    if x.ndim == 1:
+        at = []
+        for axis, along in ((y, places[:, 1]), (x, places[:, 0])):
+            order = np.argsort(axis)
+            at.append(np.interp(along, axis[order], np.arange(float(len(axis)))[order]))
+    else:
+        frame = lattice.map_frame
+        if not frame.off <= EVEN * min(frame.least_step):
+            raise InputError(
+                "a map of velocity is over a curvilinear grid. Give a regular grid, which may be "
+                "rotated."
+            )
+        steps = np.linalg.inv(np.array([frame.column, frame.row]))
+        at = [*((places - [x[0, 0], y[0, 0]]) @ steps).T[::-1]]
+    found: np.ndarray = map_coordinates(values, at, order=1, mode="nearest")
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Law(Noun):
+    """The velocity of a zone: v = v0 + k z, z the depth below the datum; k is 0 for most.
+
+    Attributes
+    ----------
+    v0 : Field
+        [m/s]
+    k : float
+        [1/s]
+    base : str or None
+        The horizon below, if `v0` is the average velocity from the datum to it: the zone then has
+        the interval velocity that follows.
+    """
+
+    v0: Field
+    k: float = 0.0
+    base: str | None = None
+
+    def same_as(self, other: Law) -> bool:
+        """Whether velocities of both are the same: nothing changes where rock does."""
+        mine, others = self.v0.value, other.v0.value
+        alike = mine is others or (is_number(mine) and is_number(others) and mine == others)
+        return alike and self.k == other.k and self.base is other.base is None
+
+
+def deeper(v0: np.ndarray, k: float, depth: np.ndarray, seconds: np.ndarray) -> np.ndarray:
+    """Depth [m] some seconds below a depth: v = v0 + k z along the vertical."""
+    found: np.ndarray = depth + v0 * seconds
+    if k != 0.0:
+        found = depth + (v0 + k * depth) * np.expm1(k * seconds) / k
+    return found
+
+
+def later(v0: np.ndarray, k: float, depth: np.ndarray, below: np.ndarray) -> np.ndarray:
+    """Seconds from a depth to another one: the inverse of `deeper`."""
+    found: np.ndarray = (below - depth) / v0
+    if k != 0.0:
+        found = np.log1p(k * (below - depth) / (v0 + k * depth)) / k
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Velocity(Noun):
+    """The velocities of a model, checked.
+
+    Attributes
+    ----------
+    zones : tuple of str
+        Youngest first.
+    laws : tuple of Law
+        By zone.
+    datum : float
+        Elevation at time zero [m].
+    """
+
+    zones: tuple[str, ...]
+    laws: tuple[Law, ...]
+    datum: float = 0.0
+
+    @property
+    def groups(self) -> tuple[int, ...]:
+        """For each zone the first one with the same velocity: boundaries are between groups."""
+        return tuple(
+            next(j for j, other in enumerate(self.laws) if j == i or law.same_as(other))
+            for i, law in enumerate(self.laws)
+        )
+
+
+def velocity_of(
+    given: Any, horizons: Sequence[str], zones: Sequence[str], open_map: Any
+) -> Velocity:
+    """
+    Return velocities as users write them, checked.
+
+    Parameters
+    ----------
+    given : float, map, or mapping
+        One value for all zones, or by zone; by horizon: the average velocity from the datum to it.
+        A value is a number [m/s], a map, or ``{"v0": ..., "k": ...}``.
+    horizons, zones : sequence of str
+        Youngest first.
+    open_map : callable
+        Map and its name -> `Lattice`.
+
+    Raises
+    ------
+    InputError
+        For an unknown name, a zone without velocity or with two, or values not above 0.
+
+    Examples
+    --------
+    >>> zones = ["above Top", "Top/Base", "below Base"]
+    >>> found = velocity_of({"Top": 2000.0, "elsewhere": 3000}, ["Top", "Base"], zones, None)
+    >>> [law.base for law in found.laws], found.groups
+    (['Top', None, None], (0, 1, 1))
+    """
+    entries = given if _is_by_name(given) else {ELSEWHERE: given}
+    known = (*zones, *horizons, ELSEWHERE, DATUM)
+    laws: dict[str, Law] = {}
+    for name, value in entries.items():
+        if name not in known:
+            raise InputError(
+                f"velocity names {name!r}, which is no zone and no horizon. Names are "
+                f"{known_names(known, name)}"
+            )
+        if name == DATUM:
+            continue
+        zone = zones[horizons.index(name)] if name in horizons and name not in zones else name
+        if zone in laws:
+            raise InputError(
+                f"velocity has both {zone!r} and the average velocity to the horizon below it. "
+                "Leave one of them out."
+            )
+        laws[zone] = _law(value, name, None if zone == name else name, open_map)
+    lacking = [zone for zone in zones if zone not in laws]
+    if lacking and ELSEWHERE not in laws:
+        raise InputError(
+            f"velocity has nothing for {known_names(lacking)} Add the zone, or a value for "
+            f"{ELSEWHERE!r}."
+        )
+    datum = entries.get(DATUM, 0.0)
+    if not is_number(datum):
+        raise InputError(f"velocity: datum is {datum!r}; give the elevation at time zero [m].")
+    found = tuple(laws[zone] if zone in laws else laws[ELSEWHERE] for zone in zones)
+    return Velocity(tuple(zones), found, float(datum))
+
+
+def _is_by_name(given: Any) -> bool:
+    """Whether velocities are given by name, and not one for all zones."""
+    return isinstance(given, Mapping) and not hasattr(given, "dims") and "v0" not in given
+
+
+def _law(value: Any, name: str, base: str | None, open_map: Any) -> Law:
+    """One velocity, checked."""
+    what = f"velocity of {name!r}"
+    k: Any = 0.0
+    if isinstance(value, Mapping) and not hasattr(value, "dims"):
+        for key in value:
+            if key not in ("v0", "k"):
+                raise InputError(f"{what} has no {key!r}.{did_you_mean(key, ('v0', 'k'))} {HOW}.")
+        if base is not None or not {"v0", "k"} <= set(value):
+            raise InputError(
+                f"{what} is {dict(value)!r}. A zone takes v0 [m/s] and k [1/s], both; a horizon "
+                "takes its average velocity, a number or a map."
+            )
+        value, k = value["v0"], value["k"]
+    if isinstance(value, Field):
+        return Law(value, float(k), base)
+    if value is None or isinstance(value, bool | list | tuple) or not is_number(k):
+        raise InputError(f"{what} cannot be {value!r}. {HOW}.")
+    field = Field(float(value) if is_number(value) else open_map(value, what))
+    if not field.smallest > 0.0:
+        raise InputError(f"{what} is {field.smallest:g} m/s; velocities are above 0. {HOW}.")
+    return Law(field, float(k), base)

@@ -1,0 +1,267 @@
+"""From time to depth, and back: what goes into a scene, converted, for a scene of its own.
+
+A model is built in the domain of the inputs, only to know which rock is above each place
+(`geosurf.measure.time_to_depth`). Then the inputs themselves are converted, each in the column
+above it, and make a model like any other: data on each side of a fault have the velocities of
+their own side, and horizons end on the converted fault.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from geosurf.arrangement import find_contacts
+from geosurf.carve.column import names_of_zones
+from geosurf.conventions import counted
+from geosurf.conventions.checks import are_points
+from geosurf.errors import InputError
+from geosurf.measure.places import points_of_array
+from geosurf.measure.time_to_depth import (
+    Mesh,
+    Starts,
+    TimeDepth,
+    convert_mesh,
+    crossings_of,
+    divided,
+    levels_of,
+    mesh_of,
+    starts_of,
+)
+from geosurf.model import Lattice, Sheet, TriSurface
+from geosurf.model.base import in_crs_of
+from geosurf.model.velocity import WAYS, Velocity, time_word, velocity_of
+from geosurf.rebuild import patches_from, trim_sheets
+from geosurf.scene.graph import Graph
+from geosurf.scene.inputs import SceneInputs, opened_map, undeclared
+from geosurf.scene.surfaces import opened_horizon
+from geosurf.triangulate.horizon import horizon_over
+
+Columns = tuple[Mesh, Starts, list[np.ndarray]]
+
+
+def converted(graph: Graph, inputs: SceneInputs, time: str, in_time: bool) -> TimeDepth:
+    """
+    Return a model in time and in depth.
+
+    Parameters
+    ----------
+    graph : Graph
+        Of the model, in the domain of its inputs, torn where horizons are to be torn.
+    inputs : SceneInputs
+        With velocities.
+    time : {"two-way", "one-way"}
+    in_time : bool
+        Whether the model is in time.
+    """
+    memory = graph.memory
+    velocity = _velocity(graph, inputs)
+    key, columns = _columns(graph, velocity)
+    second = WAYS[time]
+    found: TimeDepth = memory.get_or_compute(
+        "convert", "time to depth" if in_time else "depth to time",
+        ("convert", key, memory.hold(inputs.velocity), in_time, second),
+        lambda: convert_mesh(*columns, velocity, in_time, second),
+        lambda made: f"{made.depth.min():.6g} to {made.depth.max():.6g} m",
+    )  # fmt: skip
+    return found
+
+
+def _velocity(graph: Graph, inputs: SceneInputs) -> Velocity:
+    """The velocities of a scene, checked, with maps as grids."""
+    horizons = tuple(graph.inputs.horizons)
+    zones = tuple(names_of_zones(horizons))
+
+    def run() -> Velocity:
+        def open_map(value: Any, name: str) -> Lattice:
+            return opened_map(value, name, inputs.crs)
+
+        return velocity_of(inputs.velocity, horizons, zones, open_map)
+
+    key = ("velocity", graph.memory.hold(inputs.velocity), zones)
+    return graph.memory.stored_for(inputs.velocity, key, run)
+
+
+def _columns(graph: Graph, velocity: Velocity) -> tuple[Hashable, Columns]:
+    """What is above each vertex of a model, and its key: the same for all values of velocities."""
+    memory, zones = graph.memory, velocity.zones
+    wholes = tuple(map(graph.whole, graph.inputs.names))
+    key = ("columns", *map(memory.key_of, wholes), graph.units_key, velocity.groups)
+
+    def run() -> Columns:
+        split = trim_sheets(patches_from(find_contacts(wholes, origin=graph._origin)))
+        mesh = mesh_of(split, graph.patches, graph.units, zones)
+        starts = starts_of(mesh, velocity.groups)
+        return mesh, starts, levels_of(starts)
+
+    found: Columns = memory.get_or_compute(
+        "columns", counted(len(wholes), "surface"), key, run,
+        lambda found: f"{len(found[0].local)} vertices",
+    )  # fmt: skip
+    return key, found
+
+
+def converted_inputs(
+    given: Graph, built: Graph, inputs: SceneInputs, time: str, *, to_depth: bool
+) -> SceneInputs:
+    """
+    Return the inputs of a scene with horizons and faults in the other domain.
+
+    Parameters
+    ----------
+    given, built : Graph
+        Of the inputs as they are, and of the model, torn where horizons are to be torn.
+    inputs : SceneInputs
+    time : {"two-way", "one-way"}
+    to_depth : bool
+        Whether the inputs are in time.
+
+    Raises
+    ------
+    InputError
+        For a sheet, which is torn already.
+    """
+    pair = converted(built, inputs, time, to_depth)
+    key, (mesh, *_) = _columns(built, pair.velocity)
+    memory = given.memory
+
+    def carried(points: np.ndarray, content: Hashable) -> np.ndarray:
+        """Points in the other domain; what is above them is found once for all velocities."""
+        found = memory.stored_for(
+            mesh, ("crossings", key, content),
+            lambda: crossings_of(mesh, pair.velocity.groups, (points - mesh.origin)[:, :2]),
+        )  # fmt: skip
+        return pair.convert(points, to_depth, found)
+
+    horizons = {}
+    for name, value in given.inputs.horizons.items():
+        if isinstance(value, Sheet):
+            raise InputError(
+                f"horizon {name!r} is a sheet that was torn before, and cannot be converted. Give "
+                "its data in place of the sheet, and tear=True."
+            )
+        content = ("horizon", name, given.read.content(name, value), given.inputs.options)
+        horizons[name] = _horizon(given, name, value, partial(carried, content=str(content)))
+    faults = {}
+    for name in given.inputs.faults:
+        fault = given.read.fault(name)
+        x, triangles, _ = divided(fault.vertices, fault.triangles, mesh.longest)
+        whole = given.inputs.halves.whole_of(name)
+        made = TriSurface(whole, "fault", carried(x, ("fault", memory.key_of(fault))), triangles)
+        faults[whole] = in_crs_of(made, [fault])
+    unit = None if to_depth else "ms"
+    return inputs.replaced(
+        horizons=horizons, faults=faults, length_unit=unit, velocity=None, box=inputs.box,
+        time=None if to_depth else time,
+    )  # fmt: skip
+
+
+def _horizon(
+    given: Graph, name: str, value: Any, carried: Callable[[np.ndarray], np.ndarray]
+) -> Any:
+    """A horizon in the other domain: points, or a surface; a grid stays one."""
+    if given.inputs.tear is None:
+        surface = given.untied(name)
+    else:
+        data = opened_horizon(value, given.inputs.options)
+        words = undeclared(data, given.inputs.options)
+        if are_points(data):
+            from geosurf.sheets.lattice.data import points_of  # loaded by those who tear
+
+            return carried(
+                points_of(data, name, words.get("positive"), words.get("length_unit"))[1]
+            )
+        surface = (
+            data if isinstance(data, TriSurface) else horizon_over(data, (), name=name, **words)
+        )
+    lattice = surface.lattice
+    if lattice is None:
+        made = TriSurface(name, "horizon", carried(surface.vertices), surface.triangles)
+    else:
+        elevation = lattice.elevation.copy()
+        elevation[lattice.present] = carried(surface.vertices)[:, 2]
+        grid = Lattice(
+            lattice.easting, lattice.northing, elevation, lattice.rising, lattice.reverse
+        )
+        made = TriSurface(name, "horizon", lattice=grid, vertex_data=surface.vertex_data)
+    return in_crs_of(made, [surface])
+
+
+# what is vertical in the results of measures; all others are along the map
+VERTICAL = ("thickness", "throw", "picked", "model", "misfit", "data", "spread", "off")
+SLANTED = ("dip_separation", "apparent_dip")
+
+
+def in_milliseconds(found: Any) -> Any:
+    """Return a measure of a model in time, vertical numbers in ms, without slanted ones."""
+    if not hasattr(found, "data_vars"):
+        return found.assign_attrs(units="ms")
+    found = found.drop_vars([name for name in SLANTED if name in found])
+    for name, values in found.variables.items():
+        is_vertical = name in VERTICAL or str(name).endswith("elevation")
+        if is_vertical and values.attrs.get("units") == "m":
+            found = found.assign({name: found[name].assign_attrs(units="ms")})
+    return found
+
+
+# ---- what a scene asks ----------------------------------------
+
+
+def plain_in_depth(given: Graph, built: Graph, inputs: SceneInputs) -> Graph:
+    """Return the graph of what a scene in time becomes by its velocities, not yet torn.
+
+    Parameters
+    ----------
+    given, built : Graph
+        As for `converted_inputs`, in time.
+    inputs : SceneInputs
+    """
+    made = converted_inputs(given, built, inputs, str(inputs.time), to_depth=True)
+    plain = Graph(made, given.memory)
+    plain.known_regions, plain.converted_from = given.known_regions, built
+    return plain
+
+
+def inputs_in_time(
+    inputs: SceneInputs, graphs: Callable[[], tuple[Graph, Graph]], time: str | None
+) -> SceneInputs:
+    """Return the inputs of a scene in time; `graphs` gives the scene in depth, plain and torn."""
+    if inputs.time is not None:
+        if time not in (None, inputs.time):
+            raise InputError(f"the scene is in {inputs.time} time. Leave time= out.")
+        return inputs.to_build
+    _need_velocity(inputs)
+    if time_word(time) is None:
+        raise InputError('state how times count: in_time("two-way"), or "one-way".')
+    return converted_inputs(*graphs(), inputs, str(time), to_depth=False).in_time
+
+
+def convert_points(
+    inputs: SceneInputs, in_time: Callable[[], Graph], points: Any, to_depth: bool
+) -> np.ndarray:
+    """Return points of a scene in the other domain; `in_time` gives its model in time."""
+    _need_velocity(inputs)
+    if inputs.time is None:
+        raise InputError("the inputs are in depth. Ask the scene in time: scene.in_time(...).")
+    return converted(in_time(), inputs, inputs.time, True).convert(
+        points_of_array(points), to_depth
+    )
+
+
+def _need_velocity(inputs: SceneInputs) -> None:
+    if inputs.velocity is None:
+        raise InputError(
+            "the scene has no velocities. Give them: scene.replace(velocity={...}), in m/s by zone."
+        )
+
+
+def need_depth(time: str | None, what: str) -> None:
+    """Refuse what milliseconds have not."""
+    if time is not None:
+        raise InputError(
+            f"the scene is in time, and {what} need depth. Give velocities: "
+            "scene.replace(velocity={...}), in m/s by zone."
+        )

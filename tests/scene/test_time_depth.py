@@ -1,0 +1,215 @@
+"""Scenes in time become scenes in depth: closed forms, both directions, and what is refused."""
+
+from __future__ import annotations
+
+import pickle
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import geosurf as gs
+
+X = np.linspace(0.0, 4000.0, 81)
+Y = np.linspace(0.0, 2000.0, 41)
+DIP, DROP, SLOPE, X0 = np.radians(60.0), 80.0, 0.05, 1800.0
+BOX = (100.0, 3900.0, 100.0, 1900.0, -2600.0, -1500.0)
+LINEAR = {"v0": 1700.0, "k": 0.65}
+
+
+def fault_at(z: Any, dip: float = DIP) -> Any:
+    """Easting of a fault that dips east and strikes north."""
+    return X0 - (z + 2000.0) / np.tan(dip)
+
+
+def plane(level: float, dip: float = DIP, slope: float = SLOPE) -> np.ndarray:
+    """Elevation at the nodes of a plane, lower by DROP in the hanging wall, in the east."""
+    z = level + slope * (X - 2000.0)
+    return np.broadcast_to(np.where(fault_at(z, dip) > X, z, z - DROP), (len(Y), len(X)))
+
+
+def fault(dip: float = DIP) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices and triangles of the fault, in steps that need not be divided."""
+    z, y = np.arange(-2700.0, -1350.0, 50.0), np.arange(-50.0, 2100.0, 50.0)
+    grid = np.stack(np.broadcast_arrays(fault_at(z[:, None], dip), y, z[:, None]), axis=2)
+    a = np.arange(len(z) * len(y)).reshape(len(z), -1)
+    cells = a[:-1, :-1], a[:-1, 1:], a[1:, 1:], a[1:, :-1]
+    p, q, r, s = (one.ravel() for one in cells)
+    return grid.reshape(-1, 3), np.concatenate([np.stack([p, q, r], 1), np.stack([p, r, s], 1)])
+
+
+def times(z: np.ndarray, velocity: Any) -> np.ndarray:
+    """Minus two-way milliseconds, by the closed forms of a constant and of v0 + k z."""
+    if isinstance(velocity, dict):
+        return -2000.0 * np.log1p(velocity["k"] * -z / velocity["v0"]) / velocity["k"]
+    return 2000.0 * z / velocity
+
+
+def grid(values: np.ndarray, **attrs: str) -> xr.DataArray:
+    coords = {"northing": Y, "easting": X}
+    return xr.DataArray(values, coords, ("northing", "easting"), attrs=attrs)
+
+
+def in_time(law: Any, levels: dict[str, float], **words: Any) -> gs.Scene:
+    """A scene of planes that were turned into time by a closed form."""
+    x, triangles = fault()
+    x = np.column_stack([x[:, :2], times(x[:, 2], law)])
+    horizons = {
+        name: grid(-times(plane(z), law), units="ms", positive="down") for name, z in levels.items()
+    }
+    words = {"tear": True, "box": BOX, "velocity": law, "time": "two-way"} | words
+    return gs.Scene(horizons, {"F1": (x, triangles)}, **words)
+
+
+CONSTANT_AND_LINEAR = pytest.mark.parametrize(
+    "velocity", [3000.0, LINEAR], ids=["constant", "v0 + k z"]
+)
+
+
+@CONSTANT_AND_LINEAR
+def test_planes_that_a_fault_cuts_have_depths_and_volumes_of_closed_forms(velocity: Any) -> None:
+    levels = {"Top": -2000.0, "Base": -2150.0}
+    horizons = {
+        name: grid(times(z + SLOPE * (X - 2000.0) + 0.0 * Y[:, None], velocity), units="ms")
+        for name, z in levels.items()
+    }
+    x, triangles = fault()
+    x = np.column_stack([x[:, :2], times(x[:, 2], velocity)])
+    words = {"positive": "up", "time": "two-way", "velocity": velocity}
+    scene = gs.Scene(horizons, {"F1": (x, triangles)}, BOX, **words)
+    assert all(line.startswith("pass") for line in str(scene.check()).splitlines())
+    for name, z in levels.items():
+        found = scene.surface(name).vertices
+        np.testing.assert_allclose(found[:, 2], z + SLOPE * (found[:, 0] - 2000.0), rtol=1e-12)
+
+    # a section is a quadrangle on each side of the fault
+    t = np.tan(DIP)
+    wall = [(X0 * t - 2000.0 - z + 2000.0 * SLOPE) / (t + SLOPE) for z in levels.values()]
+    west, east, south, north = BOX[:4]
+    for block, side in (("F1-", west), ("F1+", east)):
+        across = 150.0 * abs(0.5 * sum(wall) - side)
+        assert scene.units[f"Top/Base {block}"].volume == pytest.approx(
+            across * (north - south), rel=1e-9
+        )
+
+
+@CONSTANT_AND_LINEAR
+def test_torn_planes_have_the_throw_and_the_volumes_of_the_scene_in_depth(velocity: Any) -> None:
+    levels = {"Top": -2000.0, "Base": -2150.0}
+    scene = in_time(velocity, levels)
+    horizons = {name: grid(plane(z), units="m", positive="up") for name, z in levels.items()}
+    depth = gs.Scene(horizons, {"F1": fault()}, BOX, tear=True)
+    assert all(line.startswith("pass") for line in str(scene.check()).splitlines())
+    xr.testing.assert_allclose(scene.volumes, depth.volumes, rtol=1e-9)
+    found, expected = scene.throw("Top", "F1").throw, depth.throw("Top", "F1").throw
+    assert found.attrs["units"] == "m"
+    assert float(found.max()) == pytest.approx(float(expected.max()), abs=1e-9)
+    assert float(found.min()) == pytest.approx(float(expected.min()), abs=1e-9)
+
+
+def test_each_wall_of_a_vertical_fault_has_the_velocities_of_its_own_side() -> None:
+    x, triangles = fault(np.pi / 2.0)
+    levels = {"Top": -2000.0, "Base": -2200.0}
+    horizons = {name: grid(plane(z, np.pi / 2.0, 0.0), units="ms") for name, z in levels.items()}
+    velocity = {"above Top": 2000.0, "Top/Base": 4000.0, "below Base": 3000.0}
+    words = {"positive": "up", "time": "two-way", "velocity": velocity, "tear": True}
+    scene = gs.Scene(horizons, {"F1": (x, triangles)}, **words)
+    for side, top in (("-", -2000.0), ("+", -2000.0 - DROP)):
+        for name, below in (("Top", 0.0), ("Base", 400.0)):
+            z = np.concatenate(scene.cutoffs(name, "F1", side))[:, 2]
+            np.testing.assert_allclose(z, top - below, rtol=0, atol=1e-6)
+    assert scene.throw("Base", "F1").throw.values == pytest.approx(DROP)
+
+
+def test_below_a_dipping_fault_lines_run_through_the_rock_above_it() -> None:
+    velocity = {"above Top": 2000.0, "Top/Base": 4000.0, "below Base": 3000.0}
+    x, triangles = fault()
+    flat = {"Top": plane(-2000.0, slope=0.0), "Base": plane(-2300.0, slope=0.0)}
+    horizons = {name: grid(one, units="ms", positive="up") for name, one in flat.items()}
+    words = {"velocity": velocity, "time": "two-way", "tear": True}
+    scene = gs.Scene(horizons, {"F1": (x, triangles)}, **words)
+
+    # a node of the footwall's Base, and one above it in the same column: 2000 m/s down to the Top
+    # of the hanging wall, at -2080 ms, then 4000 m/s, also beyond the fault at -2086.6 ms
+    for t in (-2300.0, -2200.0):
+        depth = scene.to_depth([[1850.0, 1000.0, t]])[0, 2]
+        assert depth == pytest.approx(-2080.0 + 2.0 * (t + 2080.0), abs=1e-6)
+    # beside it, in the footwall alone
+    assert scene.to_depth([[1000.0, 1000.0, -2250.0]])[0, 2] == pytest.approx(-2500.0, abs=1e-9)
+    places = np.column_stack([np.random.default_rng(1).uniform(*box, 500) for box in
+                              ((100, 3900), (100, 1900), (-2600, -1500))])  # fmt: skip
+    np.testing.assert_allclose(scene.to_time(scene.to_depth(places)), places, rtol=0, atol=1e-6)
+
+
+def test_replaced_velocities_give_the_bytes_of_a_new_scene_and_survive_a_pickle() -> None:
+    levels = {"Top": -2000.0, "Base": -2150.0}
+    slow = {"above Top": 2500.0, "elsewhere": 3000.0}
+    wave = grid(2500.0 + 0.1 * np.add.outer(Y, X))
+    fast = {"above Top": wave, "Top/Base": {"v0": 2000.0, "k": 0.5}, "elsewhere": 3000.0}
+    new = in_time(3000.0, levels, velocity=fast, box=None)
+    first = in_time(3000.0, levels, velocity=slow, box=None)
+    assert len(first.units) == len(new.units)
+    for scene in (first.replace(velocity=fast), pickle.loads(pickle.dumps(new))):
+        assert scene.patches.local.tobytes() == new.patches.local.tobytes()
+        assert scene.volumes.equals(new.volumes)
+    steps = [step.stage for step in first.replace(velocity=slow | {"above Top": 2600.0}).steps]
+    assert "columns" not in steps
+    there = new.to_time(new.patches.vertices)
+    np.testing.assert_allclose(new.to_depth(there), new.patches.vertices, rtol=0, atol=1e-6)
+
+
+def test_a_scene_in_time_measures_milliseconds_and_refuses_volumes() -> None:
+    scene = in_time(3000.0, {"Top": -2000.0, "Base": -2150.0}).in_time()
+    assert scene.time == "two-way"
+    throw, thickness = scene.throw("Top", "F1"), scene.thickness("Top/Base", 500.0)
+    assert throw.throw.attrs["units"] == thickness.attrs["units"] == "ms"
+    assert throw.heave.attrs["units"] == "m"
+    assert float(thickness.max()) == pytest.approx(100.0)
+    figure = scene.plot.section([(200.0, 1000.0), (3800.0, 1000.0)])
+    assert "Two-way time [ms]" in [axes.get_ylabel() for axes in figure.axes]
+    for refused in (lambda: scene.volumes, scene.table, scene.volumetrics, scene.closures):
+        with pytest.raises(gs.errors.InputError, match=r"Give velocities: scene.replace\("):
+            refused()
+
+
+def test_depth_becomes_time_and_comes_back() -> None:
+    velocity = {"above Top": 2000.0, "Top/Base": LINEAR, "below Base": 3500.0}
+    horizons = {name: grid(plane(z), units="m", positive="up")
+                for name, z in (("Top", -2000.0), ("Base", -2150.0))}  # fmt: skip
+    given = gs.Scene(horizons, {"F1": fault()}, BOX, tear=True, velocity=velocity)
+    time = given.in_time("one-way")
+    assert sorted(time.units) == sorted(given.units)
+    assert time.surface("Top").bounds[4:] == pytest.approx(
+        [0.5 * z for z in given.surface("Top").bounds[4:]], rel=1e-3
+    )
+    back = time.replace(velocity=velocity, box=BOX)
+    assert back.time is None
+    assert sorted(back.units) == sorted(given.units)
+    for name in ("Top", "Base"):
+        difference = back.sheets[name].lattice.elevation - given.sheets[name].lattice.elevation
+        assert np.median(np.abs(difference)) < 1e-6
+
+
+TOP = {"Top": grid(plane(-2000.0), units="ms", positive="up")}
+
+
+@pytest.mark.parametrize(
+    ("horizons", "words", "says"),
+    [
+        (TOP, {}, r'is in time \(ms\).*time="two-way"'),
+        (TOP, {"time": "twt"}, 'Write time="two-way"'),
+        ({"Top": grid(plane(-2000.0), units="m")}, {"time": "two-way"}, "the scene is in time"),
+        (TOP, {"time": "two-way", "velocity": {"Top": 1.0}}, "has nothing for"),
+        (TOP, {"time": "two-way", "velocity": {"Topp": 1.0}}, "no zone and no horizon"),
+        (TOP, {"time": "two-way", "velocity": {"elsewhere": -5.0}}, "above 0"),
+        (TOP, {"time": "two-way", "velocity": {"v0": 1800.0}}, "v0 .* and k"),
+        (TOP, {"time": "two-way", "tolerance": 1.0}, "in metres"),
+        ({"Top": fault()}, {"time": "two-way", "length_unit": "s"}, "minus milliseconds"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused(
+    horizons: dict[str, Any], words: dict[str, Any], says: str
+) -> None:
+    with pytest.raises(gs.errors.InputError, match=says):
+        _ = gs.Scene(horizons, **words).units
