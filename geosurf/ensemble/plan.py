@@ -159,7 +159,7 @@ class Plan:
                     one.apply(change)
                 scene = self.model.build(change)
                 self._keep_apart(scene)
-                record = _with_tears(self.measure(scene, change.numbers), scene)
+                record = self._with_tears(self.measure(scene, change.numbers), scene)
             except GeosurfError as error:
                 record = Record.failed(change.numbers, str(error))
             # A realisation that breaks an invariant is a failed one, and the others go on.
@@ -179,6 +179,14 @@ class Plan:
                 keep_results_apart(scene)
             self._shared = True
 
+    def _with_tears(self, record: Record, scene: Scene) -> Record:
+        """The same with how many horizons were torn as picked, and how many were cut anew."""
+        plans = {name: of.plan for name, of in scene.sheets.items() if of.plan is not None}
+        # one that nothing moves has the sheet of the base case, which was searched for once
+        base = getattr(self.model, "plans", {})
+        anew = sum(of.searched and of is not base.get(name) for name, of in plans.items())
+        return replace(record, n_torn=len(plans), n_searched=anew)
+
     def measure(self, scene: Scene, numbers: dict[str, float]) -> Record:
         """Return what all units hold, and maps if they are requested."""
         # Moved contacts cut known units for volumes; maps need the units themselves.
@@ -187,12 +195,6 @@ class Plan:
         if self.layers is None:
             return Record(amounts, numbers)
         return Record(amounts, numbers, self.layers.thickness(scene), juxtaposed=areas_of(scene))
-
-
-def _with_tears(record: Record, scene: Scene) -> Record:
-    """The same with how many horizons were torn as picked, and how many were searched for."""
-    plans = [sheet.plan for sheet in scene.sheets.values() if sheet.plan is not None]
-    return replace(record, n_torn=len(plans), n_searched=sum(plan.searched for plan in plans))
 
 
 def uncertainties(given: Any) -> tuple[Uncertainty, ...]:

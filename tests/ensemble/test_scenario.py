@@ -175,8 +175,11 @@ def test_the_example_of_new_can_be_run_as_an_ensemble(tmp_path, capsys):
     words = ["ensemble", str(tmp_path / "field" / "scenario.toml"), "-n", "3", "--workers", "1"]
     assert main([*words, "-o", str(tmp_path / "out")]) == 0
     assert "3 realisations, 0 failed" in capsys.readouterr().out
-    volumes = gs.ensemble.open_ensemble(tmp_path / "out" / "ensemble.zarr").data.bulk
-    assert (volumes.std("realisation") > 0).any()
+    data = gs.ensemble.open_ensemble(tmp_path / "out" / "ensemble.zarr").data
+    assert (data.bulk.std("realisation") > 0).any()
+    # a horizon that stays was searched for in the base case only
+    assert (data.torn == 3).all()
+    assert not data.searched.any()
 
 
 @pytest.mark.parametrize(
