@@ -29,6 +29,18 @@ kind = "depth error"
 of = ["Base"]
 sd_m = 12.0
 range_m = 1500.0
+
+# How much oil is in place? Without the '#', `geosurf run` and `geosurf ensemble` answer.
+
+# [[contacts]]
+# name = "OWC"
+# elevation_m = -1780.0
+
+# [volumetrics]
+# net_to_gross = {triangular = [0.6, 0.75, 0.85]}
+# porosity = {"Top/Middle" = {normal = [0.25, 0.02]}, elsewhere = 0.2}
+# water_saturation = {uniform = [0.2, 0.35]}
+# formation_volume_factor = 1.3
 """
 MOST_REPEATED = 200  # characters of a command that is shown again
 

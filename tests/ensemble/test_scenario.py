@@ -172,9 +172,14 @@ def test_keys_can_be_set_and_tables_without_names_are_counted(write, tmp_path, c
 
 def test_the_example_of_new_can_be_run_as_an_ensemble(tmp_path, capsys):
     assert main(["new", str(tmp_path / "field"), "--example"]) == 0
-    words = ["ensemble", str(tmp_path / "field" / "scenario.toml"), "-n", "3", "--workers", "1"]
+    path = tmp_path / "field" / "scenario.toml"
+    text, mark, fluids = path.read_text().partition("# How much oil is in place?")
+    path.write_text(text + mark + fluids.replace("\n# ", "\n"))
+    words = ["ensemble", str(path), "-n", "3", "--workers", "1"]
     assert main([*words, "-o", str(tmp_path / "out")]) == 0
-    assert "3 realisations, 0 failed" in capsys.readouterr().out
+    printed = capsys.readouterr().out
+    assert "3 realisations, 0 failed" in printed
+    assert "STOIIP [million Sm³]" in printed
     data = gs.ensemble.open_ensemble(tmp_path / "out" / "ensemble.zarr").data
     assert (data.bulk.std("realisation") > 0).any()
     # a horizon that stays was searched for in the base case only
