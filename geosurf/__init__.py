@@ -46,6 +46,7 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
         truncate_faults as truncate_faults,
     )
     from geosurf.grid import build_grid as build_grid
+    from geosurf.grid import fault_multipliers as fault_multipliers
     from geosurf.intersect import intersect_surfaces as intersect_surfaces
     from geosurf.model import (
         Certificate as Certificate,

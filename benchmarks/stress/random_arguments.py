@@ -107,7 +107,7 @@ def given() -> SimpleNamespace:
         "sheet": gs.tear_horizon(torn.horizons["Top"], faults), "certificate": scene.check(),
         "crs": "EPSG:32631", "lines": scene.fault_polygons("Top"),
         "corner_point_grid": gs.build_grid(scene, cell=1000.0, layers=1), "throws": {},
-        "zones": {"Top/Base": 10.0}, "rules": {},
+        "zones": {"Top/Base": 10.0}, "rules": {}, "vshale": 0.3, "permeability": 100.0,
         "sheets": {"Top": gs.tear_horizon(torn.horizons["Top"], faults)},
     }  # fmt: skip
     return SimpleNamespace(**right)
@@ -137,6 +137,7 @@ SPECIAL: dict[str, dict[str, str]] = {
        for name in ("tear_horizon", "throw_horizon", "propose_trim")},
     "triangulate_fault": {"obj": "surface"}, "Scene.surface": {"name": "horizon"},
     "to_xtgeo": {"horizon": "da"}, "render_grid_section": {"grid": "corner_point_grid"},
+    "fault_multipliers": {"grid": "corner_point_grid"},
 }  # fmt: skip
 
 

@@ -16,7 +16,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -478,35 +477,6 @@ def zones_of(patches: Patches, cells: Cells, side: np.ndarray, horizons: list[in
     zone = np.concatenate([side == ABOVE, lowest]).argmax(axis=0)
     zone[0] = -1
     return zone
-
-
-def names_of_zones(horizons: Sequence[str]) -> list[str]:
-    """
-    Names of the zones between horizons, youngest first.
-
-    Raises
-    ------
-    InputError
-        If two would have one name.
-
-    Examples
-    --------
-    >>> names_of_zones(["Top", "Base"])
-    ['above Top', 'Top/Base', 'below Base']
-    """
-    if not horizons:
-        return ["box"]
-    between = [f"{a}/{b}" for a, b in pairwise(horizons)]
-    names = [f"above {horizons[0]}", *between, f"below {horizons[-1]}"]
-
-    # 'A/B' between 'A' and 'B' may also be the name of a horizon
-    for name in names:
-        if names.count(name) > 1:
-            raise InputError(
-                f"two zones would have the name {name!r} because names of horizons contain '/'. "
-                "Rename one of the horizons."
-            )
-    return names
 
 
 def reservoir_of(zones: Sequence[str], reservoir: Any = None) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from geosurf.carve.cells import OUTSIDE, Cells, find_cells
 from geosurf.carve.clipped import Clips, clipped_by
-from geosurf.carve.column import apply_column, names_of_zones, reservoir_of, zones_of
+from geosurf.carve.column import apply_column, reservoir_of, zones_of
 from geosurf.carve.fluids import (
     check_zones,
     contacts_of_units,
@@ -53,7 +53,7 @@ from geosurf.errors import GeosurfWarning, InputError
 from geosurf.kernels.meshes.mesh import join_pairs
 from geosurf.model import FluidContact, Patches, Unit, Units, check_column
 from geosurf.model.base import in_crs_of
-from geosurf.model.column import CONFORMABLE, Remnant, separators
+from geosurf.model.column import CONFORMABLE, Remnant, names_of_zones, separators
 from geosurf.model.expected import expect
 from geosurf.model.slivers import MergedSliver, SliverSettings, sliver_settings
 

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from geosurf.carve.column import names_of_zones
 from geosurf.errors import InputError
 from geosurf.measure.thickness import nodes_of, thickness_map
+from geosurf.model.column import names_of_zones
 from geosurf.scene import Scene
 
 if TYPE_CHECKING:  # pragma: no cover - types only

@@ -1,4 +1,4 @@
-"""A scene -> a corner-point grid for flow simulators."""
+"""A scene -> a corner-point grid for flow simulators, and multipliers of its faces on faults."""
 
 from __future__ import annotations
 
@@ -18,13 +18,14 @@ from geosurf.grid.build import (
     pillars_along_faults,
 )
 from geosurf.grid.follow import balanced
+from geosurf.grid.multipliers import fault_multipliers
 from geosurf.grid.pillars import Pillars, layers_of, vertical_pillars
 from geosurf.model.base import in_crs_of
 from geosurf.model.grids import CornerPointGrid
 from geosurf.model.protocols import missing_members
 from geosurf.warning import warn
 
-__all__ = ["build_grid"]
+__all__ = ["build_grid", "fault_multipliers"]
 
 
 @running("grid")

@@ -27,7 +27,8 @@ from geosurf.kernels.meshes.mesh import renumbered
 from geosurf.measure.columns import cross_columns
 from geosurf.measure.cutoffs import level_of
 from geosurf.measure.faces import row_of
-from geosurf.measure.rock import FAULT, HORIZON, ROOF, WALL, Rock, bounded_rock
+from geosurf.measure.rock import FAULT, HORIZON, ROOF, WALL, Rock, Seal, bounded_rock
+from geosurf.measure.seal import vshale_of, walls_of
 from geosurf.measure.section import ragged, rings_of
 from geosurf.model import FluidContact, Patches, Units
 
@@ -35,6 +36,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
 
 SEALING, OPEN, JUXTAPOSITION = FAULT_RULES = ("sealing", "open", "juxtaposition")
+SGR = "sgr"  # key of the rule of a fault that holds where its shale gouge ratio is large enough
 ELSEWHERE = "elsewhere"  # key of the rule for faults that a mapping does not name
 KINDS = ("saddle", "edge", "horizon", "fault", "none")  # what is at a spill point
 SADDLE, EDGE, ENDED, LEAK, NONE = range(5)
@@ -43,18 +45,27 @@ NEVER = np.iinfo(np.int64).max
 
 def seal_rules(
     given: Any, names: Sequence[str], key: str = "faults", allowed: Sequence[str] = FAULT_RULES
-) -> dict[str, str]:
+) -> dict[str, Any]:
     """Return the rule of each fault or horizon, or raise an InputError.
 
-    The first of those that are allowed holds where nothing else is given.
+    The first of those that are allowed holds where nothing else is given. A number is the least
+    shale gouge ratio with which a fault holds.
 
     Examples
     --------
-    >>> seal_rules({"F1": "open", "elsewhere": "juxtaposition"}, ["F1", "F2"])
-    {'F1': 'open', 'F2': 'juxtaposition'}
+    >>> seal_rules({"F1": {"sgr": 0.2}, "elsewhere": "juxtaposition"}, ["F1", "F2"])
+    {'F1': 0.2, 'F2': 'juxtaposition'}
     """
     rules = dict(given) if isinstance(given, Mapping) else {ELSEWHERE: given}
     for name, rule in rules.items():
+        if isinstance(rule, Mapping) and allowed is FAULT_RULES:
+            least: Any = rule.get(SGR)
+            if len(rule) != 1 or not is_number(least) or not 0.0 <= least <= 1.0:
+                raise InputError(
+                    f"{key}: {dict(rule)!r} is no rule. Write {{'sgr': 0.2}} for a fault that "
+                    "holds where its shale gouge ratio is at least 0.2."
+                )
+            rules[name], rule = float(least), SEALING
         for word, known in ((name, (*names, ELSEWHERE)), (rule, allowed)):
             if not is_word(word, known):
                 raise InputError(
@@ -64,6 +75,21 @@ def seal_rules(
                 )
     other = rules.get(ELSEWHERE, allowed[0])
     return {name: rules.get(name, other) for name in names}
+
+
+def rules_of_closures(
+    scene: Any, faults: Any, horizons: Any, vshale: Any
+) -> tuple[dict[str, Any], list[str], dict[str, float] | None]:
+    """Return the rules of faults, the horizons that hold and the Vshale of zones, checked."""
+    rules = seal_rules(faults, scene.fault_names)
+    held = seal_rules(horizons, scene.horizon_names, "horizons", (OPEN, SEALING))
+    shale = None if vshale is None else vshale_of(scene, vshale)
+    if shale is None and any(not isinstance(rule, str) for rule in rules.values()):
+        raise InputError(
+            "faults has a rule by shale gouge ratio, which needs vshale=. Give the shale of the "
+            "zones: vshale={'Top/Base': 0.2, 'elsewhere': 0.7}."
+        )
+    return rules, [name for name, rule in held.items() if rule == SEALING], shale
 
 
 # ---- merge tree ----------------------------------------
@@ -128,7 +154,8 @@ class Tree:
 
         # each node climbs to its highest neighbour, along the boundary or across a fault
         across, t = rock.passes[rock.passes[:, 1] >= 0], rock.t
-        ends = np.concatenate([t[:, [0, 1]], t[:, [1, 2]], t[:, [2, 0]], across[:, :2]])
+        inner = np.concatenate([t[:, [0, 1]], t[:, [1, 2]], t[:, [2, 0]], rock.links])
+        ends = np.concatenate([inner, across[:, :2]])
         best, is_roof = rank.copy(), rock.nodes(rock.kind == ROOF)
         for a, b in ((0, 1), (1, 0)):
             np.minimum.at(best, ends[:, a], rank[ends[:, b]])
@@ -151,7 +178,7 @@ class Tree:
         self.leaf: dict[int, Closure] = {}  # by its summit
         self.rims: dict[int, tuple[int, int]] = {}  # of small parts: where they spill, and to
         fault = np.full(len(ends) + len(lifted), -1)
-        fault[3 * len(t) : len(ends)] = across[:, 2]
+        fault[len(inner) : len(ends)] = across[:, 2]
         events = np.concatenate([exits, self._meetings(np.concatenate([ends, lifted]), fault)])
         for event in events[np.lexsort((events[:, 1] >= 0, rank[events[:, 0]]))].tolist():
             self._meet(*event)
@@ -260,9 +287,10 @@ def find_closures(
     patches: Patches,
     units: Units,
     horizons: Sequence[str],
-    rules: Mapping[str, str],
+    rules: Mapping[str, str | float],
     min_height: float,
     seals: Sequence[str] = (),
+    vshale: Mapping[str, float] | None = None,
 ) -> xarray.Dataset:
     """
     Find the closures of horizons.
@@ -272,12 +300,14 @@ def find_closures(
     patches, units : Patches, Units
     horizons : sequence of str
         With a zone of the reservoir directly below, see `roofs_of`.
-    rules : mapping of str to str
-        One of `FAULT_RULES` for each fault, see `seal_rules`.
+    rules : mapping of str to str or float
+        One of `FAULT_RULES` for each fault, or the least SGR that seals, see `seal_rules`.
     min_height : float
         Lower ones are left out [m].
     seals : sequence of str
         Horizons that hold where others end on them.
+    vshale : mapping of str to float, optional
+        By zone, youngest first, for faults that hold by their SGR.
 
     Returns
     -------
@@ -293,20 +323,27 @@ def find_closures(
     >>> find_closures(scene.patches, scene.units, ["Top"], rules, 1.0).sizes["closure"]
     0
     """
-    by_rule: dict[str, list[int]] = {rule: [] for rule in FAULT_RULES}
+    passed: dict[int, Seal | None] = {}
+    is_open = []
     for i, source in enumerate(patches.sources):
-        if source.role == "fault":
-            by_rule[rules[source.name]].append(i)
+        rule = rules[source.name] if source.role == "fault" else SEALING
+        if rule == OPEN:
+            is_open.append(i)
+        elif not isinstance(rule, str) and vshale is not None and i in units.rows_inside:
+            passed[i] = Seal(walls_of(patches, units, source.name, vshale, math.inf), rule)
+        elif rule == JUXTAPOSITION:
+            passed[i] = None
     table = _Table(patches, units)
     for name in horizons:
-        rock = bounded_rock(patches, units, name, by_rule[JUXTAPOSITION])
+        rock = bounded_rock(patches, units, name, passed)
         rows = [row_of(patches, seal, "horizon") for seal in seals if seal != name]
         held = _sealed(rock, rows)
-        exits = _exits(held, by_rule[OPEN], rock.nodes(rock.kind == ROOF), rows)
+        exits = _exits(held, is_open, rock.nodes(rock.kind == ROOF), rows)
         table.add(name, Tree(held, exits, min_height))
-    words = list(dict.fromkeys(rules.values())) or [SEALING]
+    said = {name: r if isinstance(r, str) else f"SGR {r:g}" for name, r in rules.items()}
+    words = list(dict.fromkeys(said.values())) or [SEALING]
     if len(words) > 1:
-        words = [f"{name} {rule}" for name, rule in rules.items()]
+        words = [f"{name} {rule}" for name, rule in said.items()]
     more = {"horizons": f"{', '.join(seals)} sealing"} if seals else {}
     return table.dataset(faults=", ".join(words), min_height=min_height, **more)
 

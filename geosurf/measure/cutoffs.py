@@ -330,7 +330,7 @@ def juxtaposition_table(patches: Patches, units: Units, fault: str) -> xarray.Da
     (['above Top', 'Top/Base', 'below Base'], {'self-juxtaposed'})
     """
     faces = faces_of(patches, units, fault, "fault")
-    pairs, group, between = _pairs(faces)
+    pairs, group, between = pairs_of(faces)
 
     # fsum, so that the areas of all pairs and their total agree to the last digit
     order, ends = _by_group(group, len(pairs))
@@ -360,7 +360,7 @@ def juxtaposition_table(patches: Patches, units: Units, fault: str) -> xarray.Da
     return xr.Dataset({"area": ("pair", areas, area)}, coords, attrs)
 
 
-def _pairs(faces: Faces) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def pairs_of(faces: Faces) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Pairs of units (n, 2) in order, the pair of each triangle, and which triangles have one.
 
     A fault that lies in a wall of the model has a unit on one side only: nothing faces it there.
@@ -432,7 +432,7 @@ def allan_diagram(patches: Patches, units: Units, fault: str) -> xarray.Dataset:
                 rows.append((ring, "zone", sign, unit.name, unit.zone, 1))
 
     # the overlay, exact: regions that see the same pair of units
-    pairs, group, between = _pairs(faces)
+    pairs, group, between = pairs_of(faces)
     for k, (a, b) in enumerate(pairs.tolist()):
         plus, minus = faces.listed[a], faces.listed[b]
         for ring in rings_of(faces.triangles[between[group == k]], faces.x):

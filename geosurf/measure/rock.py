@@ -8,8 +8,8 @@ the same rock around an edge follows from the order of their angles, by exact si
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from geosurf.kernels.meshes.mesh import edges, join_pairs, renumbered
 from geosurf.kernels.meshes.seams import DONE, NEEDS_EXACT, sort_seams
 from geosurf.measure.cutoffs import level_of
 from geosurf.measure.faces import check_model, edge_keys, row_inside
+from geosurf.measure.walls import Walls
 from geosurf.model import Patches, Units
 
 ROOF, FAULT, WALL, HORIZON = range(4)  # what a triangle of the boundary is
@@ -40,6 +41,8 @@ class Rock:
         Where reservoir faces reservoir across a fault that does not hold there: node, node on the
         other wall (-1 where that is no rock below the horizon), row of the fault, index of the zone
         on the other wall.
+    links : ndarray of int64, shape (n_link, 2)
+        Edges beside those of triangles: from leaks inside triangles to their highest corners.
     """
 
     x: np.ndarray
@@ -48,12 +51,41 @@ class Rock:
     surface: np.ndarray
     unit: np.ndarray
     passes: np.ndarray
+    links: np.ndarray
 
     def nodes(self, chosen: np.ndarray) -> np.ndarray:
         """Whether each node is one of some triangles, bool (n_node,)."""
         found = np.zeros(len(self.x), dtype=bool)
         found[self.t[chosen]] = True
         return found
+
+
+@dataclass(frozen=True, eq=False)
+class Seal:
+    """A fault that holds where its shale gouge ratio is at least so large."""
+
+    walls: Walls
+    least: float
+
+    def leaks(self, x: np.ndarray, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Triangles (n, 3, 3), with their units (n, 2), that leak: rows, and highest points.
+
+        Where the ratio is not known, the fault does not hold.
+        """
+        corners, row, values, _ = self.walls.divided(x, sides)
+        above = values.ratio.reshape(-1, 3) - self.least
+        above = np.where(np.isnan(above), -1.0, above)
+        at, k = np.nonzero(above < 0.0)
+        places, rows = [corners[at, k]], [row[at]]
+        for a, b in ((0, 1), (1, 2), (2, 0)):  # where an edge begins to hold
+            at = np.flatnonzero((above[:, a] < 0.0) != (above[:, b] < 0.0))
+            share = (above[at, a] / (above[at, a] - above[at, b]))[:, None]
+            places.append(corners[at, a] + share * (corners[at, b] - corners[at, a]))
+            rows.append(row[at])
+        place, of = np.concatenate(places), np.concatenate(rows)
+        order = np.lexsort((place[:, 1], place[:, 0], -place[:, 2], of))
+        leaky, first = np.unique(of[order], return_index=True)
+        return leaky, place[order[first]]
 
 
 def rock_below(units: Units, level: int) -> tuple[list[int], list[int]]:
@@ -87,7 +119,9 @@ def roofs_of(patches: Patches, units: Units, horizon: str | None = None) -> list
     return [horizon]
 
 
-def bounded_rock(patches: Patches, units: Units, horizon: str, passed: Collection[int]) -> Rock:
+def bounded_rock(
+    patches: Patches, units: Units, horizon: str, passed: Mapping[int, Seal | None]
+) -> Rock:
     """
     Bound the rock below a horizon.
 
@@ -95,8 +129,8 @@ def bounded_rock(patches: Patches, units: Units, horizon: str, passed: Collectio
     ----------
     patches, units : Patches, Units
     horizon : str
-    passed : collection of int
-        Rows of the faults that do not hold where reservoir faces reservoir.
+    passed : mapping of int to Seal or None
+        Rows of the faults that do not hold where reservoir faces reservoir, or only by their seal.
 
     Returns
     -------
@@ -159,10 +193,43 @@ def bounded_rock(patches: Patches, units: Units, horizon: str, passed: Collectio
     other = number[part[leaks], 1 - side[leaks]]
     there = np.where((other >= 0)[:, None], nodes[other], -1)
     of = np.stack([surface[part[leaks]], across[leaks]], axis=1)
-    passes = np.column_stack([nodes[leaks].ravel(), there.ravel(), np.repeat(of, 3, axis=0)])
     turned = np.where((side == 0)[:, None], nodes[:, ::-1], nodes)
-    x = patches.local[point]
-    return Rock(x, turned, kind[part], surface[part], sides[part, side], passes)
+    rock = Rock(
+        patches.local[point], turned, kind[part], surface[part], sides[part, side],
+        np.column_stack([nodes[leaks].ravel(), there.ravel(), np.repeat(of, 3, axis=0)]),
+        np.empty((0, 2), dtype=np.int64),
+    )  # fmt: skip
+    for row, seal in passed.items():
+        if seal is not None:
+            mine = np.flatnonzero(of[:, 0] == row)
+            which = part[leaks[mine]]
+            leaky, place = seal.leaks(patches.local[t[which]], sides[which])
+            mine = mine[leaky]
+            top = rock.x[nodes[leaks[mine]], 2].argmax(axis=1)
+            ends = np.stack([nodes[leaks[mine], top], there[mine, top]])
+            rock = _with_leaks(rock, row, place, ends, of[mine])
+    return rock
+
+
+def _with_leaks(
+    rock: Rock, fault: int, place: np.ndarray, ends: np.ndarray, of: np.ndarray
+) -> Rock:
+    """Let a fault be passed at the highest leak of each triangle only, from a node on each wall.
+
+    Rock leads from such a node up to the highest corner of its triangle, one of `ends` (2, n).
+    """
+    here, there = ends
+    n, facing = len(rock.x), np.flatnonzero(there >= 0)
+    node, across = n + np.arange(len(place)), np.full(len(place), -1)
+    across[facing] = n + len(place) + np.arange(len(facing))
+    links = [np.stack([node, here], 1), np.stack([across[facing], there[facing]], 1)]
+    others = rock.passes[rock.passes[:, 2] != fault]
+    return replace(
+        rock,
+        x=np.concatenate([rock.x, place, place[facing]]),
+        passes=np.concatenate([others, np.column_stack([node, across, of])]),
+        links=np.concatenate([rock.links, *links]),
+    )
 
 
 def _fans(x: np.ndarray, t: np.ndarray, inside: np.ndarray, is_fault: np.ndarray) -> np.ndarray:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 from geosurf.conventions import (
@@ -31,6 +32,35 @@ FIELD_WORDS = {
 ERODES = (EROSIONAL, DISCONTINUOUS)
 IS_LAPPED = (BASE, DISCONTINUOUS)
 ELSEWHERE = "elsewhere"  # the block of a fluid contact that stands for all that no other names
+
+
+def names_of_zones(horizons: Sequence[str]) -> list[str]:
+    """
+    Names of the zones between horizons, youngest first.
+
+    Raises
+    ------
+    InputError
+        If two would have one name.
+
+    Examples
+    --------
+    >>> names_of_zones(["Top", "Base"])
+    ['above Top', 'Top/Base', 'below Base']
+    """
+    if not horizons:
+        return ["box"]
+    between = [f"{a}/{b}" for a, b in pairwise(horizons)]
+    names = [f"above {horizons[0]}", *between, f"below {horizons[-1]}"]
+
+    # 'A/B' between 'A' and 'B' may also be the name of a horizon
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(
+                f"two zones would have the name {name!r} because names of horizons contain '/'. "
+                "Rename one of the horizons."
+            )
+    return names
 
 
 def check_column(horizons: Sequence[str], column: Mapping[str, Any] | None) -> tuple[str, ...]:

@@ -18,10 +18,16 @@ from geosurf.conventions import area_texts
 from geosurf.errors import InputError
 from geosurf.model.expected import listed, name_of
 from geosurf.render import palette
-from geosurf.render.colouring import zone_colours
+from geosurf.render.colouring import seal_bar, shades_of, zone_colours
 from geosurf.render.diagram import Line, diagram_axes, draw_ends, lines_of, outline_of, range_shown
-from geosurf.render.furniture import draw_legend, draw_symbol, draw_words
-from geosurf.render.layers import DETAIL_ROOM, Entry, shortened_apart
+from geosurf.render.furniture import (
+    colours_of,
+    draw_colour_bar,
+    draw_legend,
+    draw_symbol,
+    draw_words,
+)
+from geosurf.render.layers import DETAIL_ROOM, Bar, Entry, shortened_apart
 from geosurf.render.overlay import name_place
 from geosurf.render.palette import AreaStyle, LineStyle
 from geosurf.render.picture_style import FONT
@@ -33,6 +39,8 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 
 LINES = {"cut-off": palette.INK, "contact": palette.CONTACT}  # kinds drawn as lines
 ROOM = 96.0  # margin for names of cut-offs on both sides [design pixels]
+FACING = "reservoir on reservoir"  # polygons in full colour
+N_BAND = 4  # of the colour bar, between two of its values
 HALO = 1.9  # width of the white rim of a contact over the width of its line
 
 
@@ -45,6 +53,7 @@ def draw_allan(
     reservoir: Sequence[str] | None = None,
     title: str | None = None,
     leaks: Sequence[tuple[str, float, float]] = (),
+    seal: xarray.Dataset | None = None,
 ) -> None:
     """Draw the Allan diagram of a fault, with the area of each pair of juxtaposed zones.
 
@@ -64,13 +73,15 @@ def draw_allan(
         Default: the name of the fault and its strike.
     leaks : sequence of (str, float, float)
         Leak points: closure, distance along strike and elevation [m].
+    seal : xarray.Dataset, optional
+        Result of `Scene.seal` for the same fault: the fill is the shale gouge ratio.
 
     Raises
     ------
     InputError
         If diagram and table are of different faults, or if the diagram is empty.
     """
-    _check(diagram, table)
+    _check(diagram, table if seal is None else seal)
     how = "give a list of names, as in Scene.juxtaposition"
     zones = [name_of(zone, "zone") for zone in listed(zones, "zones must be names of zones", how)]
 
@@ -88,11 +99,17 @@ def draw_allan(
     points = np.concatenate([line for _, line in lines])
     shown = range_shown(points, levels)
     axes, exaggeration = diagram_axes(sheet, shown, "Distance along strike [km]", ROOM)
-    _fill(axes, lines, names, colours)
+    if seal is None:
+        _fill(axes, lines, names, colours)
+    else:
+        bar = _fill_by_ratio(sheet, axes, seal, lines)
     _draw_cutoffs(sheet, axes, lines)
     strike = float(diagram.attrs["strike"])
     draw_ends(sheet, axes, strike)
-    legend = _legend(pairs, colours, {name for zone, name in names.items() if name != zone})
+    if seal is None:
+        legend = _legend(pairs, colours, {name for zone, name in names.items() if name != zone})
+    else:
+        legend = _legend_of_classes(seal, bar)
     for closure, *at in leaks:
         draw_symbol(sheet, axes, at, "leak", palette.ACCENT)
         name_place(sheet, axes, np.array(at), closure)
@@ -106,11 +123,14 @@ def draw_allan(
     # caption, title, file
     blue = " Fluid contacts: blue." if (diagram.kind == "contact").any() else ""
     areas = " Areas: whole fault." if any("²" in entry.detail for entry in legend) else ""
+    if seal is not None:
+        areas += f" Pale: not {FACING}."
     words = (
         "Cut-offs: footwall solid, named on the right; hanging wall dashed, named on the left."
         f"{blue}{areas} Vertical exaggeration {exaggeration:.2g}×."
     )
-    words_above = f"{diagram.attrs['fault']}: Allan diagram, strike {strike:03.0f}°"
+    what = "Allan diagram" if seal is None else "shale gouge ratio"
+    words_above = f"{diagram.attrs['fault']}: {what}, strike {strike:03.0f}°"
     draw_words(sheet, words_above if title is None else title, words)
 
 
@@ -173,6 +193,42 @@ def _fill(
             stripes = PathPatch(outline, linewidth=0.0, **look)
             stripes.set_hatch_linewidth(STRIPE_WIDTH)
             axes.add_artist(stripes)
+
+
+def _fill_by_ratio(sheet: Sheet, axes: Axes, seal: xarray.Dataset, lines: list[Line]) -> Bar:
+    """Fill the fault by its shale gouge ratio, pale where no reservoir faces reservoir."""
+    from matplotlib.patches import PathPatch
+
+    bar = seal_bar([seal], sheet.style)
+    s, z, sgr = (seal[key].values.ravel() for key in ("along_strike", "elevation", "sgr"))
+    triangles = np.arange(len(s)).reshape(-1, 3)
+    axes.tripcolor(
+        s, z, np.nan_to_num(sgr), triangles=triangles, mask=np.isnan(sgr[triangles]).any(axis=1),
+        cmap=colours_of(bar.codes), vmin=bar.levels[0], vmax=bar.levels[-1], shading="gouraud",
+        rasterized=True,
+    )  # fmt: skip
+    rings = zip(
+        seal.unit_plus.values, seal.unit_minus.values, seal.juxtaposition.values, strict=True
+    )
+    pale = {f"{plus} | {minus}" for plus, minus, kind in rings if kind != FACING}
+    for words, line in lines:
+        if words["kind"] == "juxtaposition" and words["label"] in pale:
+            cover = PathPatch(outline_of([line]), linewidth=0.0, facecolor=palette.PAPER, alpha=0.6)
+            axes.add_artist(cover)
+    draw_colour_bar(sheet, np.array(bar.levels), bar.words, bar.codes, N_BAND, (60.0, 220.0))
+    return bar
+
+
+def _legend_of_classes(seal: xarray.Dataset, bar: Bar) -> tuple[Entry, ...]:
+    """Classes of the ratio, with their areas where reservoir faces reservoir."""
+    facing = seal.juxtaposition.values == FACING
+    areas = seal.class_area.values[facing].sum(axis=0)
+    bounds = zip(seal.sgr_lower.values, seal.sgr_upper.values, strict=True)
+    entries = [Entry("SGR", detail=FACING, kind="heading")]
+    for (low, high), area in zip(bounds, area_texts(areas), strict=True):
+        red, green, blue = shades_of(bar, np.array([0.5 * (low + high)]))[0].tolist()
+        entries.append(Entry(f"{low:g} to {high:g}", (red, green, blue), area))
+    return tuple(entries)
 
 
 def _draw_cutoffs(sheet: Sheet, axes: Axes, lines: list[Line]) -> None:

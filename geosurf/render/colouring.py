@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,6 +20,9 @@ from geosurf.render.furniture import colours_of, contour_levels
 from geosurf.render.layers import LABEL_ROOM, Bar, Entry
 from geosurf.render.palette import RGB
 from geosurf.render.picture_style import COLOUR_BY, PictureStyle
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
 
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 N_LEVEL = 8  # intervals of a colour bar
@@ -307,6 +310,13 @@ def _levels(low: float, high: float) -> tuple[float, ...]:
 def elevation_bar(low: float, high: float, style: PictureStyle) -> Bar:
     """Return the colour bar of elevations between two values [m]."""
     return Bar(vertical_label(), style.codes(palette.ELEVATION), _levels(low, high))
+
+
+def seal_bar(seals: Sequence[xarray.Dataset], style: PictureStyle) -> Bar:
+    """Return the colour bar of the shale gouge ratios of faults."""
+    held = [float(end) for one in seals for end in (one.sgr.min(), one.sgr.max())]
+    levels = _levels(*_ends(value for value in held if np.isfinite(value)))
+    return Bar("Shale gouge ratio", style.codes(palette.THICKNESS), levels)
 
 
 def shades_of(bar: Bar, values: np.ndarray) -> np.ndarray:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any, Unpack
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
@@ -20,11 +20,14 @@ from geosurf.model.pieces import Pieces, Strips, by_unit
 from geosurf.model.protocols import DrawnModel
 from geosurf.render import palette
 from geosurf.render.clip import Prism
-from geosurf.render.colouring import Selection, colour_units, elevation_bar, shades_of
+from geosurf.render.colouring import Selection, colour_units, elevation_bar, seal_bar, shades_of
 from geosurf.render.layers import Content, Entry, Layer, segment_layer, triangle_layer
 from geosurf.render.palette import LayerStyle
 from geosurf.render.picture_style import PLAIN, PictureStyle
 from geosurf.render.views import SIZE
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
 
 # ---- unit layers ----------------------------------------
 # Choose how units are shown: colours, edges, legend, and the shifts of an exploded view.
@@ -610,6 +613,26 @@ def _surface_layers(
         ink = palette.shade(colour, 1, 2)
         layers.append(segment_layer(ends, colour=ink, width=1.2))
     return layers
+
+
+def show_seals(seals: Sequence[xarray.Dataset], style: PictureStyle) -> Content:
+    """Return faults in the colours of their shale gouge ratio; grey where it is not known."""
+    bar, layers, legend = seal_bar(seals, style), [], []
+    for found in seals:
+        places = [found[axis].values.ravel() for axis in ("easting", "northing", "elevation")]
+        sgr = found.sgr.values.ravel()
+        shades = np.where(np.isnan(sgr)[:, None], palette.WALL, shades_of(bar, np.nan_to_num(sgr)))
+        triangles = np.arange(len(sgr)).reshape(-1, 3)
+        layers.append(Layer(np.column_stack(places), triangles, shades=shades))
+
+        # the legend has the mean where reservoir faces reservoir
+        facing = found.area.where(found.juxtaposition == "reservoir on reservoir", 0.0)
+        mean = float((found.mean_sgr * facing).sum() / facing.sum()) if facing.any() else math.nan
+        red, green, blue = shades_of(bar, np.array([mean]))[0].tolist()
+        words = "no reservoir on reservoir" if math.isnan(mean) else f"mean SGR {mean:.2f}"
+        colour = palette.WALL if math.isnan(mean) else (red, green, blue)
+        legend.append(Entry(found.attrs["fault"], colour, words))
+    return Content(tuple(layers), tuple(legend), bar=bar)
 
 
 def rim(triangles: np.ndarray) -> np.ndarray:

@@ -333,7 +333,7 @@ def run(
         grid, stepped = None, list[str]()
         if scenario.grid is not None:
             log.begin("grid")
-            grid, stepped = write_grid(scene, scenario.grid, folder)
+            grid, stepped = write_grid(scene, scenario.grid, scenario.seal, folder)
             log.step("grid", "grid.grdecl, grid.inc", in_words(grid))
 
         # pictures may warn, and the certificate lists warnings: it is written after them

@@ -26,6 +26,7 @@ from geosurf.scenario.output_keys import (
     GridInput,
     OutputSettings,
     PictureSettings,
+    SealInput,
     SearchSettings,
     UncertainInput,
     WellsInput,
@@ -565,6 +566,7 @@ class Scenario:
     wells : WellsInput or None
     slivers : SliversInput
     volumetrics : FluidsInput or None
+    seal : SealInput or None
     grid : GridInput or None
     aoi : AreaOfInterest or None
     box : BoxRanges or None
@@ -657,6 +659,7 @@ class Scenario:
         "Units that are too small to count.", table(SliversInput), default=SliversInput()
     )
     volumetrics: FluidsInput | None = key("Fluids in place.", table(FluidsInput), default=None)
+    seal: SealInput | None = key("What faults hold.", table(SealInput), default=None)
     grid: GridInput | None = key("A simulation grid.", table(GridInput), default=None)
     aoi: AreaOfInterest | None = key(
         "A polygon that the model fills.", table(AreaOfInterest), default=None

@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from geosurf.arrangement.threads import gigabytes, lack_of_room
 from geosurf.errors import DependencyError, GeosurfWarning, OutputError, ScenarioError
@@ -38,7 +39,7 @@ from geosurf.model.expected import path_of
 from geosurf.read import otherwise, read_points, read_wells
 from geosurf.read.file_info import kind_of_file
 from geosurf.scenario.keys import Scenario
-from geosurf.scenario.output_keys import FORMATS, GridInput, OutputSettings
+from geosurf.scenario.output_keys import FORMATS, GridInput, OutputSettings, SealInput
 from geosurf.scene import Scene
 from geosurf.stopping import undone
 from geosurf.warning import collected, warn
@@ -52,14 +53,19 @@ GRID_FILES = ("grid.grdecl", "grid.inc")
 PICTURE = "section_grid.png"
 
 
-def write_grid(scene: Scene, wanted: GridInput, folder: Path) -> tuple[CornerPointGrid, list[str]]:
+def write_grid(
+    scene: Scene, wanted: GridInput, seal: SealInput | None, folder: Path
+) -> tuple[CornerPointGrid, list[str]]:
     """Build the grid and write its files; also return what was assumed."""
-    from geosurf.grid import build_grid  # loaded by those who want one
+    from geosurf.grid import build_grid, fault_multipliers  # loaded by those who want one
 
     with collected() as found:
         grid = build_grid(scene, wanted.cell_m, wanted.layers, min_dip=wanted.min_dip)
     for name in GRID_FILES:
         write(grid, folder / name, name="grid")
+    if seal is not None and seal.permeability_md is not None:
+        given = {"vshale": seal.vshale, "permeability": seal.permeability_md}
+        write(fault_multipliers(scene, grid, **given), folder / MULTIPLIERS)
     return grid, list(map(str, found))
 
 
@@ -92,6 +98,7 @@ def in_words(grid: CornerPointGrid) -> str:
 
 
 FILE, CLOSURES, VOLUMETRICS = "wells.csv", "closures.csv", "volumetrics.csv"
+SEAL, MULTIPLIERS = "seal.csv", "grid_multipliers.inc"
 WORDS = ("positive", "length_unit")
 
 
@@ -211,14 +218,17 @@ def output_files(scenario: Scenario, *, pictures: bool = True, report: bool = Tr
         files.append("units/*.vtp")
     if "surfaces.epc" in files:
         files.append("surfaces.h5")
-    if scenario.output.closures is not None:
+    if scenario.output.closures is not None or getattr(scenario.seal, "closures_sgr", None):
         files.append(CLOSURES)
+    if scenario.seal is not None:
+        files.append(SEAL)
     if scenario.volumetrics is not None:
         files.append(VOLUMETRICS)
     if scenario.wells is not None:
         files.append(FILE)
     if scenario.grid is not None:
         files += ["grid.grdecl", "grid.inc"]
+        files += [MULTIPLIERS] if getattr(scenario.seal, "permeability_md", None) else []
     files.append("certificate.txt")
     if pictures:
         files.append("pictures/*.png")
@@ -295,8 +305,26 @@ def write_files(scene: Scene, scenario: Scenario, folder: Path) -> None:
         volumes = scene.units.included(scenario.output.include)
         things = {"curves": scene.curves, "surfaces": scene, "volumes": volumes}
         write(things.get(kind, scene.units), folder / file)
-    if scenario.output.closures is not None:
-        found = scene.closures(faults=scenario.output.closures)
+    rule: Any = scenario.output.closures
+    given, shale = scenario.seal, None
+    if given is not None:
+        shale = given.vshale
+        if given.closures_sgr is not None:
+            rule = {"elsewhere": {"sgr": given.closures_sgr}}
+        numbers: dict[str, Any] = {
+            "shale": given.shale, "density_contrast": given.density_contrast_kg_m3,
+            "seabed": given.seabed_m,
+        }  # fmt: skip
+        tables = []
+        for name in scene.faults_inside:
+            found = scene.seal(name, vshale=shale, **numbers)
+            label = np.full(found.sizes["pair"], name, dtype=object)
+            polygons = found.drop_dims(["triangle", "corner", "sgr_class"])
+            tables.append(polygons.assign_coords(fault=("pair", label)))
+        if tables:
+            write(xr.concat(tables, "pair", combine_attrs="override"), folder / SEAL)
+    if rule is not None:
+        found = scene.closures(faults=rule, vshale=shale)
         write(found.drop_dims(["leak", "line", "point"]), folder / CLOSURES)
 
 
@@ -322,6 +350,7 @@ FILES = (
     *("units.vtm", "curves.vtp", "curves.pl", "volumes.csv", "volumes.nc"),
     *("units.ml", "surfaces.epc", "surfaces.h5"),
     *("certificate.txt", "closures.csv", "volumetrics.csv", "wells.csv", "grid.grdecl", "grid.inc"),
+    *(SEAL, MULTIPLIERS),
 )
 # what runs write, as patterns of paths relative to the output folder
 OURS = Names(
@@ -333,9 +362,10 @@ OURS = Names(
             r"units/\d{3,}_[^/]*\.vtp",
             r"curves\.(vtp|pl)",
             r"volumes\.(csv|nc)",
-            r"(closures|volumetrics|wells)\.csv",
+            r"(closures|seal|volumetrics|wells)\.csv",
             r"certificate\.txt",
             r"grid\.(grdecl|inc)",
+            r"grid_multipliers\.inc",
             r"failure\.png",
             r"report/index\.html",
             r"pictures/(view_[a-z]+|units_exploded|search)\.png",

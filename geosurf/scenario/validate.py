@@ -11,15 +11,17 @@ import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
-from geosurf.carve.column import names_of_zones, reservoir_of
+from geosurf.carve.column import reservoir_of
 from geosurf.carve.fluids import parse_sides
 from geosurf.conventions import did_you_mean, shared_name
 from geosurf.errors import InputError, ScenarioError
 from geosurf.faults.rules import Rule, faults_at, halves_of, read_truncations
+from geosurf.measure.seal import vshale_of
 from geosurf.measure.volumetrics import factors_of, fluids_rule
-from geosurf.model.column import ELSEWHERE, read_compartments
+from geosurf.model.column import ELSEWHERE, names_of_zones, read_compartments
 from geosurf.model.expected import path_of
 from geosurf.model.network import filling_by_horizon
 from geosurf.read._guard import opened
@@ -457,6 +459,7 @@ def _check_names(scenario: Scenario, at: KeyPath) -> None:
         read_compartments(scenario.compartments, [entry.name for entry in scenario.faults])
     _check_contacts(scenario, at)
     _check_volumetrics(scenario, at)
+    _check_seal(scenario, at)
     _check_grid(scenario, at)
     with at.of("truncations").noting():
         rules_of(scenario)
@@ -612,6 +615,14 @@ def _check_volumetrics(scenario: Scenario, at: KeyPath) -> None:
     with at.of("volumetrics").noting():
         factors_of(vars(scenario.volumetrics), lambda *_: None)
         fluids_rule(scenario.volumetrics.fluids)
+
+
+def _check_seal(scenario: Scenario, at: KeyPath) -> None:
+    """Zones of ``[seal]`` are those of the model."""
+    if scenario.seal is not None:
+        names = SimpleNamespace(horizon_names=[entry.name for entry in scenario.horizons])
+        with at.of("seal").noting():
+            vshale_of(names, scenario.seal.vshale)
 
 
 def _check_grid(scenario: Scenario, at: KeyPath) -> None:

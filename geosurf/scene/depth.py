@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 
 from geosurf.arrangement import find_contacts
-from geosurf.carve.column import names_of_zones
 from geosurf.conventions import counted
 from geosurf.conventions.checks import are_points
 from geosurf.errors import InputError
@@ -33,6 +32,7 @@ from geosurf.measure.time_to_depth import (
 )
 from geosurf.model import Lattice, Sheet, TriSurface
 from geosurf.model.base import in_crs_of
+from geosurf.model.column import names_of_zones
 from geosurf.model.velocity import WAYS, Velocity, time_word, velocity_of
 from geosurf.rebuild import patches_from, trim_sheets
 from geosurf.scene.graph import Graph

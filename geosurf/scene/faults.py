@@ -283,22 +283,34 @@ def throw_of(scene: Any, horizon: str, fault: str, direction: str) -> xarray.Dat
 
 
 def closures_of(
-    scene: Any, horizon: str | None, faults: Any, horizons: Any, min_height: float
+    scene: Any, horizon: str | None, faults: Any, horizons: Any, min_height: float, vshale: Any
 ) -> xarray.Dataset:
     """Return closures: see `Scene.closures`."""
     # loaded by those who ask for closures
-    from geosurf.measure.closures import find_closures, seal_rules, warnings_of_spill
+    from geosurf.measure.closures import find_closures, rules_of_closures, warnings_of_spill
     from geosurf.measure.rock import roofs_of
 
-    rules = seal_rules(faults, scene.fault_names)
-    held = seal_rules(horizons, scene.horizon_names, "horizons", ("open", "sealing"))
-    seals = [name for name, rule in held.items() if rule == "sealing"]
+    given = rules_of_closures(scene, faults, horizons, vshale)
     least = number_of(min_height, "min_height", "give metres")
     names = roofs_of(scene.patches, scene.units, horizon)
     found: xarray.Dataset = scene._measured(
         f"closures of {', '.join(names)}",
-        lambda: find_closures(scene.patches, scene.units, names, rules, least, seals),
-        tuple(names), tuple(rules.items()), tuple(seals), least, scene._graph.regions_key,
+        lambda: find_closures(scene.patches, scene.units, names, given[0], least, *given[1:]),
+        tuple(names), repr(given), least, scene._graph.regions_key,
     )  # fmt: skip
     scene._graph.memory.warn(*warnings_of_spill(found, scene.patches, scene.units, scene.contacts))
+    return found
+
+
+def seal_of(scene: Any, fault: str, *arguments: Any) -> xarray.Dataset:
+    """Return what a fault holds: see `Scene.seal`."""
+    # loaded by those who ask for seals
+    from geosurf.measure.seal import checked_seal, fault_seal, warnings_of_seal
+
+    name, given = name_of(fault, "fault"), checked_seal(scene, *arguments)
+    found: xarray.Dataset = scene._measured(
+        f"seal {name}", lambda: fault_seal(scene.patches, scene.units, name, *given),
+        name, repr(given), scene.units.reservoir, scene._graph.regions_key,
+    )  # fmt: skip
+    scene._graph.memory.warn(*warnings_of_seal(found))
     return found

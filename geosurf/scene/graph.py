@@ -36,7 +36,7 @@ import numpy as np
 from geosurf.arrangement import KnownPairs, find_contacts, meeting_surfaces
 from geosurf.carve import carve_cells, find_cells
 from geosurf.carve.cells import Cells
-from geosurf.carve.column import names_of_zones, reservoir_of
+from geosurf.carve.column import reservoir_of
 from geosurf.carve.fluids import parts_at_levels
 from geosurf.carve.units import warnings_of_order, warnings_of_slivers, warnings_of_thin_units
 from geosurf.conventions import counted, did_you_mean, is_number, shared_name
@@ -46,7 +46,7 @@ from geosurf.intersect import curves_of, merge_curves
 from geosurf.intersect.link import is_torn, shared_curves
 from geosurf.model import Curves, FluidContact, Patches, Sheet, TriSurface, Units, check_column
 from geosurf.model.base import in_crs_of
-from geosurf.model.column import VirtualWall, fault_of
+from geosurf.model.column import VirtualWall, fault_of, names_of_zones
 from geosurf.model.expected import name_of
 from geosurf.model.network import Extension, Truncation
 from geosurf.model.regions import KnownRegions

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, NoReturn, TypeVar
 
 from geosurf.arrangement.search import check_voxel_size
-from geosurf.carve.column import names_of_zones, reservoir_of
+from geosurf.carve.column import reservoir_of
 from geosurf.conventions import (
     did_you_mean,
     elevation_sign,
@@ -26,7 +26,7 @@ from geosurf.faults.extend import read_lengthen
 from geosurf.faults.rules import Halves, Rule, faults_at, halves_of, read_extend, read_truncations
 from geosurf.measure.volumetrics import ARGUMENTS, Factor, factors_of
 from geosurf.model import FaultSticks, Lattice, Sheet, check_column
-from geosurf.model.column import read_compartments
+from geosurf.model.column import names_of_zones, read_compartments
 from geosurf.model.distributions import is_distribution
 from geosurf.model.expected import box_of_sides, flag_of, name_of
 from geosurf.model.network import filling_by_horizon

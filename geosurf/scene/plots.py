@@ -36,6 +36,7 @@ from geosurf.render.surface_layers import (
     most_of_each,
     show_curves,
     show_patches,
+    show_seals,
     show_surfaces,
     show_units,
 )
@@ -144,6 +145,8 @@ ROLES_SHOWN = {"horizons": "horizon", "faults": "fault", "walls": "wall", "surfa
 SHOWABLE = (*ROLES_SHOWN, "curves", "patches", "units")
 BUILT = {"walls", "surfaces", "patches", "units"}  # what has names that only a model knows
 _GAP = "give a fraction of the size of the box, 0 or above"
+FACING = "Legend of faults: mean where reservoir faces reservoir."
+_SEAL = "pass scene.seal('F1', vshale=...), or a list of these"
 _SHOW = f"give a list of any of {', '.join(SHOWABLE)}"
 
 
@@ -403,7 +406,9 @@ class ScenePlots:
         section, tops = self._scene.section(line), tops_of_scene(self._scene)
         return plotted(draw_section, section, tops=tops, overlay=overlay, **checked)
 
-    def allan(self, fault: str, *, closures: Any = False, **look: Unpack[FlatLook]) -> Any:
+    def allan(
+        self, fault: str, *, closures: Any = False, seal: Any = None, **look: Unpack[FlatLook]
+    ) -> Any:
         """Draw the Allan diagram of a fault, with the area of each pair of juxtaposed zones.
 
         Parameters
@@ -411,6 +416,8 @@ class ScenePlots:
         fault : str
         closures : bool or result of `Scene.closures`
             Whether leak points of closures are drawn; True: those by juxtaposition.
+        seal : result of `Scene.seal`, optional
+            The fill is the shale gouge ratio in place of the zones.
         **look
             ``ax``, ``path``, ``size``, ``title``, ``style``: see `FlatLook`.
 
@@ -431,7 +438,7 @@ class ScenePlots:
         if closures is not False:
             found = scene.closures(faults="juxtaposition") if closures is True else closures
             leaks = _leaks_on(scene, fault, found)
-        return plotted(draw_allan, diagram, table, **words, leaks=leaks, **checked)
+        return plotted(draw_allan, diagram, table, **words, leaks=leaks, seal=seal, **checked)
 
     def throw(self, fault: str, **look: Unpack[FlatLook]) -> Any:
         """Draw the throw of all horizons along a fault, and what the data beside it show.
@@ -503,6 +510,7 @@ class ScenePlots:
         exploded: float = 0.0,
         clip: bool = True,
         overlay: PictureOverlay | None = None,
+        seal: Any = (),
         **look: Unpack[ViewLook],
     ) -> Any:
         """Draw horizons, faults, curves or units in three dimensions.
@@ -523,6 +531,8 @@ class ScenePlots:
             Whether surfaces and curves are clipped to the model box and the area of interest.
         overlay : PictureOverlay, optional
             Wells, polygons and data points that are drawn with the model.
+        seal : result of `Scene.seal`, or list of these
+            These faults have the colours of their shale gouge ratio.
         **look
             ``path``, ``size``, ``exaggeration``, ``zoom``, ``only``, ``include``, ``colour_by``,
             ``title``, ``style``: see `ViewLook`.
@@ -554,6 +564,9 @@ class ScenePlots:
         clip, only, style = flag_of(clip, "clip"), given.only, given.style
         gap = number_of(exploded, "exploded", _GAP)
         words = [show] if isinstance(show, str) else listed(show, "show is a list of words", _SHOW)
+        seals = [seal] if hasattr(seal, "attrs") else listed(seal, "seal is a list", _SEAL)
+        if not all(hasattr(one, "sgr") for one in seals):
+            raise InputError(f"seal takes results of scene.seal; {_SEAL}.")
         for word in words:
             if not is_word(word, SHOWABLE):
                 raise InputError(
@@ -575,13 +588,16 @@ class ScenePlots:
         within = Prism(box, outline) if clip else None
         if roles:
             # torn horizons end on their faults: what lies beyond is not part of the model
-            some = [surface for surface in scene.surfaces if surface.role in roles]
+            sealed = [one.attrs["fault"] for one in seals]
+            some = [s for s in scene.surfaces if s.role in roles and s.name not in sealed]
             most = most_of_each(len(some), given.size, given.zoom)
             content += show_surfaces(
                 (as_modelled(scene, surface, most) for surface in some), within, only=only,
                 by_elevation=isinstance(by, str) and by == "z", style=style, size=given.size,
                 zoom=given.zoom,
             )  # fmt: skip
+        if seals:
+            content += show_seals(seals, style)
         if "patches" in words:
             content += show_patches(scene.patches, within, only=only, style=style)
         if "units" in words:
@@ -593,7 +609,10 @@ class ScenePlots:
             content += show_outline(outline, box[4])
         if overlay:
             content += show_overlay(overlay, box[5])
-        return given.draw(content, _title(words, given.colour_by), gap, box, note)
+        title = _title(words, given.colour_by)
+        if seals:
+            title, note = f"{title}, shale gouge ratio of faults", FACING
+        return given.draw(content, title, gap, box, note)
 
     def units(
         self, *, explode: float = 0.3, view: View = "southwest", **look: Unpack[ViewLook]

@@ -43,7 +43,7 @@ from geosurf.scene.depth import (
     need_depth,
     plain_in_depth,
 )
-from geosurf.scene.faults import closures_of, known_fault, throw_of
+from geosurf.scene.faults import closures_of, known_fault, seal_of, throw_of
 from geosurf.scene.graph import Graph
 from geosurf.scene.input_warnings import (
     check_system_of_places,
@@ -1054,7 +1054,7 @@ class Scene:
 
     def closures(
         self, horizon: str | None = None, *, faults: Any = "sealing", horizons: Any = "open",
-        min_height: float = 5.0,
+        min_height: float = 5.0, vshale: Any = None,
     ) -> xarray.Dataset:  # fmt: skip
         """Return the closures of the reservoir: crest, spill point, height, area and volume.
 
@@ -1065,7 +1065,8 @@ class Scene:
         faults : {"sealing", "open", "juxtaposition"} or mapping of str to these
             ``"sealing"``: no fault leaks. ``"open"``: a closure ends at its highest point on a
             fault. ``"juxtaposition"``: a fault holds where reservoir faces other rock, and is
-            passed where reservoir faces reservoir. By fault: ``{"F1": "open", "elsewhere":
+            passed where reservoir faces reservoir. ``{"sgr": 0.2}``: there, too, it holds where
+            its shale gouge ratio is at least 0.2. By fault: ``{"F1": {"sgr": 0.2}, "elsewhere":
             "juxtaposition"}``; ``"elsewhere"`` is ``"sealing"`` by default.
         horizons : {"open", "sealing"} or mapping of str to these
             What holds where the horizon ends on another one, by erosion, onlap or pinch-out. By
@@ -1073,6 +1074,8 @@ class Scene:
             closure.
         min_height : float
             Lower closures are left out [m].
+        vshale : number or mapping, optional
+            Shale of the zones, as for `seal`: needed by faults that hold by their ratio.
 
         Returns
         -------
@@ -1106,7 +1109,7 @@ class Scene:
         0.0
         """
         need_depth(self.time, "closures")
-        return closures_of(self, horizon, faults, horizons, min_height)
+        return closures_of(self, horizon, faults, horizons, min_height, vshale)
 
     def volumetrics(
         self, *, net_to_gross: Any = None, porosity: Any = None, water_saturation: Any = None,
@@ -1222,6 +1225,70 @@ class Scene:
             For a fault that is flat on average, and so has no strike.
         """
         return self._of_units("allan", measure.allan_diagram, fault)
+
+    def seal(
+        self, fault: str, *, vshale: Any, shale: float = 0.4,
+        density_contrast: float | None = None, seabed: float = 0.0,
+        classes: Sequence[float] = (0.15, 0.2, 0.4),
+    ) -> xarray.Dataset:  # fmt: skip
+        """Return what a fault holds: shale gouge ratio, smear, threshold pressure, column height.
+
+        Parameters
+        ----------
+        fault : str
+        vshale : number or mapping
+            Shale or clay of the zones, fractions: ``{"Top/Base": 0.2, "elsewhere": 0.7}``. Zones
+            without an entry take the mean of wells: ``{"wells": table}`` with the columns
+            ``well``, ``md``, ``easting``, ``northing``, ``elevation`` and ``vshale``.
+        shale : float
+            Zones with this Vshale, or more, are source beds of smear, and no reservoir.
+        density_contrast : float, optional
+            Density of water less that of hydrocarbon [kg/m3]; without it no column heights.
+        seabed : float
+            Elevation from which burial depth counts [m].
+        classes : sequence of float
+            Bounds between the classes of ``class_area``.
+
+        Returns
+        -------
+        xarray.Dataset
+            As `juxtaposition` of all units, a polygon of the Allan diagram a ``pair``: also
+            ``juxtaposition`` (reservoir on reservoir ...), ``mean_sgr``, ``min_sgr``, ``max_sgr``,
+            ``mean_throw``, ``min_csp``, ``min_threshold_pressure``, ``min_column_height``,
+            ``lowest_contact`` (which the weakest place still holds), and ``class_area`` over (pair,
+            sgr_class). At corners of triangles: ``sgr``, ``sgr_plus``, ``sgr_minus``, ``throw``,
+            ``csp`` ...
+
+        Raises
+        ------
+        InputError
+            For an unknown fault or zone, a zone at the fault without Vshale, or another number.
+        GeometryError
+            If a cut-off turns back along the strike of the fault.
+
+        Notes
+        -----
+        SGR = sum(Vshale * dz) / throw, over the rock between the layers that face each other
+        (Yielding et al. 1997), by the rock of either wall; ``sgr`` is the mean of both. Values at
+        corners are exact. Between them ``sgr`` is linear within 0.001, but on
+        ``attrs["coarse_area"]`` [m2], where throw ends or layers pinch out; where zones are
+        parallel, it is linear, and areas by class are exact.
+        CSP = sum(thickness² / distance) over the source beds that slipped past (Bouvier et al.
+        1989), both vertical, from the nearer end of the smear. Threshold pressure [bar] =
+        10^(100 SGR / 27 - C), C = 0.5, 0.25 and 0 for burial depths below 3000 m, to 3500 m and
+        above (Bretan et al. 2003). Column height = pressure / (density contrast * g).
+
+        Examples
+        --------
+        >>> import geosurf as gs
+        >>> world = gs.synthetic.torn("normal", n=41)
+        >>> scene = gs.Scene(world.horizons, world.faults, tear=True)
+        >>> found = scene.seal("F1", vshale={"below Top": 0.1, "elsewhere": 0.8})
+        >>> bool((abs(found.sgr - 0.45) < 0.351).all())
+        True
+        """
+        need_depth(self.time, "fault seal")
+        return seal_of(self, fault, vshale, shale, density_contrast, seabed, classes)
 
     def section(self, line: Any) -> xarray.Dataset:
         """Return a vertical section of the model along a line in the map.

@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.carve.column import names_of_zones
 from geosurf.carve.fluids import check_zones
 from geosurf.conventions import counted, did_you_mean, length_text, rising_diagonal
 from geosurf.conventions.crs import crs_of, refuse_other_crs
 from geosurf.errors import GeosurfWarning, HorizonError, InputError
 from geosurf.model import FaultSticks, FluidContact, Lattice, Sheet, TriSurface
 from geosurf.model.base import in_crs_of
+from geosurf.model.column import names_of_zones
 from geosurf.model.network import in_order
 from geosurf.model.tops import TieReport, TieSettings, Tops, tops_of
 from geosurf.read import (

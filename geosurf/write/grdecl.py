@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from geosurf.model.grids import AXES, CornerPointGrid
 from geosurf.stopping import temporary_folder
 from geosurf.write.written import Loss
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray as xr
 
 # ---- egrid ----------------------------------------
 # EGRID and ROFF: binary corner-point grids, written by xtgeo (extra ``xtgeo``).
@@ -82,6 +86,27 @@ def inc_of_grid(grid: CornerPointGrid, name: str | None) -> tuple[bytes, list[Lo
     return "".join(words).encode(), []
 
 
+def inc_of_multipliers(found: xr.Dataset, name: str | None) -> tuple[bytes, list[Loss]]:
+    """Return MULTX, MULTY and MULTZ of the faces, or MULTFLT of the faults."""
+    known = np.isfinite(found.fault_multiplier.values)
+    words = ["-- Transmissibility multipliers of fault rock\n\n"]
+    rows = zip(found.fault_name.values, found.fault_multiplier.values, strict=True)
+    if found.attrs["by"] == "fault":
+        lines = [f" '{fault}' {value:.6g} /\n" for fault, value in rows if np.isfinite(value)]
+        words += ["MULTFLT\n", *lines, "/\n"] if known.any() else []
+        return "".join(words).encode(), []
+    shape = tuple(found.attrs[key] for key in ("nz", "ny", "nx"))
+    values = found.multiplier.values
+    at = tuple(found[key].values - 1 for key in ("k", "j", "i"))
+    for key, axis in zip(("MULTX", "MULTY", "MULTZ"), AXES, strict=True):
+        mine = np.isfinite(values) & (found.axis.values == axis)
+        if mine.any():
+            whole = np.ones(shape)
+            np.multiply.at(whole, tuple(of[mine] for of in at), values[mine])
+            words += _keyword(key, _repeats(whole.ravel()))
+    return "".join(words).encode(), []
+
+
 def _head(grid: CornerPointGrid, name: str | None) -> str:
     """What the file is, as comments."""
     title = f" {name}" if name else ""
@@ -109,11 +134,11 @@ def _decimals(values: np.ndarray) -> Iterator[str]:
 
 
 def _repeats(values: np.ndarray) -> Iterator[str]:
-    """Whole numbers; ``5*1`` stands for five ones."""
+    """Numbers; ``5*1`` stands for five ones."""
     first = np.flatnonzero(np.diff(values, prepend=values[:1] - 1))
     count = np.diff(np.append(first, len(values))).tolist()
     words = [
-        f"{n}*{value}" if n > 1 else str(value)
+        f"{n}*{value:.6g}" if n > 1 else f"{value:.6g}"
         for n, value in zip(count, values[first].tolist(), strict=True)
     ]
     for k in range(0, len(words), PER_LINE):

@@ -87,6 +87,10 @@ WRITERS: dict[str, dict[str, tuple[str, str]]] = {
         ".zarr": ("netcdf", "zarr_of_grid"),
         ".vti": ("vtp", "vti_of_grid"),
     },
+    "Dataset of fault multipliers": {
+        ".nc": ("netcdf", "netcdf_of_dataset"),
+        ".inc": ("grdecl", "inc_of_multipliers"),
+    },
     "Dataset": {".nc": ("netcdf", "netcdf_of_dataset"), **TABLE},
     "DataFrame": {".csv": ("table", "csv_of_frame"), ".parquet": ("table", "parquet_of_frame")},
     "list of lines": LINES,
@@ -158,6 +162,8 @@ def kind_of(obj: Any) -> str | None:
 
 def _kind_of_dataset(dataset: Any) -> str:
     """Lines, points, a grid or any other Dataset, by its variables and their dimensions."""
+    if "fault_multiplier" in dataset.variables:
+        return "Dataset of fault multipliers"
     if not set(AXES) <= set(dataset.variables):
         return "Dataset"
     dims = [dataset[axis].dims for axis in AXES]

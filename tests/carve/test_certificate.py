@@ -15,10 +15,10 @@ from geosurf.arrangement.triangles import crossing_pairs
 from geosurf.carve.certificate import certify, same_bytes
 from geosurf.carve.certificate.elements import matched, numbered, partition
 from geosurf.carve.certificate.names import named
-from geosurf.carve.column import names_of_zones
 from geosurf.carve.shells import unit_name
 from geosurf.errors import InputError
 from geosurf.model import Units
+from geosurf.model.column import names_of_zones
 from tests.rebuild.worlds import boxed_world
 from tests.strategies import BOX, faulted_worlds, grid, sheet
 

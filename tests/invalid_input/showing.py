@@ -38,6 +38,18 @@ SHOWING = {
                         ["abc", None, (1,), (0, 5), {}]),
     "build_grid.layers": (lambda g, v: gs.build_grid(g.scene, layers=v),
                           ["abc", None, 0, -3, 1.5, {"Nope": 3}, {"Top/Base": 0}]),
+    "fault_multipliers": (
+        lambda g, v: gs.fault_multipliers(v, None, vshale=0.3, permeability=1.0), wrong.things,
+    ),
+    "fault_multipliers.grid": (
+        lambda g, v: gs.fault_multipliers(g.scene, v, vshale=0.3, permeability=1.0), wrong.things,
+    ),
+    "fault_multipliers.permeability": (
+        lambda g, v: gs.fault_multipliers(
+            g.scene, gs.build_grid(g.scene, cell=1000, layers=1), vshale=0.3, permeability=v
+        ),
+        ["abc", None, 0.0, -3, {"Nope": 3}, {"Top/Base": "x"}, {}, [1.0, 2.0]],
+    ),
     "render_grid_section": (lambda g, v: gs.render_grid_section(v, "no/x.png"), wrong.things),
     "reproject": (lambda g, v: gs.reproject(v, "EPSG:32631"), wrong.things),
     "reproject.crs": (lambda g, v: gs.reproject(g.top, v), [None, 5, [], object()]),

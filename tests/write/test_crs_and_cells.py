@@ -49,6 +49,9 @@ def results(scene):
         "Unit": next(iter(scene.units.values())),
         "Units": scene.units,
         "horizon (DataArray)": top,
+        "Dataset of fault multipliers": gs.fault_multipliers(
+            scene, gs.build_grid(scene, cell=1000, layers=1), vshale=0.3, permeability=9.0
+        ),
         "Dataset": xr.Dataset({"volume": ("unit", [1.0, 2.0])}, attrs={"crs": CRS}),
         "Dataset of lines": scene.fault_polygons("Top"),
         "Dataset of points": scatter.assign_attrs(crs=CRS),

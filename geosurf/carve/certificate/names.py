@@ -14,7 +14,6 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from geosurf.carve.certificate.elements import Elements, Matched, rows_of
-from geosurf.carve.column import names_of_zones
 from geosurf.carve.fluids import parse_sides
 from geosurf.carve.outside import NO_HIT, Rays
 from geosurf.carve.shells import unit_name
@@ -22,7 +21,7 @@ from geosurf.carve.zones import WHOLE
 from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.kernels.meshes.mesh import join_pairs, number_keys
 from geosurf.model import Check, Patches, Unit, Units
-from geosurf.model.column import separators
+from geosurf.model.column import names_of_zones, separators
 
 # ---- adjacency ----------------------------------------
 # Recompute the adjacency of units from the triangles of their shells.
