@@ -19,7 +19,7 @@ from geosurf.ensemble.record import Layers, Record, areas_of
 from geosurf.ensemble.rock import Rock
 from geosurf.errors import GeosurfError, InputError
 from geosurf.scene import Scene
-from geosurf.scene.given import keep_results_apart, known_regions, measured_units
+from geosurf.scene.given import given_settings, keep_results_apart, known_regions, measured_units
 from geosurf.warning import silenced
 
 _BROKEN = (ArithmeticError, AssertionError, LookupError, TypeError, ValueError)
@@ -66,6 +66,15 @@ class Plan:
         self.prepared: tuple[Prepared, ...] = tuple(
             one.prepare(self.model) for one in self.uncertain
         )
+        # metres that move horizons would be taken for milliseconds
+        scene = getattr(self.model, "scene", None)
+        if scene is not None and given_settings(scene)["time"] is not None:
+            for name, one in zip(names, self.prepared, strict=True):
+                if one.reach() > 0.0:
+                    raise InputError(
+                        f"{name!r} moves horizons by metres, and the horizons of this scene are in "
+                        "time. Vary contacts, fault positions or rock, or give horizons in depth."
+                    )
 
     def __getstate__(self) -> dict[str, Any]:
         """What goes to other processes, where scenes begin without results."""

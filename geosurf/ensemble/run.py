@@ -33,6 +33,7 @@ from geosurf.model.expected import flag_of, path_of
 from geosurf.scenario.keys import Scenario
 from geosurf.scenario.output_keys import EnsembleSettings
 from geosurf.scene import Scene
+from geosurf.scene.depth import need_depth
 from geosurf.scene.result_cache import ResultCache
 from geosurf.stopping import temporary_folder
 from geosurf.warning import warn
@@ -197,6 +198,7 @@ def planned(
     grid = None if maps is None or maps is False else maps
     rock = Rock.of(volumetrics, model.crs if isinstance(model, Scene) else None)
     if isinstance(model, Scene):
+        need_depth(model.time, "volumes of an ensemble")
         if not listed and not rock.uncertain:
             raise InputError(
                 "nothing is uncertain, so that all realisations would be the same. Give uncertain="

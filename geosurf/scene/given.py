@@ -130,7 +130,7 @@ def _as_they_are(places: Places) -> Places:
 def named_like(scene: Scene, known: KnownRegions | None) -> Scene:
     """Return the scene; its regions, and those of scenes made from it, have the names of others."""
     twin = scene.replace()
-    twin._plain.known_regions = known
+    twin._given.known_regions = known
     return twin
 
 

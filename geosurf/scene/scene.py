@@ -939,6 +939,7 @@ class Scene:
         >>> scene.horizon_grid("Top", 500.0).shape
         (6, 8)
         """
+        need_depth(self.time, "grids of horizons")
         found, lost = horizon_on_grid(self.patches, self.units, horizon, grid)
         self._graph.memory.warn(*filter(None, [lost]))
         crs = self.units.crs

@@ -168,9 +168,15 @@ def test_a_scene_in_time_measures_milliseconds_and_refuses_volumes() -> None:
     assert float(thickness.max()) == pytest.approx(100.0)
     figure = scene.plot.section([(200.0, 1000.0), (3800.0, 1000.0)])
     assert "Two-way time [ms]" in [axes.get_ylabel() for axes in figure.axes]
-    for refused in (lambda: scene.volumes, scene.table, scene.volumetrics, scene.closures):
+    shift = [gs.ensemble.DepthShift("Top", 5.0)]
+    for refused in (
+        lambda: scene.volumes, scene.table, scene.volumetrics, scene.closures,
+        lambda: scene.horizon_grid("Top"), lambda: gs.run_ensemble(scene, 2, uncertain=shift),
+    ):  # fmt: skip
         with pytest.raises(gs.errors.InputError, match=r"Give velocities: scene.replace\("):
             refused()
+    with pytest.raises(gs.errors.InputError, match="moves horizons by metres"):
+        gs.run_ensemble(in_time(3000.0, {"Top": -2000.0}), 2, uncertain=shift)
 
 
 def test_depth_becomes_time_and_comes_back() -> None:
