@@ -172,7 +172,7 @@ class MeasuredModel(DrawnModel, Protocol):
     def fault_polygons(self, horizon: str) -> xarray.Dataset:
         """Return the fault polygons of a horizon."""
 
-    def juxtaposition(self, fault: str) -> xarray.Dataset:
+    def juxtaposition(self, fault: str, include: str = "reservoir") -> xarray.Dataset:
         """Return the areas of pairs of units across a fault."""
 
     def allan(self, fault: str) -> xarray.Dataset:

@@ -50,7 +50,7 @@ def pictures_of_faults(
 
 
 def fault_parts(
-    scene: ReportedModel, pictures: Mapping[str, Mapping[str, Path]]
+    scene: ReportedModel, pictures: Mapping[str, Mapping[str, Path]], include: str = "reservoir"
 ) -> list[tuple[str, str]]:
     """Return the name and the HTML of each fault with something to show."""
     extended, truncated = tables.fault_tables(scene.fault_actions)
@@ -63,7 +63,7 @@ def fault_parts(
     for name in dict.fromkeys([*scene.fault_names, *scene.faults_inside, *sorted(changed)]):
         if name not in inside | changed and name not in pictures:
             continue
-        across = [scene.juxtaposition(name)] if name in inside else []
+        across = [scene.juxtaposition(name, include)] if name in inside else []
         parts = [
             page.html_pictures(pictures.get(name, {})),
             _part("Juxtaposition", _rows(tables.juxtaposition_table(across), name, 0)),
@@ -143,7 +143,7 @@ def _sections(
     """All sections; those without content are left out by the page."""
     of_faults, others = pictures_of_faults(scene, pictures)
     view, others = _view(scene, others)
-    faults = fault_parts(scene, of_faults)
+    faults = fault_parts(scene, of_faults, include)
     return [
         *_listed("Warnings", tables.warning_table(scene.warnings)),
         Section("Gross rock volume (GRV) [million m³]", _volumes(scene, include), name="volumes"),

@@ -84,7 +84,7 @@ def juxtaposition_table(found: Iterable[Any]) -> Table:
             key = (str(plus), str(minus), str(kind))
             areas[key] = areas.get(key, 0.0) + float(area)
 
-        # a share of the fault's area inside the model: the rows of one fault add up to 100 %
+        # a share of the fault's area inside the model: all pairs of one fault add up to 100 %
         whole = float(dataset.attrs["area"])
 
         # False sorts before True: contacts of different zones, through which fluids may pass, lead
