@@ -180,6 +180,10 @@ def test_the_example_of_new_can_be_run_as_an_ensemble(tmp_path, capsys):
     printed = capsys.readouterr().out
     assert "3 realisations, 0 failed" in printed
     assert "STOIIP [million Sm³]" in printed
+    lines = (tmp_path / "out" / "realisations.csv").read_text().splitlines()
+    assert len(lines) == 1 + 3 * 3  # realisations and regions
+    assert "stoiip [Sm3]" in lines[0]
+    assert "porosity Top/Middle [1]" in lines[0]
     data = gs.ensemble.open_ensemble(tmp_path / "out" / "ensemble.zarr").data
     assert (data.bulk.std("realisation") > 0).any()
     # a horizon that stays was searched for in the base case only
