@@ -21,7 +21,7 @@ from geosurf.model import Patches, Units
 from geosurf.model.base import Noun, frozen
 from geosurf.model.velocity import Velocity, deeper, later
 
-THINNEST = 0.001  # s: thinner zones say nothing of their interval velocity
+THINNEST = 1.0  # ms or m: thinner zones say nothing of their interval velocity
 MOST_TRIANGLES = 400_000  # of all long ones, after they are divided
 MOST_LEVELS = 10_000
 
@@ -35,7 +35,8 @@ class Mesh(Noun):
     local : ndarray of float64, shape (n_vertex, 3)
     origin : ndarray of float64, shape (3,)
     triangles : ndarray of int64, shape (n_triangle, 3)
-    on_horizon : ndarray of bool, shape (n_triangle,)
+    horizon : ndarray of int64, shape (n_triangle,)
+        Which horizon it is of, youngest first; -1 for faults.
     sides : ndarray of int64, shape (n_triangle, 2)
         Zone in front of and behind each triangle; -1 where the model has none.
     longest : float
@@ -45,7 +46,7 @@ class Mesh(Noun):
     local: np.ndarray
     origin: np.ndarray
     triangles: np.ndarray
-    on_horizon: np.ndarray
+    horizon: np.ndarray
     sides: np.ndarray
     longest: float
 
@@ -69,12 +70,12 @@ def mesh_of(split: Patches, patches: Patches, units: Units, zones: tuple[str, ..
         Youngest first.
     """
     sides = _zones_beside(split, patches, units, zones)
-    is_horizon = np.array([one.role == "horizon" for one in split.sources])
-    of_horizon = is_horizon[split.surface_of_triangle]
-    longest = longest_edge(split.triangles, split.local, of_horizon)
+    row = np.array([k if one.role == "horizon" else -1 for k, one in enumerate(split.sources)])
+    horizon = row[split.surface_of_triangle]
+    longest = longest_edge(split.triangles, split.local, horizon >= 0)
     local, triangles, parent = divided(split.local, split.triangles, longest)
     return Mesh(
-        frozen(local, np.float64), split.origin, frozen(triangles, np.int64), of_horizon[parent],
+        frozen(local, np.float64), split.origin, frozen(triangles, np.int64), horizon[parent],
         sides[parent], longest,
     )  # fmt: skip
 
@@ -192,14 +193,17 @@ class Starts(Noun):
     weights : ndarray of float64, shape (n, 3)
     zone : ndarray of int64, shape (n,)
         The zone between.
+    pinned : ndarray of int64, shape (n,)
+        The zone above a vertex of a horizon to which the average velocity is given; else -1.
     anchor : ndarray of int64, shape (n,)
-        A vertex of the horizon below that zone, which says its interval velocity where the average
-        to that horizon is given; else -1.
+        For all others in such a zone: the nearest vertex of that horizon. It has the interval
+        velocity.
     """
 
     corners: np.ndarray
     weights: np.ndarray
     zone: np.ndarray
+    pinned: np.ndarray
     anchor: np.ndarray
 
     def of(self, values: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -267,8 +271,11 @@ def crossings_of(mesh: Mesh, groups: tuple[int, ...], feet: np.ndarray) -> Cross
     return Crossings(foot, t[triangle], weights, below[rows[triangle]], found.elevation[order])
 
 
-def starts_of(mesh: Mesh, groups: tuple[int, ...]) -> Starts:
-    """Return where lines through the vertices of a mesh start: the first boundary above each."""
+def starts_of(mesh: Mesh, groups: tuple[int, ...], averages: tuple[int, ...]) -> Starts:
+    """Return where lines through the vertices of a mesh start: the first boundary above each.
+
+    `averages` are zones that have the average velocity to the horizon below them.
+    """
     n = len(mesh.local)
     found = crossings_of(mesh, groups, mesh.local[:, :2])
     # triangles of the vertex itself are not above it
@@ -280,7 +287,20 @@ def starts_of(mesh: Mesh, groups: tuple[int, ...]) -> Starts:
     corners, weights = np.full((n, 3), -1), np.zeros((n, 3))
     zone = np.zeros(n, dtype=np.int64)
     corners[last.foot], weights[last.foot], zone[last.foot] = last.corners, last.weights, last.below
-    return Starts(corners, weights, zone, np.full(n, -1))
+    pinned, anchor = np.full(n, -1), np.full(n, -1)
+    made = Starts(corners, weights, zone, pinned, anchor)
+    for k in averages[::-1]:  # where horizons meet, the upper one counts
+        pinned[mesh.triangles[mesh.horizon == k]] = k
+    thick = mesh.local[:, 2] + THINNEST < made.of(mesh.local[:, 2], np.arange(n))
+    for k in averages:
+        from scipy.spatial import cKDTree  # loaded by those who give averages
+
+        known = np.flatnonzero((pinned == k) & (zone == k) & thick)
+        others = np.flatnonzero((pinned < 0) & (zone == k))
+        if len(known):
+            tree = cKDTree(mesh.local[known, :2])
+            anchor[others] = known[tree.query(mesh.local[others, :2])[1]]
+    return made
 
 
 @dataclass(frozen=True, eq=False)
@@ -395,7 +415,8 @@ def levels_of(starts: Starts) -> list[np.ndarray]:
     n = len(starts.zone)
     level = np.zeros(n + 1, dtype=np.int64)
     level[n] = -1  # the datum: row -1
-    needs = np.concatenate([starts.corners, starts.anchor[:, None]], axis=1)
+    of_anchor = np.where(starts.anchor[:, None] < 0, -1, starts.corners[starts.anchor])
+    needs = np.concatenate([starts.corners, of_anchor, starts.anchor[:, None]], axis=1)
     for _ in range(MOST_LEVELS):
         found = level[needs].max(axis=1) + 1
         if (found == level[:n]).all():
@@ -434,25 +455,32 @@ def convert_mesh(
     seconds[n] = depth[n] = 0.0
     known, other = (seconds, depth) if in_time else (depth, seconds)
     known[:n] = -given * second if in_time else velocity.datum - given
-    v0 = np.empty(n)
+    v0 = np.ones(n)
     for number, law in enumerate(velocity.laws):
         mine = starts.zone == number
         v0[mine] = law.v0.at(places[mine])
+    for number, law in enumerate(velocity.laws):
+        mine = starts.pinned == number
+        v0[mine] = law.v0.at(places[mine])
+    k = np.array([law.k for law in velocity.laws])[starts.zone]
     for rows in levels:
         d, s = starts.of(depth, rows), starts.of(seconds, rows)
-        for number in np.unique(starts.zone[rows]).tolist():
-            law, at = velocity.laws[number], np.flatnonzero(starts.zone[rows] == number)
-            mine = rows[at]
-            if in_time:
-                depth[mine] = deeper(v0[mine], law.k, d[at], seconds[mine] - s[at])
-            else:
-                seconds[mine] = s[at] + later(v0[mine], law.k, d[at], depth[mine])
-            slow = v0[mine] + law.k * np.minimum(d[at], depth[mine])
-            if not (slow > 0.0).all() or not np.isfinite(other[mine]).all():
-                worst = mine[int(np.argmin(slow))]
-                raise InputError(
-                    f"the velocity of {velocity.zones[number]!r} falls to {slow.min():.4g} m/s "
-                    f"near (E {places[worst, 0]:.0f}, N {places[worst, 1]:.0f}). Velocities are "
-                    "above 0 in the whole zone: give a larger v0, or another k."
-                )
+        anchored = np.flatnonzero(starts.anchor[rows] >= 0)
+        nearest = starts.anchor[rows[anchored]]
+        way = depth[nearest] - starts.of(depth, nearest)
+        v0[rows[anchored]] = way / (seconds[nearest] - starts.of(seconds, nearest))
+        pinned = starts.pinned[rows] >= 0
+        d, s = np.where(pinned, 0.0, d), np.where(pinned, 0.0, s)
+        if in_time:
+            depth[rows] = deeper(v0[rows], k[rows], d, seconds[rows] - s)
+        else:
+            seconds[rows] = s + later(v0[rows], k[rows], d, depth[rows])
+        slow = v0[rows] + k[rows] * np.minimum(d, depth[rows])
+        if not (slow > 0.0).all() or not np.isfinite(other[rows]).all():
+            worst = rows[int(np.argmin(slow))]
+            raise InputError(
+                f"the velocity of {velocity.zones[starts.zone[worst]]!r} is {slow.min():.4g} m/s "
+                f"near (E {places[worst, 0]:.0f}, N {places[worst, 1]:.0f}). Velocities are above "
+                "0 in the whole zone, also between averages: give other ones there."
+            )
     return TimeDepth(mesh, velocity, in_time, second, seconds[:n], depth[:n])

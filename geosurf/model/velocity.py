@@ -126,19 +126,22 @@ class Law(Noun):
         return alike and self.k == other.k and self.base is other.base is None
 
 
-def deeper(v0: np.ndarray, k: float, depth: np.ndarray, seconds: np.ndarray) -> np.ndarray:
+def deeper(v0: np.ndarray, k: Any, depth: np.ndarray, seconds: np.ndarray) -> np.ndarray:
     """Depth [m] some seconds below a depth: v = v0 + k z along the vertical."""
-    found: np.ndarray = depth + v0 * seconds
-    if k != 0.0:
-        found = depth + (v0 + k * depth) * np.expm1(k * seconds) / k
+    with np.errstate(all="ignore"):
+        found: np.ndarray = depth + np.where(
+            np.equal(k, 0.0), v0 * seconds, (v0 + k * depth) * np.expm1(k * seconds) / k
+        )
     return found
 
 
-def later(v0: np.ndarray, k: float, depth: np.ndarray, below: np.ndarray) -> np.ndarray:
+def later(v0: np.ndarray, k: Any, depth: np.ndarray, below: np.ndarray) -> np.ndarray:
     """Seconds from a depth to another one: the inverse of `deeper`."""
-    found: np.ndarray = (below - depth) / v0
-    if k != 0.0:
-        found = np.log1p(k * (below - depth) / (v0 + k * depth)) / k
+    with np.errstate(all="ignore"):
+        way = below - depth
+        found: np.ndarray = np.where(
+            np.equal(k, 0.0), way / v0, np.log1p(k * way / (v0 + k * depth)) / k
+        )
     return found
 
 
@@ -159,6 +162,11 @@ class Velocity(Noun):
     zones: tuple[str, ...]
     laws: tuple[Law, ...]
     datum: float = 0.0
+
+    @property
+    def averages(self) -> tuple[int, ...]:
+        """Zones that have the average velocity to the horizon below."""
+        return tuple(i for i, law in enumerate(self.laws) if law.base is not None)
 
     @property
     def groups(self) -> tuple[int, ...]:

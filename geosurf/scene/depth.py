@@ -89,12 +89,18 @@ def _columns(graph: Graph, velocity: Velocity) -> tuple[Hashable, Columns]:
     """What is above each vertex of a model, and its key: the same for all values of velocities."""
     memory, zones = graph.memory, velocity.zones
     wholes = tuple(map(graph.whole, graph.inputs.names))
-    key = ("columns", *map(memory.key_of, wholes), graph.units_key, velocity.groups)
+    key = (
+        "columns",
+        *map(memory.key_of, wholes),
+        graph.units_key,
+        velocity.groups,
+        velocity.averages,
+    )
 
     def run() -> Columns:
         split = trim_sheets(patches_from(find_contacts(wholes, origin=graph._origin)))
         mesh = mesh_of(split, graph.patches, graph.units, zones)
-        starts = starts_of(mesh, velocity.groups)
+        starts = starts_of(mesh, velocity.groups, velocity.averages)
         return mesh, starts, levels_of(starts)
 
     found: Columns = memory.get_or_compute(

@@ -219,3 +219,24 @@ def test_what_cannot_be_meant_is_refused(
 ) -> None:
     with pytest.raises(gs.errors.InputError, match=says):
         _ = gs.Scene(horizons, **words).units
+
+
+def test_average_velocities_to_horizons_are_met_and_zones_follow() -> None:
+    slow = grid(2400.0 + 0.05 * np.add.outer(Y, X))
+    velocity = {"Top": slow, "Base": 2600.0, "below Base": 3500.0}
+    scene = in_time(2000.0, {"Top": -2000.0, "Base": -2300.0}, velocity=velocity, box=None)
+    time = scene.in_time()
+    for name, average in (("Top", None), ("Base", 2600.0)):
+        found = time.sheets[name].surface.vertices
+        found = found[(np.abs(found[:, 0] - 1800.0) > 300.0)]
+        here = 2400.0 + 0.05 * (found[:, 0] + found[:, 1]) if average is None else average
+        np.testing.assert_allclose(
+            scene.to_depth(found)[:, 2], found[:, 2] * here / 2000.0, rtol=0, atol=1e-6
+        )
+    # half the way in time is half the way in depth, between both horizons
+    top, base = np.array([[800.0, 1000.0, -2060.0], [800.0, 1000.0, -2360.0]])
+    middle = scene.to_depth([top, 0.5 * (top + base), base])[:, 2]
+    assert middle[1] == pytest.approx(0.5 * (middle[0] + middle[2]), abs=1e-6)
+    assert sorted(scene.units) == sorted(time.units)
+    with pytest.raises(gs.errors.InputError, match="also between averages"):
+        _ = scene.replace(velocity=velocity | {"Base": 1000.0}).units
