@@ -40,6 +40,7 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
     from geosurf.ensemble.uncertain import ContactLevel as ContactLevel
     from geosurf.ensemble.uncertain import DepthError as DepthError
     from geosurf.ensemble.uncertain import DepthShift as DepthShift
+    from geosurf.ensemble.uncertain import VelocityFactor as VelocityFactor
     from geosurf.ensemble.uncertain_faults import FaultDip as FaultDip
     from geosurf.ensemble.uncertain_faults import FaultShift as FaultShift
     from geosurf.ensemble.uncertain_faults import Throw as Throw

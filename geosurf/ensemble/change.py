@@ -118,6 +118,7 @@ class Given(Protocol):
     horizon_names: tuple[str, ...]
     fault_names: tuple[str, ...]
     contacts: dict[str, Any]
+    velocity: Any
     tops: Tops | None
 
     def horizon(self, name: str) -> HorizonData:
@@ -125,6 +126,10 @@ class Given(Protocol):
 
     def fault(self, name: str) -> TriSurface:
         """Return a fault, before it is extended and truncated."""
+
+    @property
+    def deepest(self) -> float:
+        """Depth of the floor of the base case [m]."""
 
 
 @dataclass
@@ -142,6 +147,8 @@ class Change:
     contacts : dict of str to object
     throws : dict of str to object
         Throw by fault, as `throw_horizon` takes it.
+    velocity : dict of str to float
+        Factors of velocities, by the names that they have.
     numbers : dict of str to float
         Value of each parameter.
     """
@@ -153,6 +160,7 @@ class Change:
     faults: dict[str, TriSurface] = field(default_factory=dict)
     contacts: dict[str, Any] = field(default_factory=dict)
     throws: dict[str, Any] = field(default_factory=dict)
+    velocity: dict[str, float] = field(default_factory=dict)
     numbers: dict[str, float] = field(default_factory=dict)
 
     def lift(self, horizon: str, by: Any) -> None:

@@ -18,6 +18,7 @@ from geosurf.model import Sheet, TriSurface
 from geosurf.model.regions import KnownRegions
 from geosurf.model.sheets import TearPlan
 from geosurf.model.tops import Tops
+from geosurf.model.velocity import scaled
 from geosurf.scene import Scene
 from geosurf.scene.faults import LongerFaults
 from geosurf.scene.given import (
@@ -113,6 +114,16 @@ class SceneModel:
         return given_contacts(self.scene)
 
     @property
+    def deepest(self) -> float:
+        """Depth of the floor of the model [m]."""
+        return abs(self.scene.box[4])
+
+    @property
+    def velocity(self) -> Any:
+        """Velocities as they were given."""
+        return given_settings(self.scene)["velocity"]
+
+    @property
     def tops(self) -> Tops | None:
         """Well tops of the scene."""
         return self.scene.tops
@@ -130,7 +141,9 @@ class SceneModel:
         """A scene with the inputs of a realisation, without throws."""
         # What did not change is not handed over: the scene keeps its results.
         contacts = {**self.contacts, **change.contacts}
-        changes = {"contacts": contacts} if change.contacts else {}
+        changes: dict[str, Any] = {"contacts": contacts} if change.contacts else {}
+        if change.velocity:
+            changes["velocity"] = scaled(self.velocity, change.velocity)
         return self.scene.replace(
             horizons=change.horizons(), faults=change.faults, **changes, **self._frame
         )
@@ -227,6 +240,8 @@ class BuiltModel:
     is_data = False
     horizon_names: tuple[str, ...] = ()
     fault_names: tuple[str, ...] = ()
+    velocity: Any = None
+    deepest = 0.0
     tops: Tops | None = None
 
     def __init__(self, function: Callable[[np.random.Generator], Scene], seed: int) -> None:

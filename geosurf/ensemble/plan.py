@@ -17,6 +17,8 @@ from geosurf.ensemble.change import Change, Draws, Prepared, Uncertainty
 from geosurf.ensemble.models import add_to
 from geosurf.ensemble.record import Layers, Record, areas_of
 from geosurf.ensemble.rock import Rock
+from geosurf.ensemble.uncertain import ContactLevel, VelocityFactor
+from geosurf.ensemble.uncertain_faults import FaultShift
 from geosurf.errors import GeosurfError, InputError
 from geosurf.scene import Scene
 from geosurf.scene.given import given_settings, keep_results_apart, known_regions, measured_units
@@ -69,11 +71,12 @@ class Plan:
         # metres that move horizons would be taken for milliseconds
         scene = getattr(self.model, "scene", None)
         if scene is not None and given_settings(scene)["time"] is not None:
-            for name, one in zip(names, self.prepared, strict=True):
-                if one.reach() > 0.0:
+            for name, one in zip(names, self.uncertain, strict=True):
+                if not isinstance(one, VelocityFactor | ContactLevel | FaultShift):
                     raise InputError(
-                        f"{name!r} moves horizons by metres, and the horizons of this scene are in "
-                        "time. Vary contacts, fault positions or rock, or give horizons in depth."
+                        f"{name!r} moves horizons by metres or turns faults, and those of this "
+                        "scene are in time. Vary velocities, contacts, fault positions or rock, or "
+                        "give horizons in depth."
                     )
 
     def __getstate__(self) -> dict[str, Any]:

@@ -13,12 +13,13 @@ from geosurf.ensemble.change import Change, Uncertainty
 from geosurf.ensemble.horizon_data import HorizonData
 from geosurf.ensemble.models import SceneModel, add_to
 from geosurf.ensemble.rock import Rock
-from geosurf.ensemble.uncertain import TOPS, ContactLevel, DepthError, DepthShift
+from geosurf.ensemble.uncertain import TOPS, ContactLevel, DepthError, DepthShift, VelocityFactor
 from geosurf.ensemble.uncertain_faults import Factor, FaultDip, FaultShift, Throw
 from geosurf.errors import InputError
 from geosurf.model import Sheet, TriSurface
+from geosurf.model.velocity import scaled
 from geosurf.scenario import read_scenario
-from geosurf.scenario.build import untorn_scene
+from geosurf.scenario.build import scene_in_time, untorn_scene
 from geosurf.scenario.keys import Scenario, ThrowInput
 from geosurf.scenario.output_keys import UncertainInput, distribution_of
 from geosurf.scenario.torn import keeps_area, torn_horizons
@@ -54,7 +55,8 @@ class ScenarioModel(SceneModel):
     ) -> None:
         self.scenario = source if isinstance(source, Scenario) else read_scenario(source)
         # Without tearing: that is repeated in each realisation.
-        scene, self._values = untorn_scene(self.scenario)
+        self._in_time = None if self.scenario.time is None else scene_in_time(self.scenario)
+        scene, self._values = untorn_scene(self.scenario, in_time=self._in_time)
         given = self.scenario.volumetrics
         self.rock = Rock.of(None if given is None else vars(given), scene.crs)
         if not self.scenario.uncertain and not self.rock.uncertain:
@@ -80,6 +82,11 @@ class ScenarioModel(SceneModel):
         super().started(base)
         self._cache = None
 
+    @property
+    def velocity(self) -> Any:
+        """Velocities as they were given."""
+        return self.scenario.velocity
+
     def outline(self, change: Change) -> Scene:
         """Return a scene with the area of a realisation; nothing is torn that does not count."""
         if keeps_area(self.scenario, self.horizon_names):
@@ -97,11 +104,28 @@ class ScenarioModel(SceneModel):
         contacts = {"contacts": {**self.contacts, **change.contacts}} if change.contacts else {}
         return self.scene.replace(horizons=plain, faults=change.faults, **contacts, **self._frame)
 
+    def _converted(self, change: Change) -> tuple[Scene, dict[str, Any]]:
+        """The scene of a realisation with other velocities, not torn, and its data."""
+        assert self._in_time is not None
+        if change.up or change.faults:
+            raise InputError(
+                "depths and faults cannot vary together with velocities, which move both. Leave "
+                "one of them out."
+            )
+        velocity = scaled(self.velocity, change.velocity)
+        in_time = self._in_time.replace(velocity=velocity)
+        scene, values = untorn_scene(self.scenario, in_time=in_time)
+        contacts = {"contacts": {**self.contacts, **change.contacts}} if change.contacts else {}
+        return scene.replace(**contacts, **self._frame), values
+
     def build(self, change: Change) -> Scene:
         """Return the scene of one realisation."""
         # Data of all horizons; those that have moved replace their own.
         values = {**self._values, **change.horizons()}
-        scene = self._untorn(change, values)
+        if change.velocity:
+            scene, values = self._converted(change)
+        else:
+            scene = self._untorn(change, values)
         # Throws change in the scenario, so that tearing follows its usual way.
         throws = tuple(_changed(entry, change.throws) for entry in self.scenario.throws)
         scenario = replace(self.scenario, throws=throws)
@@ -110,7 +134,7 @@ class ScenarioModel(SceneModel):
             name: str, faults: dict[str, TriSurface], fill: bool | Sheet, make: Callable[[], Sheet]
         ) -> Sheet:
             """The sheet of a horizon; that of the last realisation if nothing has changed."""
-            if name in change.up:
+            if name in change.up or change.velocity:
                 return make()
             filled = str(fill) if isinstance(fill, bool) else fingerprint(fill)
             key = (*map(fingerprint, faults.values()), filled)
@@ -192,6 +216,7 @@ def uncertainty_of(entry: UncertainInput) -> Uncertainty:
         "throw factor": lambda: Throw(entry.of[0], factor=by),
         "fault position": lambda: FaultShift(entry.of, by),
         "fault dip": lambda: FaultDip(entry.of, by),
+        "velocity factor": lambda: VelocityFactor(entry.of, by),
     }
     made: Uncertainty = makers[entry.kind]()
     return made

@@ -16,6 +16,7 @@ from geosurf.ensemble.horizon_data import HorizonData
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.model import FluidContact, TriSurface
 from geosurf.model.distributions import (
+    TAIL,
     Constant,
     Discrete,
     Distribution,
@@ -27,6 +28,7 @@ from geosurf.model.distributions import (
     reach_of,
 )
 from geosurf.model.tops import tops_of
+from geosurf.model.velocity import DATUM, ELSEWHERE, is_by_name
 from geosurf.report.page import number
 from geosurf.warning import warn
 
@@ -253,6 +255,74 @@ def _count(value: Any) -> int:
     seen: list[Any] = []
     _each(value, seen.append)
     return len(seen)
+
+
+# ---- velocities ----------------------------------------
+# Uncertain velocities of a model that was given in time.
+
+
+@dataclass(frozen=True)
+class VelocityFactor:
+    """
+    Velocities that are all multiplied by the same number.
+
+    Parameters
+    ----------
+    names : str or sequence of str
+        As in ``Scene(velocity=)``: zones, horizons with an average velocity, ``"elsewhere"``.
+        Empty: all.
+    by : distribution or float
+        Such as ``Normal(1.0, 0.03)``.
+    name : str, optional
+        Of the parameter in all results; default ``"velocity Top/Base"``.
+
+    Examples
+    --------
+    >>> VelocityFactor("Top/Base", 1.02).parameter
+    'velocity Top/Base'
+    """
+
+    names: str | Sequence[str]
+    by: Any
+    name: str = ""
+
+    unit = "1"
+
+    @property
+    def parameter(self) -> str:
+        """Name of the parameter."""
+        return self.name or of_names("velocity", self.names)
+
+    def prepare(self, given: Given) -> PreparedVelocity:
+        """Check names and distribution."""
+        if given.velocity is None:
+            raise InputError(f"{self.parameter}: the model was not given in time, with velocities.")
+        known = tuple(given.velocity) if is_by_name(given.velocity) else (ELSEWHERE,)
+        known = tuple(name for name in known if name != DATUM)
+        names = names_among(self.names, known, "entry of velocity")
+        by = distribution_of(self.by, self.parameter)
+        return PreparedVelocity(self.parameter, names, by, given.deepest)
+
+
+@dataclass(frozen=True)
+class PreparedVelocity:
+    """A `VelocityFactor` of a given model."""
+
+    parameter: str
+    names: tuple[str, ...]
+    by: Distribution
+    deepest: float
+
+    def reach(self) -> float:
+        """Return how far horizons may move [m]: as a place at the floor of the model."""
+        ends = (self.by.quantile(p) for p in (TAIL, 1.0 - TAIL))
+        return self.deepest * max(abs(end - 1.0) for end in ends)
+
+    def apply(self, change: Change) -> None:
+        """Multiply the velocities."""
+        factor = change.numbers[self.parameter] = change.draws.number(self.parameter, self.by)
+        for name in self.names:
+            change.velocity[name] = change.velocity.get(name, 1.0) * factor
 
 
 # ---- depths ----------------------------------------

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -39,6 +39,19 @@ def time_word(time: Any) -> str | None:
     )
 
 
+class Scaled(NamedTuple):
+    """A velocity as users write it, times a factor."""
+
+    value: Any
+    factor: float
+
+
+def scaled(velocity: Any, factors: Mapping[str, float]) -> dict[str, Any]:
+    """Return velocities, some times a factor."""
+    entries = velocity if is_by_name(velocity) else {ELSEWHERE: velocity}
+    return {k: Scaled(v, factors[k]) if k in factors else v for k, v in entries.items()}
+
+
 @dataclass(frozen=True, eq=False)
 class Field(Noun):
     """Values over the map: the same everywhere, those of a map, or those of wells.
@@ -49,19 +62,25 @@ class Field(Noun):
         A map is bilinear between its nodes; beyond it, and where it has none, the nearest value
         counts. Values of wells count by the inverse square of the distance: exact at wells, and
         between the lowest and the highest.
+    factor : float
+        Of all values.
     """
 
     value: Any
+    factor: float = 1.0
 
     @property
     def smallest(self) -> float:
         """The smallest value."""
-        if isinstance(self.value, Lattice):
-            return float(np.nanmin(self.value.elevation))
-        return float(np.min(self.value[1] if isinstance(self.value, tuple) else self.value))
+        value = self.value[1] if isinstance(self.value, tuple) else self.value
+        values = value.elevation if isinstance(value, Lattice) else value
+        return self.factor * float(np.nanmin(values))
 
     def at(self, places: np.ndarray) -> np.ndarray:
         """Values at places (n, 2) in world coordinates."""
+        return self.factor * self._at(places)
+
+    def _at(self, places: np.ndarray) -> np.ndarray:
         if isinstance(self.value, Lattice):
             return _bilinear(self.value, places)
         if isinstance(self.value, tuple):
@@ -123,6 +142,7 @@ class Law(Noun):
         """Whether velocities of both are the same: nothing changes where rock does."""
         mine, others = self.v0.value, other.v0.value
         alike = mine is others or (is_number(mine) and is_number(others) and mine == others)
+        alike &= self.v0.factor == other.v0.factor
         return alike and self.k == other.k and self.base is other.base is None
 
 
@@ -205,7 +225,7 @@ def velocity_of(
     >>> [law.base for law in found.laws], found.groups
     (['Top', None, None], (0, 1, 1))
     """
-    entries = given if _is_by_name(given) else {ELSEWHERE: given}
+    entries = given if is_by_name(given) else {ELSEWHERE: given}
     known = (*zones, *horizons, ELSEWHERE, DATUM)
     laws: dict[str, Law] = {}
     for name, value in entries.items():
@@ -236,14 +256,15 @@ def velocity_of(
     return Velocity(tuple(zones), found, float(datum))
 
 
-def _is_by_name(given: Any) -> bool:
-    """Whether velocities are given by name, and not one for all zones."""
+def is_by_name(given: Any) -> bool:
+    """Return whether velocities are given by name, and not one for all zones."""
     return isinstance(given, Mapping) and not hasattr(given, "dims") and "v0" not in given
 
 
 def _law(value: Any, name: str, base: str | None, open_map: Any) -> Law:
     """One velocity, checked."""
     what = f"velocity of {name!r}"
+    value, factor = value if isinstance(value, Scaled) else (value, 1.0)
     k: Any = 0.0
     if isinstance(value, Mapping) and not hasattr(value, "dims"):
         for key in value:
@@ -255,11 +276,9 @@ def _law(value: Any, name: str, base: str | None, open_map: Any) -> Law:
                 "takes its average velocity, a number or a map."
             )
         value, k = value["v0"], value["k"]
-    if isinstance(value, Field):
-        return Law(value, float(k), base)
     if value is None or isinstance(value, bool | list | tuple) or not is_number(k):
         raise InputError(f"{what} cannot be {value!r}. {HOW}.")
-    field = Field(float(value) if is_number(value) else open_map(value, what))
+    field = Field(float(value) if is_number(value) else open_map(value, what), factor)
     if not field.smallest > 0.0:
         raise InputError(f"{what} is {field.smallest:g} m/s; velocities are above 0. {HOW}.")
-    return Law(field, float(k), base)
+    return Law(field, float(k) * factor, base)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import counted, did_you_mean
+from geosurf.conventions.axes import TimeUnit
 from geosurf.conventions.checks import are_points
 from geosurf.errors import FormatError, ScenarioError
 from geosurf.faults import split_fault
@@ -22,6 +23,8 @@ from geosurf.scenario.step_log import OnStep
 from geosurf.scenario.torn import torn_horizons
 from geosurf.scenario.validate import faults_reaching, filling_of, is_torn_as_picked, truncations_of
 from geosurf.scene import Scene
+from geosurf.scene.given import given_in_depth
+from geosurf.scene.inputs import as_milliseconds
 from geosurf.scene.result_cache import ResultCache
 from geosurf.scene.surfaces import footprint, holds_points, opened_outline, with_empty_blocks
 from geosurf.triangulate import fault_from_polygons, triangulate_fault, triangulate_horizon
@@ -312,10 +315,10 @@ def build_scene(
 
 
 def untorn_scene(
-    scenario: Scenario, on_step: OnStep = lambda *_: None
+    scenario: Scenario, on_step: OnStep = lambda *_: None, in_time: Scene | None = None
 ) -> tuple[Scene, dict[str, Any]]:
     """
-    Read the surfaces of a scenario.
+    Read the surfaces of a scenario, and turn them into depth where they are in time.
 
     Parameters
     ----------
@@ -323,6 +326,8 @@ def untorn_scene(
         Without a sealed model.
     on_step : callable, optional
         As in `build_scene`.
+    in_time : Scene, optional
+        As from `scene_in_time`, with other velocities: nothing is read again.
 
     Returns
     -------
@@ -335,8 +340,10 @@ def untorn_scene(
         As `build_scene`.
     """
     # read here rather than by the scene: files of a scenario have their own units
-    horizons = {entry.name: _horizon(scenario, entry) for entry in scenario.horizons}
-    faults = {entry.name: fault_of(entry, _words(scenario, entry)) for entry in scenario.faults}
+    if scenario.time is None:
+        horizons, faults = _read(scenario)
+    else:
+        horizons, faults = given_in_depth(scene_in_time(scenario) if in_time is None else in_time)
 
     shared = _shared(scenario)
     horizons = _extended(scenario, horizons, faults, shared["aoi"])
@@ -360,6 +367,47 @@ def untorn_scene(
     )
     on_step("read", _numbers(scene), "")
     return _with_network(scenario, scene, on_step), horizons
+
+
+def _read(scenario: Scenario) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Horizons and faults as the files have them."""
+    horizons = {entry.name: _horizon(scenario, entry) for entry in scenario.horizons}
+    faults = {entry.name: fault_of(entry, _words(scenario, entry)) for entry in scenario.faults}
+    return horizons, faults
+
+
+def scene_in_time(scenario: Scenario) -> Scene:
+    """
+    Return the scene of horizons and faults in time that becomes one in depth.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        With `time` and velocities.
+
+    Raises
+    ------
+    InputError
+        If a surface cannot be read, or does not state its unit.
+    """
+    horizons, faults = _read(scenario)
+    in_ms = {
+        name: one if isinstance(one, TriSurface) else as_milliseconds(one)
+        for name, one in horizons.items()
+    }
+    tear = scenario.tear
+    return Scene(
+        in_ms, {name: triangulate_fault(one, name=name) for name, one in faults.items()},
+        None if scenario.box is None else scenario.box.sides,
+        column={entry.name: entry.rule for entry in scenario.horizons},
+        extend={entry.name: entry.extend for entry in scenario.faults if entry.extend},
+        truncations=truncations_of(scenario),
+        lengthen={entry.name: entry.distances for entry in scenario.faults if entry.distances},
+        aoi=None if scenario.aoi is None else scenario.aoi.value, crs=scenario.crs,
+        tear=None if tear is None else tear.trim_cells,
+        fill_empty_blocks=None if tear is None else tear.fill_empty_blocks,
+        time=scenario.time, velocity=scenario.velocity,
+    )  # fmt: skip
 
 
 def _with_network(scenario: Scenario, scene: Scene, on_step: OnStep) -> Scene:
@@ -426,8 +474,13 @@ def _horizon(scenario: Scenario, entry: HorizonInput) -> Any:
 def _words(scenario: Scenario, entry: Any) -> dict[str, Any]:
     """Direction and unit of one file; those of the scenario apply where the file states none."""
     # The file itself has the last word, then its table, then the top of the scenario.
-    given = otherwise({"positive": scenario.positive, "length_unit": scenario.length_unit})
+    unit, in_time = scenario.length_unit, isinstance(entry, HorizonInput | FaultInput)
+    if scenario.time is not None:  # tops and contacts are in depth
+        unit = TimeUnit(unit or "ms") if in_time else None
+    given = otherwise({"positive": scenario.positive, "length_unit": unit})
     own = {"positive": entry.positive, "length_unit": entry.length_unit}
+    if in_time and scenario.time is not None and entry.length_unit is not None:
+        own["length_unit"] = TimeUnit(entry.length_unit)
     return {key: given[key] if word is None else word for key, word in own.items()}
 
 

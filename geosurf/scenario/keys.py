@@ -13,12 +13,13 @@ from pathlib import Path
 from typing import Any
 
 from geosurf.conventions import METRES_PER_UNIT
+from geosurf.conventions.axes import MS_PER_UNIT
 from geosurf.faults.rules import BOTH, KEEP
 from geosurf.model import RULES
 from geosurf.model.column import rule_meant
 from geosurf.model.network import SIDES
 from geosurf.model.slivers import SliverSettings
-from geosurf.model.tops import RANGE, TOLERANCE, TieSettings
+from geosurf.model.velocity import WAYS
 from geosurf.scenario import values
 from geosurf.scenario.output_keys import (
     EnsembleSettings,
@@ -28,6 +29,7 @@ from geosurf.scenario.output_keys import (
     PictureSettings,
     SealInput,
     SearchSettings,
+    TopsInput,
     UncertainInput,
     WellsInput,
     length_unit_key,
@@ -496,44 +498,6 @@ class ContactInput:
 
 
 @dataclass(frozen=True, kw_only=True)
-class TopsInput:
-    """``[tops]``: well tops. The report lists the misfit of each. See
-    [well tops](guides/well_tops.md).
-    """
-
-    file: Path = key(
-        "Petrel well tops, RMS points with attributes, or a table; relative to the scenario.",
-        values.file,
-    )
-    positive: str | None = positive_key()
-    length_unit: str | None = length_unit_key()
-    # Comparing is the default: a tie changes the data.
-    tie: bool = key(
-        "Whether horizons are corrected smoothly so that they meet their tops.",
-        values.switch,
-        default=False,
-    )
-    range_m: float | None = key(
-        "With `tie`: distance from a well beyond which it changes nothing. Left out: 1000 m.",
-        values.above_zero,
-        unit="m",
-        default=None,
-    )
-    tolerance_m: float = key(
-        "With `tie`: largest misfit after it.", values.above_zero, unit="m", default=TOLERANCE
-    )
-
-    @property
-    def settings(self) -> TieSettings | None:
-        """How to tie; None if nothing is tied."""
-        if not self.tie:
-            return None
-        # The third argument records that nobody chose the range, for a warning.
-        reach = RANGE if self.range_m is None else self.range_m
-        return TieSettings(reach, self.tolerance_m, self.range_m is None)
-
-
-@dataclass(frozen=True, kw_only=True)
 class Scenario:
     """
     The content of a scenario file, checked: see docs/scenario.md for each key.
@@ -549,7 +513,8 @@ class Scenario:
     positive, length_unit, crs : str or None
         Of files that do not declare them.
     reservoir : tuple of str or None
-    regions : dict of str to object, or None
+    time : str or None
+    regions, velocity : dict of str to object, or None
     horizons : tuple of HorizonInput
         Youngest first.
     faults : tuple of FaultInput
@@ -595,8 +560,15 @@ class Scenario:
         default=None,
     )
     length_unit: str | None = key(
-        "Length unit of elevations, in all files that do not declare it.",
-        values.one_of(*METRES_PER_UNIT),
+        "Length unit of elevations, in all files that do not declare it; with `time` `ms` or `s`, "
+        "for horizons and faults alone.",
+        values.one_of(*METRES_PER_UNIT, *MS_PER_UNIT),
+        default=None,
+    )
+    time: str | None = key(
+        "Horizons and faults are in time, which `[velocity]` turns into depth. See "
+        "[time and depth](guides/time_and_depth.md).",
+        values.one_of(*WAYS),
         default=None,
     )
 
@@ -620,6 +592,14 @@ class Scenario:
         "faults, or a polygon around it. Others have letters. See "
         "[regions](guides/regions.md).",
         values.regions,
+        default=None,
+    )
+
+    velocity: dict[str, Any] | None = key(
+        'With `time`: velocity of each zone, as in `"Top/Base" = 2800.0`, or average velocity from '
+        "the datum to a horizon.",
+        values.velocities,
+        unit="m/s",
         default=None,
     )
 

@@ -9,9 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from geosurf.conventions import METRES_PER_UNIT, did_you_mean, is_number
+from geosurf.conventions.axes import MS_PER_UNIT
 from geosurf.errors import DependencyError, InputError
 from geosurf.model.distributions import Normal, Triangular, Uniform
+from geosurf.model.tops import RANGE, TOLERANCE, TieSettings
 from geosurf.model.units import INCLUDE
+from geosurf.model.velocity import DATUM
 from geosurf.render.picture_style import COLOUR_BY, THEMES, PictureStyle
 from geosurf.scenario import values
 from geosurf.scenario.values import key
@@ -34,6 +37,7 @@ KINDS = {  # what `of` names
     "throw factor": "faults",
     "fault position": "faults",
     "fault dip": "faults",
+    "velocity factor": "velocities",
 }
 DISTRIBUTIONS: dict[str, Any] = {"normal": Normal, "uniform": Uniform, "triangular": Triangular}
 COUNTS = {"normal": (2, 4), "uniform": (2,), "triangular": (3,)}  # of the numbers of each
@@ -78,8 +82,8 @@ class UncertainInput:
 
     kind: str = key("What is uncertain.", values.one_of(*KINDS))
     of: tuple[str, ...] = key(
-        "Names of the horizons, contacts or faults, which vary together. One for a contact or "
-        "throw. Left empty: all horizons or faults.",
+        "Names of the horizons, contacts, faults or entries of `[velocity]`, which vary together. "
+        "One for a contact or throw. Left empty: all of them.",
         values.names,
         default=(),
     )
@@ -141,7 +145,9 @@ def check_uncertain(scenario: Any, at: values.KeyPath) -> None:
         return
 
     # Names as the scenario has them, by the table that they come from.
-    known = {kind: [one.name for one in getattr(scenario, kind)] for kind in KINDS.values()}
+    kinds = dict.fromkeys(KINDS.values())
+    known = {kind: [one.name for one in getattr(scenario, kind, ())] for kind in kinds}
+    known["velocities"] = [name for name in scenario.velocity or () if name != DATUM]
     for row, entry in enumerate(scenario.uncertain):
         label = f"uncertain[number {row + 1}]"
         with at.of(label).noting():
@@ -216,8 +222,10 @@ def positive_key() -> Any:
 
 def length_unit_key() -> Any:
     """Declare the unit of z in a file."""
-    meaning = "Length unit of elevations, for a file that does not declare it."
-    return key(meaning, values.one_of(*METRES_PER_UNIT), default=None)
+    meaning = (
+        "Length unit of elevations, for a file that does not declare it; `ms` or `s` with `time`."
+    )
+    return key(meaning, values.one_of(*METRES_PER_UNIT, *MS_PER_UNIT), default=None)
 
 
 # ---- grid keys ----------------------------------------
@@ -381,6 +389,44 @@ def listed_files(at: values.KeyPath, value: Any) -> tuple[Path, ...] | None:
     if not isinstance(value, list) or not value or any(value.count(one) > 1 for one in value):
         return None
     return tuple(values.file(at.inside(str(k + 1)), one) for k, one in enumerate(value))
+
+
+@dataclass(frozen=True, kw_only=True)
+class TopsInput:
+    """``[tops]``: well tops. The report lists the misfit of each. See
+    [well tops](guides/well_tops.md).
+    """
+
+    file: Path = key(
+        "Petrel well tops, RMS points with attributes, or a table; relative to the scenario.",
+        values.file,
+    )
+    positive: str | None = positive_key()
+    length_unit: str | None = length_unit_key()
+    # Comparing is the default: a tie changes the data.
+    tie: bool = key(
+        "Whether horizons are corrected smoothly so that they meet their tops.",
+        values.switch,
+        default=False,
+    )
+    range_m: float | None = key(
+        "With `tie`: distance from a well beyond which it changes nothing. Left out: 1000 m.",
+        values.above_zero,
+        unit="m",
+        default=None,
+    )
+    tolerance_m: float = key(
+        "With `tie`: largest misfit after it.", values.above_zero, unit="m", default=TOLERANCE
+    )
+
+    @property
+    def settings(self) -> TieSettings | None:
+        """How to tie; None if nothing is tied."""
+        if not self.tie:
+            return None
+        # The third argument records that nobody chose the range, for a warning.
+        reach = RANGE if self.range_m is None else self.range_m
+        return TieSettings(reach, self.tolerance_m, self.range_m is None)
 
 
 @dataclass(frozen=True, kw_only=True)

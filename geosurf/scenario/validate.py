@@ -447,6 +447,15 @@ def _check_names(scenario: Scenario, at: KeyPath) -> None:
     check_faults(scenario.faults, at)
     _check_places(scenario, at)
 
+    with at.noting():
+        if (scenario.time is None) != (scenario.velocity is None):
+            at.refuse(
+                "time and [velocity] belong together: write how times count, as in "
+                'time = "two-way", and a velocity for each zone.'
+            )
+        if scenario.time is not None and (scenario.throws or scenario.tolerance_m is not None):
+            at.refuse("[[throws]] and tolerance_m cannot be combined with time. Leave them out.")
+
     # results are requested by name: no two surfaces share one
     lists = (("horizon", scenario.horizons), ("fault", scenario.faults))
     named = [(kind, entry.name) for kind, entries in lists for entry in entries]

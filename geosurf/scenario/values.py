@@ -467,6 +467,20 @@ def regions(at: KeyPath, value: Any) -> dict[str, Any] | None:
     return check_regions({**value, **files})
 
 
+@check(
+    'a table such as `{"above Top" = 2000.0, "Top/Base" = {v0 = 1800.0, k = 0.6}, elsewhere = '
+    '"map.gri"}`, in m/s'
+)
+def velocities(at: KeyPath, value: Any) -> dict[str, Any] | None:
+    """Velocities by zone or horizon; whether these are there is known when the model is built."""
+    if not isinstance(value, Mapping):
+        return None
+    files = {
+        name: file(at.inside(name), one) for name, one in value.items() if isinstance(one, str)
+    }
+    return {**value, **files}
+
+
 def _entries(folder: Path) -> list[Path]:
     return sorted(folder.iterdir()) if folder.is_dir() else []
 

@@ -13,10 +13,12 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from geosurf.arrangement import find_contacts
 from geosurf.conventions import counted
 from geosurf.conventions.checks import are_points
+from geosurf.conventions.crs import crs_of
 from geosurf.errors import InputError
 from geosurf.measure.places import points_of_array
 from geosurf.measure.time_to_depth import (
@@ -150,7 +152,9 @@ def converted_inputs(
                 "its data in place of the sheet, and tear=True."
             )
         content = ("horizon", name, given.read.content(name, value), given.inputs.options)
-        horizons[name] = _horizon(given, name, value, partial(carried, content=str(content)))
+        horizons[name] = _horizon(
+            given, name, value, to_depth, partial(carried, content=str(content))
+        )
     faults = {}
     for name in given.inputs.faults:
         fault = given.read.fault(name)
@@ -166,8 +170,9 @@ def converted_inputs(
 
 
 def _horizon(
-    given: Graph, name: str, value: Any, carried: Callable[[np.ndarray], np.ndarray]
-) -> Any:
+    given: Graph, name: str, value: Any, to_depth: bool,
+    carried: Callable[[np.ndarray], np.ndarray],
+) -> Any:  # fmt: skip
     """A horizon in the other domain: points, or a surface; a grid stays one."""
     if given.inputs.tear is None:
         surface = given.untied(name)
@@ -177,9 +182,12 @@ def _horizon(
         if are_points(data):
             from geosurf.sheets.lattice.data import points_of  # loaded by those who tear
 
-            return carried(
-                points_of(data, name, words.get("positive"), words.get("length_unit"))[1]
-            )
+            both = words.get("positive"), words.get("length_unit")
+            columns = carried(points_of(data, name, *both)[1]).T
+            axes = ("easting", "northing", "elevation")
+            found = xr.Dataset({k: ("point", c) for k, c in zip(axes, columns, strict=True)})
+            found.elevation.attrs.update(positive="up", units="m" if to_depth else "ms")
+            return found.assign_attrs({} if (crs := crs_of(data)) is None else {"crs": crs})
         surface = (
             data if isinstance(data, TriSurface) else horizon_over(data, (), name=name, **words)
         )

@@ -39,14 +39,20 @@ def given_horizon(scene: Scene, name: str) -> tuple[Any, dict[str, Any]]:
     if isinstance(value, Sheet):
         return value, {}
     if inputs.tear is None:
-        return scene._plain.untied(name), {}
+        return scene._given.untied(name), {}
     data = opened_horizon(value, inputs.options)
     return data, undeclared(data, inputs.options)
 
 
 def given_fault(scene: Scene, name: str) -> TriSurface:
     """Return a fault as given: neither extended nor truncated."""
-    return scene._plain.read.fault(name)
+    return scene._given.read.fault(name)
+
+
+def given_in_depth(scene: Scene) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return horizons and faults of a scene in time as its velocities make them, neither torn."""
+    inputs = scene._plain.inputs
+    return dict(inputs.horizons), dict(inputs.given_faults)
 
 
 def prepared_faults(scene: Scene) -> dict[str, TriSurface]:

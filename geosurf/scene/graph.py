@@ -529,7 +529,9 @@ class Graph:
             *warnings_of_order(units), *warnings_of_thin_units(units), *warnings_of_slivers(units)
         )
         if self.converted_from is not None:
-            self.memory.warn(*warnings_of_topology(self.converted_from.units, units))
+            self.memory.warn(
+                *warnings_of_topology(self.converted_from.units, units, self.reservoir)
+            )
         return units
 
     def _cells(self) -> Cells:

@@ -218,9 +218,13 @@ def _warning(one: str, other: str) -> GeosurfWarning:
     )
 
 
-def warnings_of_topology(before: Units, after: Units) -> list[GeosurfWarning]:
-    """Return a warning of the units that a model and the converted one do not share."""
-    found = [units.without_slivers for units in (before, after)]
+def warnings_of_topology(
+    before: Units, after: Units, zones: tuple[str, ...]
+) -> list[GeosurfWarning]:
+    """Return a warning of the units that a model and the converted one do not share, in zones."""
+    found = [
+        [unit for unit in units.without_slivers if unit.zone in zones] for units in (before, after)
+    ]
     names = [{f"{unit.zone} {unit.block}" for unit in units} for units in found]
     differ = sorted(names[0] ^ names[1])
     if not differ:

@@ -530,6 +530,13 @@ def paths_of(inputs: SceneInputs) -> dict[str, Path]:
     return {name: Path(one) for name, one in files if isinstance(one, str | os.PathLike)}
 
 
+def as_milliseconds(value: Any) -> Any:
+    """Return data that a reader has turned into milliseconds, marked as such."""
+    if hasattr(value, "data_vars"):
+        return value.assign(elevation=value["elevation"].assign_attrs(units="ms"))
+    return value.assign_attrs(units="ms")
+
+
 def in_time_unit(value: Any, what: str, unit: str | None) -> Any:
     """
     Return an input of a scene in time; its declared unit as one that readers take.

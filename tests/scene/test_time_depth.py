@@ -240,3 +240,18 @@ def test_average_velocities_to_horizons_are_met_and_zones_follow() -> None:
     assert sorted(scene.units) == sorted(time.units)
     with pytest.raises(gs.errors.InputError, match="also between averages"):
         _ = scene.replace(velocity=velocity | {"Base": 1000.0}).units
+
+
+def test_velocities_vary_in_an_ensemble_and_stay_in_its_box() -> None:
+    levels = {"Top": -2000.0, "Base": -2150.0}
+    scene = in_time(3000.0, levels, velocity={"above Top": 3000.0, "elsewhere": 3100.0}, box=None)
+    by = gs.ensemble.VelocityFactor("elsewhere", gs.ensemble.Discrete([1.0, 1.1], [1, 1]))
+    found = gs.run_ensemble(scene, 3, uncertain=[by], seed=4, workers=1)
+    base = gs.ensemble.realise(scene, None, uncertain=[by], seed=4)
+    for row in range(3):
+        factor = found.data.drawn.sel(parameter="velocity elsewhere").values[row]
+        velocity = {"above Top": 3000.0, "elsewhere": 3100.0 * factor}
+        one = scene.replace(velocity=velocity, box=base.box, aoi=base.aoi)
+        some = found.data.zone == "Top/Base"
+        volume = found.data.bulk.sel(realisation=row, unit=some.values).sum().item()
+        assert volume == pytest.approx(one.volumes.sum().item(), rel=1e-9)
