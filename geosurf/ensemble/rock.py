@@ -22,6 +22,7 @@ from geosurf.measure.volumetrics import (
     refuse_unknown_words,
 )
 from geosurf.model import Lattice, Units
+from geosurf.model.column import ELSEWHERE
 from geosurf.model.distributions import distribution_of, is_distribution
 from geosurf.scene.inputs import factors_of_rock
 
@@ -34,22 +35,15 @@ class RockProperty:
 
     Attributes
     ----------
-    argument : str
-    words : frozenset of str
-        What it is of: a zone, a region, a fluid, several of them, or all units.
+    parameter : str
+        Name of its number: ``"porosity Top/Middle"``.
     by : distribution
     """
 
-    argument: str
-    words: frozenset[str]
+    parameter: str
     by: Any
 
     unit = "1"
-
-    @property
-    def parameter(self) -> str:
-        """Name of its number: ``"porosity Top/Middle"``."""
-        return " ".join([self.argument, *sorted(self.words)])
 
     def prepare(self, given: Given) -> RockProperty:
         """Return itself: units of the base case decide whether there are such words."""
@@ -114,7 +108,7 @@ class Rock:
     def uncertain(self) -> tuple[RockProperty, ...]:
         """What is drawn."""
         return tuple(
-            RockProperty(factor.name, words, value)
+            RockProperty(_parameter(factor, words), value)
             for factor in self.factors
             for words, value in factor.entries.items()
             if is_distribution(value)
@@ -167,7 +161,13 @@ class Rock:
         entries = dict(factor.entries)
         for words, value in factor.entries.items():
             if is_distribution(value):
-                name = RockProperty(factor.name, words, value).parameter
+                name = _parameter(factor, words)
                 entries[words] = numbers[name]
                 check_range(numbers[name], numbers[name], name)
         return replace(factor, entries=entries)
+
+
+def _parameter(factor: Factor, words: frozenset[str]) -> str:
+    """Name of the number that an argument has for some words, or for all other units."""
+    others = [ELSEWHERE] if len(factor.entries) > 1 else []
+    return " ".join([factor.name, *(sorted(words) or others)])
