@@ -16,7 +16,7 @@ from geosurf.conventions.running import silence
 from geosurf.ensemble.change import Change, Draws, Prepared, Uncertainty
 from geosurf.ensemble.models import add_to
 from geosurf.ensemble.record import Layers, Record, areas_of
-from geosurf.ensemble.rock import Rock
+from geosurf.ensemble.rock import Rock, RockProperty
 from geosurf.ensemble.uncertain import ContactLevel, VelocityFactor
 from geosurf.ensemble.uncertain_faults import FaultShift
 from geosurf.errors import GeosurfError, InputError
@@ -26,6 +26,7 @@ from geosurf.warning import silenced
 
 _BROKEN = (ArithmeticError, AssertionError, LookupError, TypeError, ValueError)
 KINDS = "DepthShift, DepthError, ContactLevel, Throw, FaultShift and FaultDip of geosurf.ensemble"
+VARY_IN_TIME = VelocityFactor, ContactLevel, FaultShift, RockProperty  # no metre moves a time
 
 
 @dataclass(eq=False)
@@ -72,7 +73,7 @@ class Plan:
         scene = getattr(self.model, "scene", None)
         if scene is not None and given_settings(scene)["time"] is not None:
             for name, one in zip(names, self.uncertain, strict=True):
-                if not isinstance(one, VelocityFactor | ContactLevel | FaultShift):
+                if not isinstance(one, VARY_IN_TIME):
                     raise InputError(
                         f"{name!r} moves horizons by metres or turns faults, and those of this "
                         "scene are in time. Vary velocities, contacts, fault positions or rock, or "

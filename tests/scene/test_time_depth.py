@@ -246,7 +246,8 @@ def test_velocities_vary_in_an_ensemble_and_stay_in_its_box() -> None:
     levels = {"Top": -2000.0, "Base": -2150.0}
     scene = in_time(3000.0, levels, velocity={"above Top": 3000.0, "elsewhere": 3100.0}, box=None)
     by = gs.ensemble.VelocityFactor("elsewhere", gs.ensemble.Discrete([1.0, 1.1], [1, 1]))
-    found = gs.run_ensemble(scene, 3, uncertain=[by], seed=4, workers=1)
+    rock = {"net_to_gross": gs.ensemble.Uniform(0.5, 0.9)}
+    found = gs.run_ensemble(scene, 3, uncertain=[by], seed=4, workers=1, volumetrics=rock)
     base = gs.ensemble.realise(scene, None, uncertain=[by], seed=4)
     for row in range(3):
         factor = found.data.drawn.sel(parameter="velocity elsewhere").values[row]
