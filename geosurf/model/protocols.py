@@ -155,6 +155,10 @@ class MeasuredModel(DrawnModel, Protocol):
     def virtual_walls(self) -> tuple[VirtualWall, ...]:
         """Virtual walls that continue faults."""
 
+    @property
+    def contacts(self) -> tuple[FluidContact, ...]:
+        """Fluid contacts, from the top down."""
+
     def surface(self, name: str) -> TriSurface:
         """Return one surface by name."""
 

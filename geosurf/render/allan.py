@@ -127,7 +127,7 @@ def draw_allan(
         areas += f" Pale: not {FACING}."
     words = (
         "Cut-offs: footwall solid, named on the right; hanging wall dashed, named on the left."
-        f"{blue}{areas} Vertical exaggeration {exaggeration:.2g}×."
+        f"{blue}{areas} Vertical exaggeration {exaggeration:.3g}×."
     )
     what = "Allan diagram" if seal is None else "shale gouge ratio"
     words_above = f"{diagram.attrs['fault']}: {what}, strike {strike:03.0f}°"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -323,8 +324,11 @@ def diagram_axes(
     # not taller than reads well, but never below true scale if the picture is high enough
     up = min(layout.view_size[1], max(RELIEF * across, across * high / wide))
 
-    # pixels per metre, upwards over along
+    # pixels per metre, upwards over along: a round number, unless the picture is too low for it
     exaggeration = (up / high) / (across / wide)
+    if exaggeration > 1.0:
+        exaggeration = round_down(exaggeration)
+        up = exaggeration * high * across / wide
     low = layout.bottom + (layout.view_size[1] - up) / 2.0
     place = ((layout.left + margin) / layout.width, low / layout.height, across / layout.width)
 
@@ -346,6 +350,19 @@ def diagram_axes(
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
     return axes, exaggeration
+
+
+def round_down(value: float) -> float:
+    """Return the largest round number that is not above a value: 1, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10.
+
+    Examples
+    --------
+    >>> round_down(8.6), round_down(18.0), round_down(37.2)
+    (8.0, 15.0, 30.0)
+    """
+    power = 10.0 ** math.floor(math.log10(value))
+    steps = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
+    return float(max(step * power for step in steps if step * power <= value * (1 + 1e-9)))
 
 
 def highest_in_view(line: np.ndarray, bottom: float, top: float) -> np.ndarray | None:

@@ -7,7 +7,7 @@ colours show this drop; contours and the range of the colours ignore it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from string import ascii_uppercase
 from typing import TYPE_CHECKING, Any
 
@@ -35,6 +35,7 @@ from geosurf.render.sheet import Sheet
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
     from matplotlib.axes import Axes
+    from matplotlib.collections import QuadMesh
 
 
 # ---- fault rings ----------------------------------------
@@ -116,6 +117,7 @@ def draw_rings(
 
 
 N_CONTOUR = 12
+CLIPPED = (1.0, 99.0)  # percentiles: extremes next to faults do not set the range of colours
 
 
 def draw_thickness(
@@ -123,6 +125,7 @@ def draw_thickness(
     thickness: xarray.DataArray,
     *,
     polygons: Mapping[str, xarray.Dataset] | None = None,
+    outline: np.ndarray | None = None,
     title: str | None = None,
 ) -> None:
     """Draw a thickness map of one zone, with contours that stop at faults.
@@ -136,6 +139,8 @@ def draw_thickness(
     polygons : mapping of str to xarray.Dataset, optional
         Results of `Scene.fault_polygons` by horizon. Polygons of the first horizon are solid,
         those of the second are dashed.
+    outline : ndarray of float64, shape (n, 2), optional
+        Around the model [m]: colours end there. Default: they end with their cells.
     title : str, optional
         Default: the kind of thickness and the zone.
 
@@ -144,6 +149,8 @@ def draw_thickness(
     InputError
         If the map has no values, or has other dimensions.
     """
+    from matplotlib.path import Path as Outline
+
     # values (block, n, m); x, y: coordinates (n, m) of the nodes [m]
     values, x, y = _checked(thickness)
     polygons = _checked_polygons(polygons)
@@ -155,13 +162,18 @@ def draw_thickness(
     # the drop to zero at faults would fill the map with contours and its range with zero
     cut = cut_by_faults(x, y, polygons)
     whole = np.where(cut, np.nan, total) if np.isfinite(total[~cut]).any() else total
-    levels = contour_levels(float(np.nanmin(whole)), float(np.nanmax(whole)), N_CONTOUR)
+    low, high = np.nanpercentile(whole, CLIPPED)
+    levels = contour_levels(float(low), float(high), N_CONTOUR)
+    n_beyond = int(((whole < levels[0]) | (whole > levels[-1])).sum()) if len(levels) > 1 else 0
     extent = (*_cell_ends(x), *_cell_ends(y))
 
     # draw: colours, contours, fault polygons, letters of blocks
     axes, metres_per_pixel = map_axes(sheet, extent)
     codes = sheet.style.codes(palette.THICKNESS)
-    _colour(axes, (x, y), total, levels, codes)
+    coloured = _colour(axes, (x, y), _to_outline(total, x, y, outline), levels, codes)
+    if outline is not None:
+        ring = np.vstack([outline, outline[:1]])
+        coloured.set_clip_path(Outline(ring, closed=True), axes.transData)
     _contour(sheet, axes, (x, y), (whole, values), levels)
     for rings, dashes in zip(polygons.values(), DASHES, strict=False):
         draw_rings(sheet, axes, rings, dashes, metres_per_pixel)
@@ -169,12 +181,15 @@ def draw_thickness(
     kind = str(attrs.get("kind", "thickness"))
     zone = ", ".join(attrs[key] for key in ("zone", "contact") if key in attrs)
     large = _large_blocks(thickness)
-    letters = _letter_blocks(sheet, axes, x, y, values[large])
+    regions = thickness.block.values[large].tolist() if attrs.get("by") == "region" else ()
+    letters = _letter_blocks(sheet, axes, x, y, values[large], regions)
     legend = _legend(thickness, values[large], letters, tuple(polygons))
     meaning = {"isochore": "vertical thickness", "isopach": "thickness normal to bedding"}
     note = f" {kind.capitalize()}: {meaning[kind]}." if kind in meaning else ""
     if cut.any():
         note += " Contours end where faults cut the zone."
+    if n_beyond:
+        note += " Colours leave out the lowest and the highest 1 %."
     title = f"{zone}: {kind} map" if title is None else title
     frame_map(
         sheet, legend, levels, metres_per_pixel, title, note,
@@ -246,7 +261,7 @@ def _colour(
     total: np.ndarray,
     levels: np.ndarray,
     codes: tuple[str, ...],
-) -> None:
+) -> QuadMesh:
     """One colour for each contour interval, cell by cell."""
     from matplotlib.colors import BoundaryNorm
 
@@ -256,7 +271,24 @@ def _colour(
         levels = np.array([levels[0] - 0.5, levels[0] + 0.5])
     norm = BoundaryNorm(levels, colours.N)
     shown = np.ma.masked_invalid(total)
-    axes.pcolormesh(*place, shown, cmap=colours, norm=norm, shading="nearest", rasterized=True)
+    return axes.pcolormesh(
+        *place, shown, cmap=colours, norm=norm, shading="nearest", rasterized=True
+    )
+
+
+def _to_outline(
+    total: np.ndarray, x: np.ndarray, y: np.ndarray, outline: np.ndarray | None
+) -> np.ndarray:
+    """Thickness (n, m) with that of the nearest cell in those whose middle is just outside."""
+    from matplotlib.path import Path as Outline
+    from scipy.ndimage import distance_transform_edt
+
+    if outline is None:
+        return total
+    inside = Outline(outline).contains_points(np.column_stack([x.ravel(), y.ravel()]))
+    outside = ~inside.reshape(x.shape)
+    far, (row, column) = distance_transform_edt(np.isnan(total), return_indices=True)
+    return np.where(outside & (far < 1.5), total[row, column], total)
 
 
 def _contour(
@@ -295,14 +327,21 @@ def _contour(
 
 
 def _letter_blocks(
-    sheet: Sheet, axes: Axes, x: np.ndarray, y: np.ndarray, values: np.ndarray
+    sheet: Sheet,
+    axes: Axes,
+    x: np.ndarray,
+    y: np.ndarray,
+    values: np.ndarray,
+    regions: Sequence[str] = (),
 ) -> list[str]:
-    """Write a letter on each block, as far from other blocks as possible."""
+    """Write the name of each region or a letter on each block, far from other blocks."""
     from scipy.ndimage import distance_transform_edt
 
     letters = []
     for i, block in enumerate(np.isfinite(values)):
         letter = ascii_uppercase[i] if i < len(ascii_uppercase) else str(i)
+        if regions:
+            letter = regions[i]
         letters.append(letter)
         if block.any() and len(values) > 1:
             # where only this block is; the node farthest from the border of that
@@ -329,7 +368,9 @@ def _legend(
             words = f"mean {np.nanmean(block):.4g} m, max {np.nanmax(block):.4g} m"
 
         # a single block needs no letter on the map
-        label = f"{letter}: {name}" if len(values) > 1 else name
+        label = f"{letter}: {name}" if len(values) > 1 and letter != name else name
+        if thickness.attrs.get("by") == "region":
+            label = f"Region {name}"
         legend.append(Entry(label, detail=words, kind="heading"))
     small = len(large) - int(large.sum())
     if small:

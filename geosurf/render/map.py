@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +18,7 @@ from geosurf.model.column import fault_of
 from geosurf.model.expected import expect, listed
 from geosurf.render import palette
 from geosurf.render.clip import Prism
+from geosurf.render.diagram import outline_of
 from geosurf.render.furniture import (
     colours_of,
     contour_levels,
@@ -56,11 +58,12 @@ def draw_curves(
     curves: Curves,
     within: Prism | None,
     faults: list[str],
+    n_wall: int = 1,
 ) -> list[Entry]:
     """Draw the intersection lines of a surface as bold lines.
 
     Lines of named faults have the colours of the faults, other lines are dark grey. If no faults
-    are named, each surface has a colour.
+    are named, each surface has a colour. Each fault has a line on `n_wall` walls of the horizon.
     """
     from matplotlib.collections import LineCollection
 
@@ -116,10 +119,13 @@ def draw_curves(
 
     # faults first: where the legend has no room, horizons are the ones that are only counted
     met_here = sorted(others, key=lambda other: curves.names[other] not in faults)
-    return [
-        Entry(name, colours[name], f"intersection, {length_text(length)}", "line")
-        for name, length in ((curves.names[k], others[k]) for k in met_here)
-    ]
+    legend = []
+    for name, length in ((curves.names[k], others[k]) for k in met_here):
+        words = f"intersection, {length_text(length)}"
+        if name in faults:
+            words = f"fault, cuts it over {length_text(length / n_wall)}"
+        legend.append(Entry(name, colours[name], words, "line"))
+    return legend
 
 
 def _name_lines(
@@ -144,6 +150,53 @@ def _name_lines(
         at = axes.transData.inverted().transform((x, y))
         colour = palette.shade(colours[other], 1, 2)
         halo_text(sheet, axes, at, label, 11.5, colour, ha="left", fontweight="bold")
+
+
+# ---- fluids ----------------------------------------
+# Parts of a horizon above fluid contacts: filled, with the contact as a line.
+
+
+FILLED = 0.45  # opacity of a fill: the elevation below is still seen
+
+
+@dataclass(frozen=True, eq=False)
+class FluidArea:
+    """The part of a horizon whose rock below it is in one contact interval.
+
+    Attributes
+    ----------
+    interval : str
+        Such as ``"above OWC"``.
+    fluid : {"oil", "gas", ""}
+    rings : sequence of ndarray of float64, each (n, 2)
+        Around it, and the other way round around holes [m].
+    lines : sequence of ndarray of float64, each (n, 2)
+        Where the contact below it meets the horizon [m].
+    """
+
+    interval: str
+    fluid: str
+    rings: Sequence[np.ndarray]
+    lines: Sequence[np.ndarray]
+
+
+def draw_fluids(sheet: Sheet, axes: Axes, fluids: Sequence[FluidArea]) -> list[Entry]:
+    """Fill the parts of a horizon above fluid contacts; return the entries of the legend."""
+    from matplotlib.patches import PathPatch
+
+    legend, width = [], sheet.points(2.0)
+    for area in fluids:
+        colour = palette.FLUIDS[area.fluid]
+        patch = PathPatch(
+            outline_of(area.rings), facecolor=colour, alpha=FILLED, linewidth=0.0, zorder=1.5
+        )
+        axes.add_artist(patch)
+        for line in area.lines:
+            axes.plot(*line.T, color=palette.PAPER, linewidth=1.9 * width, zorder=2.6)
+            axes.plot(*line.T, color=palette.CONTACT, linewidth=width, zorder=2.7)
+        detail = f"{area.fluid} in the zone below" if area.fluid else "in the zone below"
+        legend.append(Entry(area.interval, colour, detail, opacity=FILLED))
+    return legend
 
 
 # ---- virtual lines ----------------------------------------
@@ -322,6 +375,8 @@ def draw_map(
     remedies: Sequence[GeosurfWarning] = (),
     virtual_walls: Mapping[str, Sequence[np.ndarray]] = MappingProxyType({}),
     closures: xarray.Dataset | None = None,
+    fluids: Sequence[FluidArea] = (),
+    n_wall: int = 1,
     overlay: PictureOverlay | None = None,
 ) -> None:
     """Draw a map of a horizon: elevation in colour, contours, intersection lines in bold.
@@ -349,6 +404,10 @@ def draw_map(
         Lines of virtual walls on the horizon, by their names [m]: they are dashed.
     closures : xarray.Dataset, optional
         Result of `Scene.closures`: those of this horizon are drawn.
+    fluids : sequence of FluidArea
+        Parts of the horizon above fluid contacts, which are filled.
+    n_wall : int
+        Walls on which each fault has a line: 2 where the horizon is torn.
     overlay : PictureOverlay, optional
         Wells, polygons and data points that are drawn with the model.
 
@@ -405,12 +464,14 @@ def draw_map(
         note = " Hatched: extrapolated, without data."
 
     # intersection lines, and what stands beside the map
+    of_fluids = draw_fluids(sheet, axes, fluids)
     legend = []
     if curves is not None:
-        legend = draw_curves(sheet, axes, light, curves, within, list(faults))
+        legend = draw_curves(sheet, axes, light, curves, within, list(faults), n_wall)
     legend = [*draw_virtual_walls(sheet, axes, virtual_walls, list(faults)), *legend]
     if closures is not None:
         legend = [*draw_closures(sheet, axes, closures, surface.name), *legend]
+    legend = [*of_fluids, *legend]
     legend += draw_wells_on_map(sheet, axes, wells)
     legend += draw_on_map(sheet, axes, overlay)
     legend = [*draw_remedies(sheet, axes, remedies), *legend]

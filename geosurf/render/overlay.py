@@ -97,8 +97,22 @@ def draw_on_map(sheet: Sheet, axes: Axes, overlay: PictureOverlay) -> list[Entry
     _mark(sheet, axes, {name: parts[0][0, :2] for name, parts in overlay.wells.items()})
     for words, parts in overlay.labels.items():
         for x, y in np.concatenate(parts)[:, :2].tolist():
-            halo_text(sheet, axes, (x, y), words, 15.0, fontweight="bold", zorder=7.0)
+            at = _free_spot(sheet, axes, (x, y), words)
+            halo_text(sheet, axes, at, words, 15.0, fontweight="bold", zorder=7.0)
     return list(_legend(overlay))
+
+
+def _free_spot(sheet: Sheet, axes: Axes, at: tuple[float, float], words: str) -> np.ndarray:
+    """The nearest place for a label at which it covers no other name; as given if there is none."""
+    (x, y), (wide, high) = axes.transData.transform(at), sheet.text_size(words, 15.0, "bold")
+    for far in (0.0, 1.0, 2.0, 3.0):
+        for right, up in ((0, 0), (0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (-1, -1)):
+            u, v = x + far * right * wide, y + far * up * 1.5 * high
+            box = (u - 0.5 * wide, v - 0.5 * high, u + 0.5 * wide, v + 0.5 * high)
+            if sheet.names.take(box):
+                found: np.ndarray = axes.transData.inverted().transform((u, v))
+                return found
+    return np.array(at)
 
 
 def draw_on_section(

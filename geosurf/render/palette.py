@@ -77,6 +77,7 @@ PAPER = (1.0, 1.0, 1.0)
 CURVE = rgb("#111111")
 CONTACT = rgb("#1539b8")
 CLOSURE = rgb("#0b5d2e")
+FLUIDS = {"oil": rgb("#1f9e4b"), "gas": rgb("#d4342c"), "": rgb("#7b4fa3")}  # on maps
 ACCENT = rgb("#c8102e")
 FRAME = rgb("#9aa0a8")
 VOXEL = rgb("#3b6ea5")

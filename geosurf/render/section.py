@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -174,7 +175,7 @@ def _figure(
     )
     legend = tuple(Entry(names[k], colours[k]) for k in np.unique(kinds).tolist())
     draw_legend(sheet, legend, 640.0)
-    draw_words(sheet, title, f"Vertical exaggeration {exaggeration:.2g}×.")
+    draw_words(sheet, title, f"Vertical exaggeration {exaggeration:.3g}×.")
     return sheet.figure
 
 
@@ -192,6 +193,7 @@ def draw_section(
     section: xarray.Dataset,
     *,
     title: str | None = None,
+    units: Mapping[str, tuple[str, palette.RGB]] | None = None,
     tops: Any = None,
     overlay: PictureOverlay | None = None,
 ) -> None:
@@ -204,6 +206,9 @@ def draw_section(
         Result of `Scene.section`.
     title : str, optional
         Default: the coordinates of both ends.
+    units : mapping of str to (str, colour), optional
+        Label and colour of each unit in other pictures. Default: one colour for each zone, with
+        shades for contact intervals.
     tops : xarray.Dataset, optional
         Result of `Scene.misfit`: wells with tops within 2 % of the length of the section are drawn.
     overlay : PictureOverlay, optional
@@ -227,15 +232,31 @@ def draw_section(
     zones = list(section.attrs["zones"])
     inside = section.attrs.get("reservoir", zones)
     names, of_zone = zone_colours(zones, inside, sheet.style)
+    known: Colours = {}
     for part, _, _ in lines:
-        part["zone"] = names.get(part["zone"], part["zone"])
+        zone, part["zone"] = part["zone"], names.get(part["zone"], part["zone"])
+        if part["kind"] == "unit" and part["label"] in (units or {}) and zone in inside:
+            label, colour = (units or {})[part["label"]]
+            part["contact"] = label.removeprefix(zone).strip()
+            known[zone, part["contact"]] = colour
     areas = _areas(lines, list(of_zone))
+    if known:  # contact intervals by region, as the units of the model come
+        rank = {label: k for k, (label, _) in enumerate((units or {}).values())}
+        order = list(of_zone)
+        areas = dict(
+            sorted(
+                areas.items(),
+                key=lambda one: (order.index(one[0][0]), rank.get(" ".join(one[0]).strip(), 0)),
+            )
+        )
 
     # the range follows horizons and contacts; faults reach farther
     levels = [line[:, 1] for words, line, _ in lines if words["kind"] in ("horizon", "contact")]
     shown = range_shown(np.concatenate([line for _, line, _ in lines]), levels)
+    if "line" in section.attrs:  # from the start of the line to its end, wherever the model is
+        shown = (0.0, float(np.hypot(*np.diff(_line_of(section), axis=0).T).sum()), *shown[2:])
     axes, exaggeration = diagram_axes(sheet, shown, "Distance along the section [km]", ROOM)
-    colours = _colours(areas, of_zone)
+    colours = _colours(areas, of_zone) | known
     _fill(axes, lines, colours)
     faults = {
         name: sheet.style.colour(name, palette.fault(i))
@@ -254,11 +275,11 @@ def draw_section(
     if overlay:
         wells += draw_on_section(sheet, axes, overlay, _line_of(section))
     corners = _corners(section)
-    (_, x0, y0), (_, x1, y1) = corners.tolist()
+    (x0, y0), (x1, y1) = corners.tolist()
     draw_ends(sheet, axes, math.degrees(math.atan2(x1 - x0, y1 - y0)))
     legend = (*_legend(lines, areas, colours, faults), *wells)
     draw_legend(sheet, legend, 640.0)
-    words = f"Areas: whole section. Vertical exaggeration {exaggeration:.2g}×."
+    words = f"Areas: whole section. Vertical exaggeration {exaggeration:.3g}×."
     if any(line["kind"] == "contact" for line, _, _ in lines):
         words = f"Fluid contacts: blue. {words}"
     draw_words(sheet, _title(corners) if title is None else title, words)
@@ -293,16 +314,18 @@ def _line_of(section: xarray.Dataset) -> np.ndarray:
 
 
 def _corners(section: xarray.Dataset) -> np.ndarray:
-    """Distance, easting and northing of the first and the last point, (2, 3)."""
+    """Easting and northing of the first and the last point of the line, (2, 2)."""
+    if "line" in section.attrs:
+        return _line_of(section)[[0, -1]]
     # the ends of the section by distance: lines come in any order
     at = section.along_section.values
     rows = [int(np.argmin(at)), int(np.argmax(at))]
-    columns = (section.along_section, section.easting, section.northing)
+    columns = (section.easting, section.northing)
     return np.stack([column.values[rows] for column in columns], axis=1)
 
 
 def _title(corners: np.ndarray) -> str:
-    first, last = (f"E {number_text(x)} N {number_text(y)}" for _, x, y in corners.tolist())
+    first, last = (f"E {number_text(x)} N {number_text(y)}" for x, y in corners.tolist())
     return f"Section from {first} to {last}"
 
 

@@ -15,18 +15,20 @@ from geosurf.conventions import did_you_mean, is_word
 from geosurf.conventions.axes import vertical_axis
 from geosurf.conventions.packages import need_plots
 from geosurf.errors import GeometryError, GeosurfWarning, InputError
-from geosurf.measure.faces import faces_of
+from geosurf.measure.faces import MINUS, faces_of
+from geosurf.measure.section import chains_of, rings_of
+from geosurf.measure.volumetrics import fluid_of, fluids_rule
 from geosurf.model import Curves, SheetReport, TriSurface
 from geosurf.model.expected import expect, flag_of, listed, number_of
 from geosurf.model.protocols import DrawnModel, MeasuredModel
 from geosurf.render.allan import draw_allan
 from geosurf.render.clip import Prism
-from geosurf.render.colouring import check_colour_by, selection_of
+from geosurf.render.colouring import check_colour_by, colour_units, selection_of
 from geosurf.render.compose import check_look, draw_picture, figure_path, plotted
 from geosurf.render.diagram import column_of, draw_column, draw_throw
 from geosurf.render.isochores import draw_thickness
 from geosurf.render.layers import Content, show_outline
-from geosurf.render.map import MAX_MAP_TRIANGLE, check_closures, draw_map
+from geosurf.render.map import MAX_MAP_TRIANGLE, FluidArea, check_closures, draw_map
 from geosurf.render.overlay import PictureOverlay, overlay_of, show_overlay
 from geosurf.render.picture_style import COLOUR_BY, PictureStyle, style_of
 from geosurf.render.section import draw_section
@@ -61,11 +63,7 @@ def map_of(
     scene: MeasuredModel, name: str, clip: bool
 ) -> tuple[TriSurface, Curves, dict[str, Any]]:
     """What a map of a horizon shows: surface, curves, and the other arguments of `draw_map`."""
-    west, east, south, north = scene.box[:4]
-
-    # the outline that clips: the area of interest, or the box in the map
-    ring = np.array([(west, south), (east, south), (east, north), (west, north)])
-    inside = ring if scene.aoi is None else scene.aoi
+    inside = outline_of(scene)
     surface = scene.surface(name)
     options = {
         "outline": inside if flag_of(clip, "clip") else None,
@@ -74,8 +72,47 @@ def map_of(
         "hatched": surface,
         "remedies": _remedies(scene, name),
         "virtual_walls": lines_on(scene.patches, name) if scene.virtual_walls else {},
+        "fluids": fluids_on(scene, name) if scene.contacts else (),
+        "n_wall": 2 if name in scene.sheets else 1,
     }
     return as_modelled(scene, surface, MAX_MAP_TRIANGLE), scene.curves, options
+
+
+def outline_of(scene: MeasuredModel) -> np.ndarray:
+    """The area of interest, or the box in the map (n, 2) [m]."""
+    west, east, south, north = scene.box[:4]
+    ring = np.array([(west, south), (east, south), (east, north), (west, north)])
+    return ring if scene.aoi is None else scene.aoi
+
+
+def fluids_on(scene: MeasuredModel, name: str) -> list[FluidArea]:
+    """Parts of a horizon above fluid contacts, by the contact interval of the unit below them."""
+    if name not in scene.horizons_inside:
+        return []
+    faces = faces_of(scene.patches, scene.units, name, "horizon")
+    inside, below = scene.units.included(), faces.sides[:, MINUS]
+    of_unit = [unit.contact if unit.name in inside else "" for unit in faces.listed]
+    interval = np.array([*of_unit, ""], dtype=object)[below]  # -1: none
+    rule, x = fluids_rule(None), (faces.x + faces.origin)[:, :2]
+    found = []
+    for words in dict.fromkeys(of_unit):
+        rows = interval == words
+        if not words or words.startswith("below ") or not rows.any():
+            continue
+        own, others = faces.triangles[rows], faces.triangles[~rows & (interval != "")]
+        unit = next(unit for unit in faces.listed if unit.contact == words)
+        rings = [x[ring] for ring in rings_of(own, faces.x)]
+        lines = [x[line] for line in chains_of(_shared_edges(own, others), faces.x)]
+        found.append(FluidArea(words, fluid_of(unit, set(), rule), rings, lines))
+    return found
+
+
+def _shared_edges(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Edges (n, 2) between two sets of triangles that face the same way."""
+    start, end = one.ravel(), one[:, [1, 2, 0]].ravel()
+    first, last = other.ravel(), other[:, [1, 2, 0]].ravel()
+    n = int(max(one.max(initial=0), other.max(initial=0))) + 1
+    return np.column_stack([start, end])[np.isin(start * n + end, last * n + first)]
 
 
 def _remedies(scene: MeasuredModel, name: str) -> tuple[GeosurfWarning, ...]:
@@ -100,8 +137,31 @@ def thickness_of(
         west, east, south, north = scene.box[:4]
         grid = max(east - west, north - south) / CELLS
     thickness = scene.thickness(zone, grid, contact=contact)
+    of_block = {unit.block: unit.region for unit in scene.units.values() if unit.zone == zone}
+    thickness = _by_region(thickness, of_block)
     names = [name for name in zone.split("/") if name in scene.horizon_names]
     return thickness, {name: scene.fault_polygons(name) for name in names}
+
+
+def _by_region(thickness: xarray.DataArray, of_block: Mapping[str, str]) -> xarray.DataArray:
+    """Thickness by region instead of block; as it is where a block has none."""
+    import xarray as xr
+
+    names = [of_block.get(str(block), "") for block in thickness.block.values]
+    if not all(names):
+        return thickness
+    regions = list(dict.fromkeys(names))
+    parts = [thickness.values[[name == region for name in names]] for region in regions]
+    values = [np.where(np.isfinite(p).any(axis=0), np.nansum(p, axis=0), np.nan) for p in parts]
+    slivers = thickness.sliver.values if "sliver" in thickness.coords else np.zeros(len(names))
+    small = [
+        all(s for s, name in zip(slivers, names, strict=True) if name == region)
+        for region in regions
+    ]
+    coords = {key: one for key, one in thickness.coords.items() if "block" not in one.dims}
+    coords |= {"block": ("block", regions), "sliver": ("block", small)}
+    attrs = {**thickness.attrs, "by": "region"}
+    return xr.DataArray(np.stack(values), coords, thickness.dims, attrs=attrs)
 
 
 def neighbours(scene: MeasuredModel) -> list[tuple[str, str]]:
@@ -377,7 +437,8 @@ class ScenePlots:
         """
         checked = _flat(**look)
         thickness, polygons = thickness_of(self._scene, zone, grid, contact)
-        return plotted(draw_thickness, thickness, polygons=polygons, **checked)
+        outline = outline_of(self._scene)
+        return plotted(draw_thickness, thickness, polygons=polygons, outline=outline, **checked)
 
     def section(
         self, line: Any, *, overlay: PictureOverlay | None = None, **look: Unpack[FlatLook]
@@ -404,7 +465,12 @@ class ScenePlots:
         """
         overlay, checked = overlay_of(overlay), _flat(**look)
         section, tops = self._scene.section(line), tops_of_scene(self._scene)
-        return plotted(draw_section, section, tops=tops, overlay=overlay, **checked)
+        units = self._scene.units
+        rank = {name: k for k, name in enumerate(units.regions)}
+        shown = sorted(units.values(), key=lambda unit: rank.get(unit.region, -1))
+        colours = colour_units(units, shown, "unit", checked["style"]).colours
+        words = {name: (units.labels[name], colour) for name, colour in colours.items()}
+        return plotted(draw_section, section, units=words, tops=tops, overlay=overlay, **checked)
 
     def allan(
         self, fault: str, *, closures: Any = False, seal: Any = None, **look: Unpack[FlatLook]

@@ -21,8 +21,6 @@ from geosurf.cli.console import ExitCode
 from geosurf.conventions import length_text
 from geosurf.errors import InvariantError
 from geosurf.model import Certificate, Check
-from geosurf.render.compose import plotted
-from geosurf.render.section import draw_section
 
 
 @pytest.fixture(scope="module")
@@ -142,8 +140,9 @@ def test_render_draws_a_section_along_a_line(folder, tmp_path, capsys):
     assert capsys.readouterr().out == f"{picture}\n"
     from geosurf.scenario import build_scene, read_scenario
 
-    found = build_scene(read_scenario(scenario)).section([(100.5, 50), (2000, 1500), (3900, 2950)])
-    same = plotted(draw_section, found, path=tmp_path / "same.png", size=(400, 260))
+    line = [(100.5, 50), (2000, 1500), (3900, 2950)]
+    same = tmp_path / "same.png"
+    build_scene(read_scenario(scenario)).plot.section(line, path=same, size=(400, 260))
     assert picture.read_bytes() == same.read_bytes()
 
 
