@@ -18,7 +18,7 @@ from geosurf.render.overlay import PictureOverlay
 from geosurf.render.picture_style import PictureStyle
 from geosurf.render.views import check_size
 from geosurf.scenario import build_scene
-from geosurf.scenario.execute import overlay_of_files
+from geosurf.scenario.execute import overlay_of_files, picture_style
 from geosurf.scenario.keys import Scenario
 from geosurf.scenario.step_log import StepLog
 from geosurf.scene import Scene
@@ -101,7 +101,7 @@ def _style_of(scenario: Scenario, options: argparse.Namespace) -> PictureStyle:
     """The style of the scenario with the theme of the options."""
     given = {word: getattr(options, word) for word in ("theme", "transparent")}
     known = {word: value for word, value in given.items() if value is not None}
-    return replace(scenario.pictures.style, **known)
+    return replace(picture_style(scenario), **known)
 
 
 def _overlay_of(scenario: Scenario, options: argparse.Namespace) -> PictureOverlay:

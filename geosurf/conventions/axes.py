@@ -60,17 +60,18 @@ def is_time_unit(unit: object) -> bool:
     return isinstance(unit, str) and unit.strip().lower() in MS_PER_UNIT
 
 
-_time: ContextVar[str | None] = ContextVar("time", default=None)
+VERTICAL = ("elevation", "depth", "two-way", "one-way")
+_shown: ContextVar[str] = ContextVar("shown", default="elevation")
 
 
 @contextmanager
-def vertical_axis(time: str | None) -> Iterator[None]:
-    """Let pictures inside the ``with`` block name times: "two-way", "one-way"; None: elevation."""
-    token = _time.set(time)
+def vertical_axis(shown: str) -> Iterator[None]:
+    """Let pictures inside the ``with`` block show one of `VERTICAL`; times are those ways."""
+    token = _shown.set(shown)
     try:
         yield
     finally:
-        _time.reset(token)
+        _shown.reset(token)
 
 
 def vertical_words(what: str = "Elevation") -> tuple[str, str]:
@@ -85,15 +86,28 @@ def vertical_words(what: str = "Elevation") -> tuple[str, str]:
     >>> vertical_words()
     ('Elevation', 'm')
     """
-    time = _time.get()
-    if time is None:
-        return what, "m"
-    return (f"{time.capitalize()} time" if what == "Elevation" else what), "ms"
+    shown = _shown.get()
+    unit = "m" if shown in VERTICAL[:2] else "ms"
+    if what != "Elevation":
+        return what, unit
+    return shown.capitalize() if unit == "m" else f"{shown.capitalize()} time", unit
 
 
 def vertical_label(what: str = "Elevation") -> str:
     """Return the label of a vertical axis, with its unit."""
     return "{} [{}]".format(*vertical_words(what))
+
+
+def vertical_sign(label: str) -> float:
+    """Return -1 if numbers next to a label grow downwards, as depths and times do; else 1.
+
+    Examples
+    --------
+    >>> with vertical_axis("depth"):
+    ...     vertical_sign("Depth [m]"), vertical_sign("Throw [m]")
+    (-1.0, 1.0)
+    """
+    return -1.0 if label == vertical_label() and _shown.get() != VERTICAL[0] else 1.0
 
 
 def metres_per_unit(length_unit: str | None, what: str) -> float:

@@ -19,7 +19,15 @@ from geosurf.errors import InputError
 from geosurf.model.expected import listed, name_of
 from geosurf.render import palette
 from geosurf.render.colouring import seal_bar, shades_of, zone_colours
-from geosurf.render.diagram import Line, diagram_axes, draw_ends, lines_of, outline_of, range_shown
+from geosurf.render.diagram import (
+    Line,
+    diagram_axes,
+    draw_ends,
+    lines_of,
+    outline_of,
+    range_shown,
+    west_or_south_left,
+)
 from geosurf.render.furniture import (
     colours_of,
     draw_colour_bar,
@@ -103,9 +111,9 @@ def draw_allan(
         _fill(axes, lines, names, colours)
     else:
         bar = _fill_by_ratio(sheet, axes, seal, lines)
-    _draw_cutoffs(sheet, axes, lines)
     strike = float(diagram.attrs["strike"])
-    draw_ends(sheet, axes, strike)
+    draw_ends(sheet, axes, west_or_south_left(axes, strike))
+    _draw_cutoffs(sheet, axes, lines)
     if seal is None:
         legend = _legend(pairs, colours, {name for zone, name in names.items() if name != zone})
     else:
@@ -238,6 +246,7 @@ def _draw_cutoffs(sheet: Sheet, axes: Axes, lines: list[Line]) -> None:
     ends: dict[str, dict[tuple[str, str], float]] = {"+": {}, "-": {}}
 
     # a cut-off in several pieces is named at its outermost end only
+    (left, right) = axes.get_xlim()
     reach: dict[tuple[str, str, str], float] = {}
     for words, line in lines:
         kind, side, name = words["kind"], words["side"], words["label"]
@@ -250,14 +259,15 @@ def _draw_cutoffs(sheet: Sheet, axes: Axes, lines: list[Line]) -> None:
         axes.plot(*line.T, color=LINES[kind], linewidth=width, zorder=over, **look)
 
         # names go where the line ends: hanging wall on the left, footwall on the right
-        s, z = line[np.argmin(line[:, 0]) if side == "+" else np.argmax(line[:, 0])]
-        outward = -s if side == "+" else s
+        to_left = -line[:, 0] if right > left else line[:, 0]
+        outwards = to_left if side == "+" else -to_left
+        end = int(np.argmax(outwards))
+        outward, z = float(outwards[end]), line[end, 1]
         if outward > reach.get((side, kind, name), -np.inf):
             reach[side, kind, name], ends[side][kind, name] = outward, float(z)
 
     # names that would overlap are moved apart by a line of text
     height = np.diff(axes.get_ylim()).item() / axes.get_window_extent().height  # metres per pixel
-    (left, right) = axes.get_xlim()
     for side, x, offset, ha in (("+", left, -8.0, "right"), ("-", right, 8.0, "left")):
         names = sorted(ends[side], key=ends[side].__getitem__)
         levels = _spread([ends[side][name] for name in names], 14.0 * unit * height)
@@ -295,10 +305,10 @@ def _legend(
     pairs: dict[tuple[str, str], float], colours: dict[str, palette.RGB], outside: set[str]
 ) -> tuple[Entry, ...]:
     """Pairs of zones: those of the reservoir and different ones first, the largest area first."""
-    # False sorts before True
+    # False sorts before True; what is outside on both walls is no pair of the reservoir
     order = sorted(
-        pairs.items(),
-        key=lambda item: (outside >= set(item[0]), item[0][0] == item[0][1], -item[1]),
+        (item for item in pairs.items() if not outside >= set(item[0])),
+        key=lambda item: (bool(outside & set(item[0])), item[0][0] == item[0][1], -item[1]),
     )
     areas = area_texts(area for _, area in order)
 

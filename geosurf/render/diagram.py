@@ -210,7 +210,7 @@ def draw_throw(
     attrs = next(iter(throws.values())).attrs
     fault = attrs.get("fault", "fault")
     if "dip_azimuth" in attrs:  # the strike is 90 degrees to the left of it
-        draw_ends(sheet, axes, float(attrs["dip_azimuth"]) - 90.0)
+        draw_ends(sheet, axes, west_or_south_left(axes, float(attrs["dip_azimuth"]) - 90.0))
     words = "Throw: vertical offset of both cut-offs; negative where the hanging wall is higher."
     if bands:
         words += " Dotted: what the data on both sides show, with its spread."
@@ -293,6 +293,15 @@ def range_shown(points: np.ndarray, levels: Sequence[np.ndarray]) -> tuple[float
     bottom, top = float(every.min()), float(every.max())
     room = AROUND * max(top - bottom, 0.02 * (right - left))
     return left, right, max(low, bottom - room), min(high, top + room)
+
+
+def west_or_south_left(axes: Axes, azimuth: float) -> float:
+    """Turn a diagram so that west, or else south, is on its left; return its azimuth now."""
+    # by the names of eight winds: to the north and the north-west it runs from south
+    if (azimuth + 22.5) % 360.0 < 180.0:
+        return azimuth
+    axes.invert_xaxis()
+    return azimuth + 180.0
 
 
 def draw_ends(sheet: Sheet, axes: Axes, azimuth: float) -> None:

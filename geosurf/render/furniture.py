@@ -14,10 +14,17 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 
 from geosurf.conventions import length_text
-from geosurf.conventions.axes import vertical_words
+from geosurf.conventions.axes import vertical_label, vertical_sign, vertical_words
 from geosurf.model.expected import expect
 from geosurf.render import palette
-from geosurf.render.layers import DETAIL_ROOM, SYMBOLS, Entry, shortened, shortened_apart
+from geosurf.render.layers import (
+    DETAIL_ROOM,
+    LABEL_ROOM,
+    SYMBOLS,
+    Entry,
+    shortened,
+    shortened_apart,
+)
 from geosurf.render.palette import AreaStyle, LineStyle, Spot, TextStyle
 from geosurf.render.picture_style import FONT, LEGEND, apply_theme, readable
 from geosurf.render.sheet import STRIPE_WIDTH, STRIPES, Sheet, UserSheet
@@ -60,6 +67,8 @@ def draw_axes(sheet: Sheet, camera: Camera, bounds: tuple[float, ...]) -> None:
         texts_fit = fitting(length, sheet.layout.unit)
         values = ticks(low[axis], high[axis], min(texts_fit, 4 if axis == 2 else 5))
         texts = tick_texts(values, per)
+        if axis == 2:
+            texts = tick_texts(vertical_sign(vertical_label()) * values, per)
         part = (values - low[axis]) / (high[axis] - low[axis])
 
         # unit vectors in pixels: along the edge, and away from the middle of the box
@@ -214,7 +223,7 @@ def label_axes(
     size = sheet.points(12.0)
     for axis, name, low, high, per, pixels in rows:
         values = ticks(low, high, fitting(pixels, sheet.layout.unit))
-        axis.set_ticks(values, tick_texts(values, per))
+        axis.set_ticks(values, tick_texts(vertical_sign(name) * values, per))
         axis.set_label_text(name, fontsize=size * 1.08, color=palette.INK, family=FONT)
     axes.tick_params(labelsize=size, colors=palette.INK, width=0.8, color=palette.FAINT)
     for label in (*axes.get_xticklabels(), *axes.get_yticklabels()):
@@ -236,8 +245,10 @@ def colours_of(codes: tuple[str, ...]) -> LinearSegmentedColormap:
     return LinearSegmentedColormap.from_list("geosurf", codes)
 
 
-def number_contours(sheet: Sheet, axes: Axes, lines: ContourSet) -> None:
+def number_contours(sheet: Sheet, axes: Axes, lines: ContourSet, label: str) -> None:
     """Write the value of each contour on its longest line if that is long enough."""
+    sign = vertical_sign(label)
+    numbers = {level: plain_number(sign * level) for level in map(float, lines.levels)}
     unit = sheet.layout.unit
     places = []
     for parts in lines.allsegs:
@@ -252,9 +263,7 @@ def number_contours(sheet: Sheet, axes: Axes, lines: ContourSet) -> None:
     if not places:
         return
     points = sheet.points(9.5)
-    for text in axes.clabel(
-        lines, fontsize=points, fmt=plain_number, inline_spacing=3, manual=places
-    ):
+    for text in axes.clabel(lines, fontsize=points, fmt=numbers, inline_spacing=3, manual=places):
         text.set_fontfamily(FONT)
 
 
@@ -272,13 +281,14 @@ def draw_colour_bar(
     `ends` are its lower and upper end in design pixels. If there is only one level, `where` names
     the part of the map that has this value.
     """
+    sign = vertical_sign(words)
     if isinstance(sheet, UserSheet):
-        sheet.colour_bar(levels, words, colours_of(codes), n_band)
+        sheet.colour_bar(levels, words, colours_of(codes), n_band, sign)
         return
     layout, unit = sheet.layout, sheet.layout.unit
     left, low, high = layout.width - 250.0 * unit, ends[0] * unit, ends[1] * unit
     if len(levels) < 2:
-        sheet.text((left, high), f"{where} {plain_number(levels[0])} m", 12.5)
+        sheet.text((left, high), f"{where} {plain_number(sign * levels[0])} m", 12.5)
         return
     n_band *= len(levels) - 1
 
@@ -293,7 +303,7 @@ def draw_colour_bar(
     # numbers at round values
     span = levels[-1] - levels[0]
     values = ticks(float(levels[0]), float(levels[-1]), 5)
-    for value, number in zip(values, tick_texts(values, 1.0), strict=True):
+    for value, number in zip(values, tick_texts(sign * values, 1.0), strict=True):
         y = low + (high - low) * (value - levels[0]) / span
         sheet.line([(left + 22 * unit, y), (left + 28 * unit, y)], 1.0, palette.FAINT)
         sheet.text((left + 34 * unit, y), number, 12.0)
@@ -363,7 +373,7 @@ def ticks(low: float, high: float, n: int = 5) -> np.ndarray:
 
 def tick_texts(values: np.ndarray, per: float) -> list[str]:
     """Return values over a unit, with as many decimals as their step needs."""
-    step = float(values[1] - values[0]) / per if len(values) > 1 else 1.0
+    step = abs(float(values[1] - values[0])) / per if len(values) > 1 else 1.0
 
     # the fewest decimals that show the step exactly
     decimals = next((d for d in range(6) if abs(round(step, d) - step) < 1e-9 * step), 6)
@@ -382,6 +392,7 @@ def plain_number(value: float) -> str:
     return f"{round(float(value), 6):g}".replace("-", "\N{MINUS SIGN}")
 
 
+WIDE_ROOM = 27  # characters of a label in small letters
 TWO_LINES, ONE_LINE = 38.0, 18.0  # heights of an entry of the legend [design pixels]
 
 
@@ -435,10 +446,13 @@ def draw_legend(sheet: Sheet, legend: tuple[Entry, ...], room: float) -> None:
     top = layout.height - 84.0 * unit
 
     # entries have two lines; where they have no room, one line each; the last line counts the rest
-    high = TWO_LINES if len(legend) * TWO_LINES <= room else ONE_LINE
+    striped = any(entry.stripes is not None for entry in legend)  # their partner is below them
+    high = TWO_LINES if striped or len(legend) * TWO_LINES <= room else ONE_LINE
     fits = max(int(room / high), 1)
     shown = legend if len(legend) <= fits else legend[: fits - 1]
-    labels = shortened_apart(entry.label for entry in legend)
+    most = LABEL_ROOM if high == ONE_LINE else WIDE_ROOM
+    labels = shortened_apart((entry.label for entry in legend), most)
+    size = 13.5 * min(1.0, LABEL_ROOM / max(map(len, labels.values()), default=1))
     for row, entry in enumerate(shown):
         y = top - high * unit * row
         _draw_mark(sheet, entry, (left, y), 16.0 if high == TWO_LINES else 11.0)
@@ -449,7 +463,7 @@ def draw_legend(sheet: Sheet, legend: tuple[Entry, ...], room: float) -> None:
 
         # a label above, its detail below
         up = 8.0 * unit if entry.detail else 0.0
-        sheet.text((words, y + up), labels[entry.label], 13.5)
+        sheet.text((words, y + up), labels[entry.label], size)
         detail = shortened(entry.detail, DETAIL_ROOM)
         sheet.text((words, y - 8.0 * unit), detail, 11.5, palette.FAINT)
     if len(shown) < len(legend):

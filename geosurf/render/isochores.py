@@ -323,7 +323,7 @@ def _contour(
                     colors=[palette.INK], linewidths=width * sheet.layout.unit,
                 )  # fmt: skip
                 if width > 0.5:
-                    number_contours(sheet, axes, lines)
+                    number_contours(sheet, axes, lines, vertical_label("Thickness"))
 
 
 def _letter_blocks(

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.conventions import counted, length_text, real_numbers
-from geosurf.conventions.axes import vertical_label
+from geosurf.conventions.axes import vertical_label, vertical_words
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.model import Curves, TriSurface
 from geosurf.model.column import fault_of
@@ -418,7 +418,7 @@ def draw_map(
         not include it, or `tops` is not the result of `Scene.misfit`.
     """
     expect(surface, TriSurface, "a map takes a TriSurface", "pass scene.surface(name)")
-    title = f"{surface.name}: elevation" if title is None else title
+    title = f"{surface.name}: {vertical_words()[0].lower()}" if title is None else title
     faults = listed(faults, "faults must be names of faults", "give a list, as scene.fault_names")
     marks = "remedies must be warnings of tears"
     for remedy in listed(remedies, marks, "pass sheet.report.remedies"):
@@ -539,4 +539,4 @@ def _draw_elevation(sheet: Sheet, axes: Axes, surface: TriSurface, levels: np.nd
                 colors=[palette.INK], linewidths=width * sheet.layout.unit, linestyles="solid",
             )  # fmt: skip
             if width > 0.5:
-                number_contours(sheet, axes, lines)
+                number_contours(sheet, axes, lines, vertical_label())

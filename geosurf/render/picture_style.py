@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.conventions import did_you_mean, is_word
+from geosurf.conventions.axes import VERTICAL
 from geosurf.conventions.packages import need_plots
 from geosurf.errors import InputError
 from geosurf.model.expected import flag_of
@@ -184,6 +185,9 @@ class PictureStyle:
     colour_map : str, optional
         Of elevation, thickness and properties: a name of matplotlib such as ``"viridis"``,
         ``"elevation"`` or ``"thickness"``. Default: the map that suits the picture.
+    vertical : {"elevation", "depth"}, optional
+        What axes, contours and colour bars show. Default: depth where the scene was given
+        ``positive="down"``.
 
     Raises
     ------
@@ -206,12 +210,18 @@ class PictureStyle:
     font: str | None = None
     colours: Mapping[str, RGB] = field(default_factory=dict)
     colour_map: str | None = None
+    vertical: str | None = None
 
     def __post_init__(self) -> None:
         if not is_word(self.theme, THEMES):
             raise InputError(
                 f"theme is {self.theme!r}, expected 'light' or 'dark'."
                 f"{did_you_mean(self.theme, THEMES)}"
+            )
+        if self.vertical is not None and not is_word(self.vertical, VERTICAL[:2]):
+            raise InputError(
+                f"vertical is {self.vertical!r}, expected 'elevation' or 'depth'."
+                f"{did_you_mean(self.vertical, VERTICAL[:2])}"
             )
         # the words of a colour become numbers once, so that pictures need not look at them
         object.__setattr__(self, "transparent", flag_of(self.transparent, "transparent"))

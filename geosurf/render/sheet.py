@@ -309,7 +309,9 @@ class UserSheet(Sheet):
         if handles:
             self.axes.legend(handles=handles, fontsize="small", framealpha=0.8)
 
-    def colour_bar(self, levels: np.ndarray, words: str, colours: Colormap, n_band: int) -> None:
+    def colour_bar(
+        self, levels: np.ndarray, words: str, colours: Colormap, n_band: int, sign: float
+    ) -> None:
         """Add a colour bar next to the axes, with `n_band` bands between two levels."""
         from matplotlib.cm import ScalarMappable
         from matplotlib.colors import BoundaryNorm
@@ -317,9 +319,10 @@ class UserSheet(Sheet):
         if len(levels) > 1:
             bands = np.linspace(levels[0], levels[-1], (len(levels) - 1) * n_band + 1)
             shown = ScalarMappable(BoundaryNorm(bands, colours.N), colours)
-            self.figure.colorbar(
-                shown, ax=self.axes, label=words, ticks=levels[:: max(1, len(levels) // 5)]
-            )
+            ticks = levels[:: max(1, len(levels) // 5)].tolist()
+            bar = self.figure.colorbar(shown, ax=self.axes, label=words, ticks=ticks)
+            if sign < 0:
+                bar.set_ticks(ticks, labels=[f"{sign * tick:g}" for tick in ticks])
 
 
 def sheet_for(axes: Axes | None, size: tuple[int, int], style: PictureStyle | None = None) -> Sheet:

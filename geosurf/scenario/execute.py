@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -53,7 +53,7 @@ from geosurf.write.written import commit
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from geosurf.render.overlay import PictureOverlay
-
+    from geosurf.render.picture_style import PictureStyle
 
 # ---- pictures ----------------------------------------
 # The pictures that a scenario asks for.
@@ -118,9 +118,15 @@ def choice_of_pictures(scenario: Scenario) -> dict[str, Any]:
         "only": pictures.only or None,
         "include": output.include,
         "colour_by": pictures.colour_by,
-        "style": pictures.style,
+        "style": picture_style(scenario),
         "overlay": overlay_of_files(scenario),
     }
+
+
+def picture_style(scenario: Scenario) -> PictureStyle:
+    """Return the style of all pictures, which show depths where the inputs are depths."""
+    depth = "depth" if scenario.positive == "down" else None
+    return replace(scenario.pictures.style, vertical=depth)
 
 
 def overlay_of_files(scenario: Scenario) -> PictureOverlay:

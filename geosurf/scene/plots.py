@@ -325,12 +325,16 @@ class _View:
 
 
 def _with_axis(cls: type) -> type:
-    """Let every picture of a class name times where its scene is in time."""
+    """Let every picture of a class show elevation, depth or time, as its style or scene has it."""
 
     def drawn(method: Callable[..., Any]) -> Callable[..., Any]:
         @functools.wraps(method)
         def run(self: ScenePlots, *args: Any, **words: Any) -> Any:
-            with vertical_axis(getattr(self._scene, "time", None)):
+            style = words.get("style")
+            wanted = style.vertical if isinstance(style, PictureStyle) else None
+            down = getattr(getattr(self._scene, "_inputs", None), "positive", None) == "down"
+            time = getattr(self._scene, "time", None)
+            with vertical_axis(time or wanted or ("depth" if down else "elevation")):
                 return method(self, *args, **words)
 
         return run

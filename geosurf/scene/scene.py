@@ -16,7 +16,6 @@ from geosurf import measure
 from geosurf.arrangement import search_voxels
 from geosurf.carve.certificate import certify_repeated
 from geosurf.conventions import HORIZON_DIMS, counted, did_you_mean, is_word
-from geosurf.conventions.axes import vertical_axis
 from geosurf.conventions.running import running
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.measure.gridded import horizon_on_grid
@@ -1598,8 +1597,7 @@ class Scene:
         """
         from geosurf.scene.pictures import render_pictures
 
-        axis = vertical_axis(self.time)
-        with running("pictures"), axis, self._graph.memory.collecting():
+        with running("pictures"), self._graph.memory.collecting():
             return render_pictures(self, folder, on_file, choice)
 
     # ---- what was done -------------------------------------------------------------------

@@ -110,7 +110,7 @@ def test_parts_of_a_picture_fit_together_without_a_seam(monkeypatch, largest):
 def test_a_scene_is_asked_only_for_what_is_shown(scene, tmp_path, show, asked):
     lazy = Lazy(scene)
     ScenePlots(lazy).view(path=tmp_path / "lazy.png", size=(300, 200), show=show)
-    assert lazy.asked - {"aoi"} == asked
+    assert lazy.asked - {"aoi", "time", "_inputs"} == asked
 
 
 def test_units_are_drawn_apart_in_their_colours(units, tmp_path):
