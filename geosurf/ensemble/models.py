@@ -27,6 +27,7 @@ from geosurf.scene.given import (
     given_fault,
     given_horizon,
     given_settings,
+    longer_in_depth,
     named_like,
     prepared_faults,
     torn_like,
@@ -91,6 +92,7 @@ class SceneModel:
         self._data: dict[str, HorizonData] = {}
         self._frame: dict[str, Any] = {}
         self.longer: LongerFaults = {}
+        self._in_time_longer: dict[str, TriSurface] | None = None
         self.plans: dict[str, TearPlan] = {}
         # Of horizons that throws tear: the last sheet of each that does not move, by what it was
         # made from.
@@ -135,7 +137,21 @@ class SceneModel:
         scene = self._unthrown(change)
         if change.throws:
             return self._thrown(scene, change)
-        return torn_like(scene, self.longer, self.plans) if self.plans else scene
+        if not self.plans:
+            return scene
+        longer = self.longer
+        if change.velocity:
+            longer = longer_in_depth(scene, scene, self._longer_in_time(self.scene))
+        return torn_like(scene, longer, self.plans)
+
+    def _longer_in_time(self, in_time: Scene) -> dict[str, TriSurface]:
+        """Faults as long as the base case needed them, in time; `in_time` has its velocities."""
+        if self._in_time_longer is None:
+            self._in_time_longer = {
+                name: TriSurface(name, "fault", in_time.to_time(after.vertices), after.triangles)
+                for name, (_, after) in self.longer.items()
+            }
+        return self._in_time_longer
 
     def _unthrown(self, change: Change) -> Scene:
         """A scene with the inputs of a realisation, without throws."""

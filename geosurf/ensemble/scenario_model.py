@@ -24,7 +24,8 @@ from geosurf.scenario.keys import Scenario, ThrowInput
 from geosurf.scenario.output_keys import UncertainInput, distribution_of
 from geosurf.scenario.torn import keeps_area, torn_horizons
 from geosurf.scene import Scene
-from geosurf.scene.given import given_settings
+from geosurf.scene.faults import LongerFaults
+from geosurf.scene.given import given_settings, longer_in_depth
 from geosurf.scene.memory import fingerprint
 from geosurf.scene.result_cache import ResultCache
 from geosurf.scene.surfaces import footprint
@@ -104,8 +105,8 @@ class ScenarioModel(SceneModel):
         contacts = {"contacts": {**self.contacts, **change.contacts}} if change.contacts else {}
         return self.scene.replace(horizons=plain, faults=change.faults, **contacts, **self._frame)
 
-    def _converted(self, change: Change) -> tuple[Scene, dict[str, Any]]:
-        """The scene of a realisation with other velocities, not torn, and its data."""
+    def _converted(self, change: Change) -> tuple[Scene, dict[str, Any], LongerFaults]:
+        """The scene of a realisation with other velocities, not torn, its data, longer faults."""
         assert self._in_time is not None
         if change.up or change.faults:
             raise InputError(
@@ -116,14 +117,17 @@ class ScenarioModel(SceneModel):
         in_time = self._in_time.replace(velocity=velocity)
         scene, values = untorn_scene(self.scenario, in_time=in_time)
         contacts = {"contacts": {**self.contacts, **change.contacts}} if change.contacts else {}
-        return scene.replace(**contacts, **self._frame), values
+        scene = scene.replace(**contacts, **self._frame)
+        longer = longer_in_depth(scene, in_time, self._longer_in_time(self._in_time))
+        return scene, values, longer
 
     def build(self, change: Change) -> Scene:
         """Return the scene of one realisation."""
         # Data of all horizons; those that have moved replace their own.
         values = {**self._values, **change.horizons()}
+        longer = self.longer
         if change.velocity:
-            scene, values = self._converted(change)
+            scene, values, longer = self._converted(change)
         else:
             scene = self._untorn(change, values)
         # Throws change in the scenario, so that tearing follows its usual way.
@@ -155,7 +159,7 @@ class ScenarioModel(SceneModel):
             values,
             lambda *_: None,
             cache=self._cache,
-            longer=self.longer,
+            longer=longer,
             plans=self.plans,
             remember=remember,
             remember_thrown=remember_thrown,

@@ -132,17 +132,11 @@ def converted_inputs(
     InputError
         For a sheet, which is torn already.
     """
-    pair = converted(built, inputs, time, to_depth)
-    key, (mesh, *_) = _columns(built, pair.velocity)
-    memory = given.memory
+    memory, mesh = given.memory, converted(built, inputs, time, to_depth).mesh
 
     def carried(points: np.ndarray, content: Hashable) -> np.ndarray:
-        """Points in the other domain; what is above them is found once for all velocities."""
-        found = memory.stored_for(
-            mesh, ("crossings", key, content),
-            lambda: crossings_of(mesh, pair.velocity.groups, (points - mesh.origin)[:, :2]),
-        )  # fmt: skip
-        return pair.convert(points, to_depth, found)
+        """Points in the other domain."""
+        return carried_points(built, inputs, points, content, time, to_depth=to_depth)
 
     horizons = {}
     for name, value in given.inputs.horizons.items():
@@ -167,6 +161,23 @@ def converted_inputs(
         horizons=horizons, faults=faults, length_unit=unit, velocity=None, box=inputs.box,
         time=None if to_depth else time,
     )  # fmt: skip
+
+
+def carried_points(
+    built: Graph, inputs: SceneInputs, points: np.ndarray, content: Hashable, time: str, *,
+    to_depth: bool,
+) -> np.ndarray:  # fmt: skip
+    """Return points in the other domain; what is above them is found once for all velocities.
+
+    `content` tells these points from others.
+    """
+    pair = converted(built, inputs, time, inputs.time is not None)
+    key, (mesh, *_) = _columns(built, pair.velocity)
+    found = built.memory.stored_for(
+        mesh, ("crossings", key, content),
+        lambda: crossings_of(mesh, pair.velocity.groups, (points - mesh.origin)[:, :2]),
+    )  # fmt: skip
+    return pair.convert(points, to_depth, found)
 
 
 def _horizon(

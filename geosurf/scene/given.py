@@ -12,6 +12,7 @@ import numpy as np
 from geosurf.model import Sheet, TriSurface, Units
 from geosurf.model.regions import KnownRegions, Places
 from geosurf.model.sheets import TearPlan
+from geosurf.scene.depth import carried_points
 from geosurf.scene.faults import LongerFaults
 from geosurf.scene.inputs import INPUTS, Box, undeclared
 from geosurf.scene.scene import Scene
@@ -65,6 +66,30 @@ def torn_like(scene: Scene, longer: LongerFaults, plans: Mapping[str, TearPlan])
     twin = scene.replace()
     twin._plain.longer, twin._plain.plans = dict(longer), dict(plans)
     return twin
+
+
+def longer_in_depth(scene: Scene, in_time: Scene, longer: Mapping[str, TriSurface]) -> LongerFaults:
+    """
+    Return the faults of a scene, and how long tears of the base case needed them, in depth.
+
+    Parameters
+    ----------
+    scene : Scene
+        In depth, before its horizons are torn.
+    in_time : Scene
+        The one in time that it was made from, with its velocities.
+    longer : mapping of str to TriSurface
+        The longer faults, in time.
+    """
+    inputs, found = in_time._inputs, {}
+    for name, fault in longer.items():
+        vertices = carried_points(
+            in_time._in_time, inputs, fault.vertices, ("longer", name), str(inputs.time),
+            to_depth=True,
+        )  # fmt: skip
+        after = TriSurface(name, "fault", vertices, fault.triangles)
+        found[name] = (scene._plain.faults.surface(name), after)
+    return found
 
 
 def frame_of(scene: Scene) -> tuple[Box, np.ndarray | None]:
