@@ -66,6 +66,12 @@ class ScenarioModel(SceneModel):
                 "input that is, for example these four lines:\n\n"
                 '[[uncertain]]\nkind = "depth error"\nsd_m = 10.0\nrange_m = 1500.0'
             )
+        if self.scenario.zones and any("depth" in one.kind for one in self.scenario.uncertain):
+            raise InputError(
+                f"{self.scenario.path}: horizons that [zones] make do not follow uncertain "
+                "horizons of a scenario yet. Give run_ensemble the Scene: "
+                "Scene(..., zones={...}), uncertain=[...]."
+            )
         super().__init__(scene)
         self._sheets: dict[str, tuple[tuple[str, ...], Sheet]] = {}
         self._cache = cache

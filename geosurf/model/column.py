@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
@@ -427,3 +427,126 @@ def _known(name: Any, faults: Sequence[str], what: str) -> None:
             f"{what} {name!r}, which is not a fault. The faults are "
             f"{known_names(faults, name)} {HOW}."
         )
+
+
+# ---- zones from thickness ----------------------------------------
+# Horizons that are made of another one, and how thick the zone between is.
+
+
+ZONE_KEYS = ("below", "above", "thickness", "base", "top", "kind")
+KINDS = ("isochore", "isopach")  # vertical, or normal to the reference
+ZONE_HOW = 'Write zones={"Upper": {"below": "Top", "thickness": 20.0}}; a thickness may be a map'
+
+
+@dataclass(frozen=True, eq=False)
+class MadeHorizon:
+    """A horizon of a scene that is made of another one: the other end of a zone.
+
+    Attributes
+    ----------
+    zone : str
+    start : str
+        The horizon that the thickness is counted from.
+    horizon : str
+        The horizon at the other end.
+    down : bool
+        Whether that is the base of the zone.
+    thickness : object
+        A number, a map, or values at wells [m].
+    kind : {"isochore", "isopach"}
+    """
+
+    zone: str
+    start: str
+    horizon: str
+    down: bool
+    thickness: Any = field(repr=False)
+    kind: str
+
+
+def zones_of(given: Mapping[str, Any], horizons: Sequence[str]) -> list[MadeHorizon]:
+    """
+    Return the zones that have a thickness, each after the one that it counts from.
+
+    Parameters
+    ----------
+    given : mapping of str to mapping
+        As for `Scene`.
+    horizons : sequence of str
+        Names of the horizons that have data.
+
+    Raises
+    ------
+    InputError
+        For another key, an unknown reference, or two zones on one side of a horizon.
+
+    Examples
+    --------
+    >>> given = {"A": {"below": "Top", "thickness": 9.0}, "B": {"below": "A", "thickness": 5.0}}
+    >>> [(one.start, one.horizon) for one in zones_of(given, ["Top"])]
+    [('Top', 'base A'), ('base A', 'base B')]
+    """
+    ends = {zone: _ends(zone, entry) for zone, entry in given.items()}
+    # a zone may count from another one, by its name or that of its far end
+    zone_of = {end: zone for zone, (_, _, end) in ends.items() if end not in horizons}
+    found: dict[str, MadeHorizon] = {}
+    while len(found) < len(given):
+        n = len(found)
+        for zone, (of, down, end) in ends.items():
+            before = found.get(zone_of.get(of, of))
+            follows = before is not None and before.down == down and before.horizon not in horizons
+            if zone in found or not (of in horizons or follows):
+                continue
+            start = of if before is None or of in horizons else before.horizon
+            entry = given[zone]
+            kind = entry.get("kind", KINDS[0])
+            found[zone] = MadeHorizon(zone, start, end, down, entry["thickness"], kind)
+        if len(found) == n:
+            zone, (of, _, _) = next((z, end) for z, end in ends.items() if z not in found)
+            raise InputError(
+                f"zone {zone!r} counts from {of!r}, which is no horizon with data, and no zone on "
+                f"the same side of one.{did_you_mean(of, [*horizons, *given])} {ZONE_HOW}."
+            )
+    sides = [(one.start, one.down) for one in found.values()]
+    for one in found.values():
+        if sides.count((one.start, one.down)) > 1:
+            side = "below" if one.down else "above"
+            raise InputError(
+                f"two zones lie {side} {one.start!r}. Let the second count from the first: "
+                f'{{"{side}": {one.zone!r}}}.'
+            )
+    return list(found.values())
+
+
+def _ends(zone: str, entry: Any) -> tuple[str, bool, str]:
+    """What a zone counts from, whether down, and the horizon at its other end."""
+    if not isinstance(entry, Mapping) or "thickness" not in entry:
+        raise InputError(f"zone {zone!r} is {entry!r}, without a thickness. {ZONE_HOW}.")
+    for key in entry:
+        if key not in ZONE_KEYS:
+            guess = did_you_mean(key, ZONE_KEYS)
+            raise InputError(f"zone {zone!r} has no {key!r}.{guess} {ZONE_HOW}.")
+    down = "below" in entry
+    end, wrong = ("base", "top") if down else ("top", "base")
+    of = entry.get("below" if down else "above")
+    if ("above" in entry) == down or wrong in entry or not isinstance(of, str):
+        raise InputError(
+            f"zone {zone!r} takes 'below' a horizon or zone, with the name of its 'base', or "
+            f"'above' one, with the name of its 'top'. {ZONE_HOW}."
+        )
+    if not is_word(entry.get("kind", KINDS[0]), KINDS):
+        raise InputError(f"zone {zone!r}: kind is {entry['kind']!r}, expected one of {KINDS}.")
+    name = entry.get(end, f"{end} {zone}")
+    if not isinstance(name, str) or not name:
+        raise InputError(f"zone {zone!r}: {end} is {name!r}, expected the name of a horizon.")
+    return of, down, name
+
+
+def in_column(made: Sequence[MadeHorizon], horizons: Mapping[str, Any]) -> dict[str, Any]:
+    """Return horizons with those that are made, youngest first."""
+    order = list(horizons)
+    for one in made:
+        if one.horizon not in horizons:
+            order.insert(order.index(one.start) + one.down, one.horizon)
+    by_name = {one.horizon: one for one in made}
+    return {name: horizons.get(name, by_name.get(name)) for name in order}

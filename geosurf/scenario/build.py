@@ -23,10 +23,11 @@ from geosurf.scenario.step_log import OnStep
 from geosurf.scenario.torn import torn_horizons
 from geosurf.scenario.validate import faults_reaching, filling_of, is_torn_as_picked, truncations_of
 from geosurf.scene import Scene
-from geosurf.scene.given import given_in_depth
+from geosurf.scene.given import given_in_depth, horizons_with_zones
 from geosurf.scene.inputs import as_milliseconds
 from geosurf.scene.result_cache import ResultCache
 from geosurf.scene.surfaces import footprint, holds_points, opened_outline, with_empty_blocks
+from geosurf.scene.zones import correction_in_words
 from geosurf.triangulate import fault_from_polygons, triangulate_fault, triangulate_horizon
 
 # ---- sealed ----------------------------------------
@@ -347,6 +348,12 @@ def untorn_scene(
 
     shared = _shared(scenario)
     horizons = _extended(scenario, horizons, faults, shared["aoi"])
+    if scenario.zones:
+        horizons, corrections = horizons_with_zones(
+            horizons, scenario.zones, scenario.tear is not None, scenario.crs
+        )
+        for zone in corrections.zone.values:
+            on_step("zones", str(zone), correction_in_words(corrections.sel(zone=zone)))
 
     # not torn yet: sheets need the faults as extension and truncation leave them
     box = scenario.box.sides if scenario.box is not None else None
@@ -371,7 +378,7 @@ def untorn_scene(
 
 def _read(scenario: Scenario) -> tuple[dict[str, Any], dict[str, Any]]:
     """Horizons and faults as the files have them."""
-    horizons = {entry.name: _horizon(scenario, entry) for entry in scenario.horizons}
+    horizons = {entry.name: _horizon(scenario, entry) for entry in scenario.horizons if entry.file}
     faults = {entry.name: fault_of(entry, _words(scenario, entry)) for entry in scenario.faults}
     return horizons, faults
 
@@ -454,6 +461,7 @@ def _with_empty_blocks(scenario: Scenario, plain: dict[str, Any]) -> dict[str, A
 def _horizon(scenario: Scenario, entry: HorizonInput) -> Any:
     """A grid or mesh; points where the horizon is torn as it was picked."""
     words = _words(scenario, entry)
+    assert entry.file is not None
     # A file with a grid is read as a grid even if it is torn: its nodes are its data.
     if is_torn_as_picked(scenario, entry.name) and holds_points(entry.file):
         return read_points(entry.file, columns=entry.columns, decimal=entry.decimal, **words)

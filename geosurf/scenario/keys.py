@@ -27,7 +27,6 @@ from geosurf.scenario.output_keys import (
     GridInput,
     OutputSettings,
     PictureSettings,
-    SealInput,
     SearchSettings,
     TopsInput,
     UncertainInput,
@@ -36,6 +35,7 @@ from geosurf.scenario.output_keys import (
     positive_key,
 )
 from geosurf.scenario.values import KeyPath, key, table, tables
+from geosurf.scenario.zone_keys import OF_ZONES, SealInput, zones_by_name
 from geosurf.sheets.faults import DIRECTIONS
 
 # ---- fault keys ----------------------------------------
@@ -392,7 +392,7 @@ class HorizonInput:
     """One ``[[horizons]]``: the youngest comes first."""
 
     name: str = key("Name in all results.", values.text)
-    file: Path = key(
+    file: Path | None = key(
         "`.gri` or `.irapasc` (IRAP), `.nc` (NetCDF), `.zmap` (ZMAP+), `.ts` (GOCAD), `.vtp` and "
         "other meshes; of horizons that are torn also `.poi`, `.xyz`, `.csv` and other points; "
         "relative to the scenario.",
@@ -530,6 +530,8 @@ class Scenario:
     tops : TopsInput or None
     wells : WellsInput or None
     slivers : SliversInput
+    zones : dict of str to dict, or None
+        `horizons` has those that they make, without a file.
     volumetrics : FluidsInput or None
     seal : SealInput or None
     grid : GridInput or None
@@ -631,19 +633,17 @@ class Scenario:
         "Throw of faults, youngest first.", tables(ThrowInput), default=()
     )
 
+    zones: dict[str, Any] | None = key(OF_ZONES, zones_by_name, default=None)
+
     # what is built, and where
     contacts: tuple[ContactInput, ...] = key("From the top down.", tables(ContactInput), default=())
     tops: TopsInput | None = key("Well tops.", table(TopsInput), default=None)
     wells: WellsInput | None = key("Paths of wells.", table(WellsInput), default=None)
-    slivers: SliversInput = key(
-        "Units that are too small to count.", table(SliversInput), default=SliversInput()
-    )
+    slivers: SliversInput = key("Units too small.", table(SliversInput), default=SliversInput())
     volumetrics: FluidsInput | None = key("Fluids in place.", table(FluidsInput), default=None)
     seal: SealInput | None = key("What faults hold.", table(SealInput), default=None)
     grid: GridInput | None = key("A simulation grid.", table(GridInput), default=None)
-    aoi: AreaOfInterest | None = key(
-        "A polygon that the model fills.", table(AreaOfInterest), default=None
-    )
+    aoi: AreaOfInterest | None = key("A polygon to fill.", table(AreaOfInterest), default=None)
     box: BoxRanges | None = key("The model box.", table(BoxRanges), default=None)
     ensemble: EnsembleSettings | None = key(
         "Many realisations.", table(EnsembleSettings), default=None

@@ -39,7 +39,8 @@ from geosurf.model.expected import path_of
 from geosurf.read import otherwise, read_points, read_wells
 from geosurf.read.file_info import kind_of_file
 from geosurf.scenario.keys import Scenario
-from geosurf.scenario.output_keys import FORMATS, GridInput, OutputSettings, SealInput
+from geosurf.scenario.output_keys import FORMATS, GridInput, OutputSettings
+from geosurf.scenario.zone_keys import SealInput
 from geosurf.scene import Scene
 from geosurf.stopping import undone
 from geosurf.warning import collected, warn

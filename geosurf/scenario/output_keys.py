@@ -255,51 +255,6 @@ class GridInput:
     )
 
 
-# ---- seal keys ----------------------------------------
-# The keys of ``[seal]``.
-
-
-@values.check(
-    'a number, or a table of these by zone, such as `{"Top/Base" = 0.2, elsewhere = 0.7}`'
-)
-def by_zone(at: values.KeyPath, value: Any) -> Any:
-    """A number, or numbers by zone, whose names are checked when all zones are known."""
-    if not isinstance(value, dict):
-        return values.not_negative(at, value)
-    return {zone: values.not_negative(at.inside(zone), one) for zone, one in value.items()} or None
-
-
-@dataclass(frozen=True, kw_only=True)
-class SealInput:
-    """``[seal]``: what faults hold, as `seal.csv`: a row for each pair of units across a fault.
-    See [fault seal](guides/fault_seal.md).
-    """
-
-    vshale: Any = key("Shale of the zones, fractions.", by_zone)
-    shale: float = key("From which Vshale a zone is shale.", values.share, default=0.4)
-    density_contrast_kg_m3: float | None = key(
-        "Density of water less that of hydrocarbon, for column heights.",
-        values.above_zero,
-        unit="kg/m³",
-        default=None,
-    )
-    seabed_m: float = key(
-        "Elevation from which burial depth counts.", values.number, unit="m", default=0.0
-    )
-    closures_sgr: float | None = key(
-        "Least shale gouge ratio with which faults hold in `closures.csv`, where reservoir faces "
-        "reservoir. Left out: as `output.closures` says.",
-        values.share,
-        default=None,
-    )
-    permeability_md: Any = key(
-        "Of the cells of `[grid]`: `grid_multipliers.inc` then has MULTX, MULTY and MULTZ.",
-        by_zone,
-        unit="mD",
-        default=None,
-    )
-
-
 # ---- volumetrics keys ----------------------------------------
 # The keys of ``[volumetrics]``.
 

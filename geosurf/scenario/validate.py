@@ -21,13 +21,14 @@ from geosurf.errors import InputError, ScenarioError
 from geosurf.faults.rules import Rule, faults_at, halves_of, read_truncations
 from geosurf.measure.seal import vshale_of
 from geosurf.measure.volumetrics import factors_of, fluids_rule
-from geosurf.model.column import ELSEWHERE, names_of_zones, read_compartments
+from geosurf.model.column import ELSEWHERE, in_column, names_of_zones, read_compartments, zones_of
 from geosurf.model.expected import path_of
 from geosurf.model.network import filling_by_horizon
 from geosurf.read._guard import opened
 from geosurf.scenario.keys import (
     ContactInput,
     FaultInput,
+    HorizonInput,
     Scenario,
     ThrowInput,
     TruncationInput,
@@ -400,6 +401,8 @@ def _checked(
     with at.of("truncations").noting():
         # Before names are checked: other tables may refer to halves.
         scenario = with_halves(scenario)
+    with at.of("zones").noting():
+        scenario = with_made_horizons(scenario)
     _check_names(scenario, at)
     check_uncertain(scenario, at)
 
@@ -433,6 +436,16 @@ def text_of(path: Path) -> str:
         if not path.exists() and path.parent.is_dir():
             here = did_you_mean(path.name, [one.name for one in path.parent.glob("*.toml")])
         raise ScenarioError(f"{error}{here}") from error
+
+
+def with_made_horizons(scenario: Scenario) -> Scenario:
+    """The scenario with the horizons that its zones make: names are checked with them."""
+    if not scenario.zones:
+        return scenario
+    given = {entry.name: entry for entry in scenario.horizons}
+    order = in_column(zones_of(scenario.zones, tuple(given)), given)
+    made = (given.get(name) or HorizonInput(name=name, file=None) for name in order)
+    return replace(scenario, horizons=tuple(made))
 
 
 def _check_names(scenario: Scenario, at: KeyPath) -> None:
@@ -495,6 +508,8 @@ def _check_files(scenario: Scenario, at: KeyPath) -> None:
     """Two horizons do not come from the same data: nothing would lie between them."""
     seen: dict[tuple[object, ...], str] = {}
     for entry in scenario.horizons:
+        if entry.file is None:  # made by a zone
+            continue
         data = entry.file.resolve(), entry.variable, entry.columns
         if data[0] == scenario.path.resolve():  # what stands for a file that is not there
             continue
@@ -515,7 +530,7 @@ def _check_files(scenario: Scenario, at: KeyPath) -> None:
 
 def _check_model(scenario: Scenario, at: KeyPath) -> None:
     """A sealed model comes alone: it has its surfaces, its box, and its faults as they are."""
-    for word in ("horizons", "faults", "truncations", "tear", "throws", "box"):
+    for word in ("horizons", "zones", "faults", "truncations", "tear", "throws", "box"):
         with at.of(word).noting():
             if getattr(scenario, word) or (word == "truncations" and scenario.network.apply):
                 at.of(word).refuse(

@@ -146,9 +146,9 @@ def converted_inputs(
                 "its data in place of the sheet, and tear=True."
             )
         content = ("horizon", name, given.read.content(name, value), given.inputs.options)
-        horizons[name] = _horizon(
-            given, name, value, to_depth, partial(carried, content=str(content))
-        )
+        data = data_of(given, name, value)
+        carry = partial(carried, content=str(content))
+        horizons[name] = moved_horizon(data, name, carry, "m" if to_depth else "ms")
     faults = {}
     for name in given.inputs.faults:
         fault = given.read.fault(name)
@@ -159,7 +159,7 @@ def converted_inputs(
     unit = None if to_depth else "ms"
     return inputs.replaced(
         horizons=horizons, faults=faults, length_unit=unit, velocity=None, box=inputs.box,
-        time=None if to_depth else time,
+        time=None if to_depth else time, zones=inputs.zones if to_depth else None,
     )  # fmt: skip
 
 
@@ -180,39 +180,51 @@ def carried_points(
     return pair.convert(points, to_depth, found)
 
 
-def _horizon(
-    given: Graph, name: str, value: Any, to_depth: bool,
-    carried: Callable[[np.ndarray], np.ndarray],
-) -> Any:  # fmt: skip
-    """A horizon in the other domain: points, or a surface; a grid stays one."""
-    if given.inputs.tear is None:
-        surface = given.untied(name)
-    else:
-        data = opened_horizon(value, given.inputs.options)
-        words = undeclared(data, given.inputs.options)
-        if are_points(data):
-            from geosurf.sheets.lattice.data import points_of  # loaded by those who tear
+AXES = ("easting", "northing", "elevation")
 
-            both = words.get("positive"), words.get("length_unit")
-            columns = carried(points_of(data, name, *both)[1]).T
-            axes = ("easting", "northing", "elevation")
-            found = xr.Dataset({k: ("point", c) for k, c in zip(axes, columns, strict=True)})
-            found.elevation.attrs.update(positive="up", units="m" if to_depth else "ms")
-            return found.assign_attrs({} if (crs := crs_of(data)) is None else {"crs": crs})
-        surface = (
-            data if isinstance(data, TriSurface) else horizon_over(data, (), name=name, **words)
-        )
-    lattice = surface.lattice
+
+def data_of(given: Graph, name: str, value: Any) -> Any:
+    """The data of a horizon as a scene takes them: points of one to be torn, or a surface."""
+    if given.inputs.tear is None:
+        return given.untied(name)
+    data = opened_horizon(value, given.inputs.options)
+    words = undeclared(data, given.inputs.options)
+    if are_points(data):
+        from geosurf.sheets.lattice.data import points_of  # loaded by those who tear
+
+        columns = points_of(data, name, words.get("positive"), words.get("length_unit"))[1].T
+        found = xr.Dataset({k: ("point", c) for k, c in zip(AXES, columns, strict=True)})
+        return found.assign_attrs({} if (crs := crs_of(data)) is None else {"crs": crs})
+    return data if isinstance(data, TriSurface) else horizon_over(data, (), name=name, **words)
+
+
+def places_in(data: Any) -> np.ndarray:
+    """Points (n, 3) of what `data_of` returns."""
+    if isinstance(data, TriSurface):
+        return data.vertices
+    return np.stack([data[axis].values for axis in AXES], axis=1)
+
+
+def moved_horizon(
+    data: Any, name: str, moved: Callable[[np.ndarray], np.ndarray], unit: str = "m"
+) -> Any:
+    """What `data_of` returns with its points moved: a grid stays one."""
+    if not isinstance(data, TriSurface):
+        columns = moved(places_in(data)).T
+        found = xr.Dataset({k: ("point", c) for k, c in zip(AXES, columns, strict=True)})
+        found.elevation.attrs.update(positive="up", units=unit)
+        return found.assign_attrs(data.attrs)
+    lattice = data.lattice
     if lattice is None:
-        made = TriSurface(name, "horizon", carried(surface.vertices), surface.triangles)
+        made = TriSurface(name, "horizon", moved(data.vertices), data.triangles)
     else:
         elevation = lattice.elevation.copy()
-        elevation[lattice.present] = carried(surface.vertices)[:, 2]
+        elevation[lattice.present] = moved(data.vertices)[:, 2]
         grid = Lattice(
             lattice.easting, lattice.northing, elevation, lattice.rising, lattice.reverse
         )
-        made = TriSurface(name, "horizon", lattice=grid, vertex_data=surface.vertex_data)
-    return in_crs_of(made, [surface])
+        made = TriSurface(name, "horizon", lattice=grid, vertex_data=data.vertex_data)
+    return in_crs_of(made, [data])
 
 
 # what is vertical in the results of measures; all others are along the map

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from geosurf.scene.inputs import INPUTS, Box, undeclared
 from geosurf.scene.scene import Scene
 from geosurf.scene.surfaces import opened_contacts, opened_horizon
 from geosurf.scene.tearing import warnings_of_passed
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
 
 
 def given_horizon(scene: Scene, name: str) -> tuple[Any, dict[str, Any]]:
@@ -35,14 +38,32 @@ def given_horizon(scene: Scene, name: str) -> tuple[Any, dict[str, Any]]:
         A surface, or the data of a horizon that is to be torn, with the keywords ``positive`` and
         ``length_unit`` that count for them.
     """
-    inputs = scene._inputs
+    is_made = any(one.horizon == name for one in scene._inputs.made)
+    graph, inputs = scene._given, scene._inputs
+    if is_made:  # by a zone
+        graph, inputs = scene._plain, scene._plain.inputs
     value = inputs.horizons[name]
     if isinstance(value, Sheet):
         return value, {}
     if inputs.tear is None:
-        return scene._given.untied(name), {}
+        return graph.untied(name), {}
     data = opened_horizon(value, inputs.options)
     return data, undeclared(data, inputs.options)
+
+
+def horizons_with_zones(
+    horizons: Mapping[str, Any], zones: Mapping[str, Any], tear: bool, crs: str | None
+) -> tuple[dict[str, Any], xarray.Dataset]:
+    """
+    Return horizons with those that zones make, youngest first, and how these were corrected.
+
+    Parameters
+    ----------
+    horizons, zones, tear, crs
+        As for `Scene`.
+    """
+    scene = Scene(horizons, zones=zones, tear=tear, crs=crs)
+    return dict(scene._plain.inputs.horizons), scene.zone_corrections
 
 
 def given_fault(scene: Scene, name: str) -> TriSurface:

@@ -29,7 +29,7 @@ import copy
 import math
 from collections.abc import Hashable, Sequence
 from functools import cached_property, partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -123,6 +123,7 @@ class Graph:
         self.plans: TearPlans = {}
         self.known_regions: KnownRegions | None = None
         self.converted_from: Graph | None = None
+        self.zone_rows: list[Any] = []  # how zones from thickness were corrected
         self._regions: NamedRegions | None = None  # of units, with level contacts or without
         self.read = InputSurfaces(inputs, memory)
 

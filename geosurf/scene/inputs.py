@@ -26,7 +26,7 @@ from geosurf.faults.extend import read_lengthen
 from geosurf.faults.rules import Halves, Rule, faults_at, halves_of, read_extend, read_truncations
 from geosurf.measure.volumetrics import ARGUMENTS, Factor, factors_of
 from geosurf.model import FaultSticks, Lattice, Sheet, check_column
-from geosurf.model.column import names_of_zones, read_compartments
+from geosurf.model.column import MadeHorizon, in_column, names_of_zones, read_compartments, zones_of
 from geosurf.model.distributions import is_distribution
 from geosurf.model.expected import box_of_sides, flag_of, name_of
 from geosurf.model.network import filling_by_horizon
@@ -152,6 +152,8 @@ class SceneInputs:
     regions: Mapping[str, Any] = field(default_factory=dict)
     time: str | None = None
     velocity: Any = None
+    zones: Mapping[str, Any] = field(default_factory=dict)
+    made: tuple[MadeHorizon, ...] = field(init=False, repr=False)
     rules: tuple[Rule, ...] = field(init=False, repr=False)
     horizon_rules: tuple[Rule, ...] = field(init=False, repr=False)
     halves: Halves = field(init=False, repr=False)
@@ -168,7 +170,18 @@ class SceneInputs:
                 f"tolerance={self.tolerance} is in metres, and the scene is in time. Leave one of "
                 "them out."
             )
-        horizons = self._opened("horizon", as_mapping("horizons", self.horizons))
+        known = {
+            name: value for name, value in as_mapping("horizons", self.horizons).items()
+            if not isinstance(value, MadeHorizon)
+        }  # fmt: skip
+        with_data = self._opened("horizon", known)
+        zones = as_mapping("zones", self.zones)
+        if zones and self.time is not None and self.velocity is None:
+            raise InputError(
+                "zones take metres, and the scene is in time. Give velocities: velocity={...}."
+            )
+        made = zones_of(zones, tuple(with_data))
+        horizons = in_column(made, with_data)
         faults = self._opened("fault", as_mapping("faults", self.faults))
         if not horizons and not faults:
             raise InputError(
@@ -196,7 +209,7 @@ class SceneInputs:
         crs = None if self.crs is None else name_of(self.crs, "coordinate reference system")
         check_voxel_size(self.voxel_size)
         crossing = flag_of(self.self_intersections, "self_intersections")
-        tolerance = check_scene_tolerance(self.tolerance, horizons)
+        tolerance = check_scene_tolerance(self.tolerance, with_data)
         truncations = as_mapping("truncations", self.truncations)
 
         # from here on, halves stand for the faults that younger ones split
@@ -222,6 +235,8 @@ class SceneInputs:
 
         self.__dict__.update(  # frozen from here on
             horizons=horizons,
+            zones=zones,
+            made=tuple(made),
             faults=faults,
             box=box,
             column=dict(self.column),
@@ -316,7 +331,14 @@ class SceneInputs:
             west, east, south, north = self.box[:4]
             ring = [(west, south), (east, south), (east, north), (west, north)]
         return self.replaced(
-            velocity=None, box=None, aoi=ring, contacts=None, tops=None, tie=None, slivers=None
+            velocity=None,
+            box=None,
+            aoi=ring,
+            contacts=None,
+            tops=None,
+            tie=None,
+            slivers=None,
+            zones=None,
         )
 
     def replaced(self, **changes: Any) -> SceneInputs:
@@ -400,6 +422,7 @@ OPTIONAL = (
     "contacts",
     "truncations",
     "regions",
+    "zones",
 )  # for which `Scene` takes None as well as {}
 
 
@@ -511,6 +534,7 @@ def exchanged(what: str, inputs: Mapping[str, Any], changes: Any) -> dict[str, A
 def changing(inputs: SceneInputs) -> dict[Any, Any]:
     """Return all inputs that are read, by name; tops and area by tuples: names are words."""
     named = {**inputs.contacts, **inputs.faults, **inputs.horizons}
+    named = {name: one for name, one in named.items() if not isinstance(one, MadeHorizon)}
     return {**named, ("tops",): inputs.tops, ("aoi",): inputs.aoi}
 
 
@@ -610,7 +634,7 @@ def factors_of_rock(values: Sequence[Any], crs: str | None, *, drawn: bool = Fal
     return found
 
 
-def opened_map(value: Any, name: str, crs: str | None) -> Lattice:
+def opened_map(value: Any, name: str, crs: str | None, *, metres: bool = False) -> Lattice:
     """
     Return the grid of a map of a property, given or read as a horizon is.
 
@@ -622,6 +646,8 @@ def opened_map(value: Any, name: str, crs: str | None) -> Lattice:
         Of the argument, for messages.
     crs : str or None
         Of the scene.
+    metres : bool
+        Whether values are lengths [m], which may have that unit.
 
     Raises
     ------
@@ -631,7 +657,9 @@ def opened_map(value: Any, name: str, crs: str | None) -> Lattice:
     if isinstance(value, str | Path):
         words: Any = {"positive": Otherwise("up"), "length_unit": Ratio("m")}
         value = read_horizon(value, **words)
-    check_ratio(getattr(value, "attrs", {}).get("units"), f"the map of {name}")
+    unit = getattr(value, "attrs", {}).get("units")
+    if not (metres and unit == "m"):
+        check_ratio(unit, f"the map of {name}")
     found = horizon_over(value, (), name=name, positive="up", length_unit="m", noun="map of")
     if found.lattice is None:
         raise InputError(f"the map of {name} is a mesh. Give a grid over easting and northing.")

@@ -35,13 +35,7 @@ from geosurf.model.regions import Regions
 from geosurf.model.tops import TieReport, Tops
 from geosurf.model.units import sums_of
 from geosurf.rebuild import trim_sheets
-from geosurf.scene.depth import (
-    convert_points,
-    in_milliseconds,
-    inputs_in_time,
-    need_depth,
-    plain_in_depth,
-)
+from geosurf.scene.depth import convert_points, in_milliseconds, inputs_in_time, need_depth
 from geosurf.scene.faults import closures_of, known_fault, seal_of, throw_of
 from geosurf.scene.graph import Graph
 from geosurf.scene.input_warnings import (
@@ -62,6 +56,7 @@ from geosurf.scene.memory import Memory, OnStart, Step, on_start_of
 from geosurf.scene.shown import card_of
 from geosurf.scene.surfaces import opened_tops, warnings_of_names
 from geosurf.scene.tearing import torn_or_plain
+from geosurf.scene.zones import corrections, plain_graph
 from geosurf.sheets.faults import DIRECTIONS
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -173,6 +168,9 @@ class Scene:
         Horizons and faults are in time: in ms or s (`length_unit`, or as they declare), numbers
         without a unit in minus ms. Without `velocity` the model is in time: its vertical axis is
         in minus ms, and volumes are refused.
+    zones : mapping of str to mapping, optional
+        Zones from thickness, which make horizons: ``{"Upper": {"below": "Top", "thickness": 20.0,
+        "base": "Middle"}}``; a thickness may be a map or values at wells. See docs/guides/zones.md.
     velocity : float, map or mapping, optional
         [m/s]. The model becomes one in depth; box, contacts and tops are in metres. By zone a
         number, a map (`xarray.DataArray` or path) or ``{"v0": 1800.0, "k": 0.6}``, v0 + k times
@@ -233,6 +231,7 @@ class Scene:
         regions: Mapping[str, Any] | None = None,
         time: str | None = None,
         velocity: Any = None,
+        zones: Mapping[str, Any] | None = None,
         on_start: OnStart | None = None,
     ) -> None:
         inputs = SceneInputs(
@@ -240,6 +239,7 @@ class Scene:
             length_unit, voxel_size, self_intersections, extend, or_empty(truncations), tolerance,
             tops, tie, lengthen, tear, slivers,
             fill_empty_blocks, compartments, crs, reservoir, or_empty(regions), time, velocity,
+            or_empty(zones),
         )  # fmt: skip
         memory = Memory(on_start=on_start_of(on_start))
         self.__dict__.update(_inputs=inputs, _given=Graph(inputs.to_build, memory))
@@ -247,8 +247,7 @@ class Scene:
     @cached_property
     def _plain(self) -> Graph:
         """The inputs, horizons not yet torn; in depth, where they are in time and become depth."""
-        becomes = self._inputs.becomes_depth
-        return plain_in_depth(self._given, self._in_time, self._inputs) if becomes else self._given
+        return plain_graph(self._given, lambda: self._in_time, self._inputs)
 
     @cached_property
     def _in_time(self) -> Graph:
@@ -324,6 +323,15 @@ class Scene:
     def fault_names(self) -> tuple[str, ...]:
         """Names of the faults."""
         return tuple(self._inputs.faults)
+
+    @property
+    def zone_corrections(self) -> xarray.Dataset:
+        """Zones from thickness: mean thickness as given and in the model, and how they were fitted.
+
+        Over ``zone``: ``start``, ``horizon``, ``given``, ``model`` [m], ``least_factor`` and
+        ``largest_factor``, by which thickness was multiplied between two given horizons.
+        """
+        return corrections(self._plain.zone_rows)
 
     @property
     def truncations(self) -> Mapping[str, Any]:

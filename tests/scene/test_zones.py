@@ -1,0 +1,176 @@
+"""Zones from thickness: closed forms on planes, sums, faults, and what follows a reference."""
+
+from __future__ import annotations
+
+import pickle
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import geosurf as gs
+from geosurf.errors import GeosurfWarning, InputError
+from geosurf.scenario import build_scene, read_scenario
+
+X = np.linspace(0.0, 2000.0, 21)
+BOX = (100.0, 1900.0, 100.0, 1900.0, -2600.0, -1500.0)
+
+
+def grid(z, attrs=None):
+    """A grid over 2 km; `z` is a number, an array, or a function of easting and northing."""
+    x, y = np.meshgrid(X, X)
+    values = z(x, y) if callable(z) else np.broadcast_to(np.asarray(z, dtype=float), x.shape)
+    attrs = {"positive": "up", "units": "m"} if attrs is None else attrs
+    return xr.DataArray(values, {"northing": X, "easting": X}, ("northing", "easting"), attrs=attrs)
+
+
+TOP = grid(lambda x, y: -1900.0 + 0.1 * x - 0.05 * y)
+BASE = grid(lambda x, y: -2100.0 + 0.08 * x)
+
+
+def heights(scene, name):
+    return scene.surface(name).lattice.elevation
+
+
+def test_planes_move_by_their_thickness_and_isopachs_along_the_normal():
+    zones = {
+        "A": {"below": "Top", "thickness": 12.5},
+        "B": {"below": "A", "thickness": 8.0, "kind": "isopach", "base": "M"},
+        "C": {"above": "Base", "thickness": 5.0},
+    }
+    scene = gs.Scene({"Top": TOP, "Base": BASE}, box=BOX, zones=zones)
+    assert scene.horizon_names == ("Top", "base A", "M", "top C", "Base")
+    np.testing.assert_allclose(heights(scene, "base A"), TOP - 12.5, atol=1e-9)
+    np.testing.assert_allclose(heights(scene, "top C"), BASE + 5.0, atol=1e-9)
+    secant = np.sqrt(1.0 + 0.1**2 + 0.05**2)
+    np.testing.assert_allclose(heights(scene, "M"), TOP - 12.5 - 8.0 * secant, atol=1e-9)
+    normal = scene.thickness("base A/M", 200.0, kind="isopach")
+    np.testing.assert_allclose(normal, 8.0, atol=1e-6)
+    area = 1800.0**2
+    volumes = {unit.zone: unit.volume for unit in scene.units.values()}
+    assert volumes["Top/base A"] == pytest.approx(12.5 * area, rel=1e-9)
+    assert volumes["top C/Base"] == pytest.approx(5.0 * area, rel=1e-9)
+    assert scene.check().ok
+
+
+def test_random_networks_fill_what_is_between_two_horizons_and_are_never_negative():
+    rng = np.random.default_rng(4)
+    for _ in range(200):
+        top, room = rng.normal(-1900.0, 30.0, (21, 21)), rng.uniform(-10.0, 90.0, (21, 21))
+        horizons = {"Top": grid(top), "Base": grid(top - room)}
+        names = [f"Z{k}" for k in range(int(rng.integers(2, 6)))]
+        zones, before = {}, "Top"
+        for name in names:
+            thick = np.maximum(rng.normal(10.0, 12.0, (21, 21)), 0.0) * (rng.random() < 0.9)
+            zones[name] = {"below": before, "thickness": grid(thick, {})}
+            before = name
+        zones[names[-1]]["base"] = "Base"
+        scene = gs.Scene(horizons, box=BOX, zones=zones)
+        made = [np.asarray(TOP * 0 + top), *(
+            heights_of(scene, name) for name in scene.horizon_names[1:-1]
+        ), np.minimum(top - room, top)]  # fmt: skip
+        parts = -np.diff(made, axis=0)
+        assert parts.min() >= -1e-9
+        np.testing.assert_allclose(parts.sum(axis=0), np.maximum(room, 0.0), atol=1e-9)
+        total = sum(np.asarray(zones[name]["thickness"]) for name in names)
+        for name, part in zip(names, parts, strict=True):
+            share = np.asarray(zones[name]["thickness"]) / np.where(total > 0.0, total, 1.0)
+            share = np.where(total > 0.0, share, 1.0 / len(names))
+            np.testing.assert_allclose(part, share * np.maximum(room, 0.0), atol=1e-9)
+        found = scene.zone_corrections
+        assert found.model.sum() == pytest.approx(np.maximum(room, 0.0).mean(), abs=1e-9)
+
+
+def heights_of(scene, name):
+    """Data of a horizon that is made, without a model."""
+    return scene._plain.untied(name).lattice.elevation
+
+
+def test_zero_pinches_out_maps_below_zero_are_warned_of_and_wells_count_by_distance():
+    thick = grid(lambda x, y: np.where(x > 1000.0, 0.0, 20.0) - 1.0 * (y > 1950.0), {"units": "m"})
+    scene = gs.Scene({"Top": TOP}, box=BOX, zones={"P": {"below": "Top", "thickness": thick}})
+    with pytest.warns(GeosurfWarning, match="below 0 at 10 of 441"):
+        base = heights(scene, "base P")
+    np.testing.assert_allclose(TOP - base, np.maximum(thick, 0.0), atol=1e-9)
+    assert scene.check().ok
+    wells = {"easting": [300.0, 1500.0], "northing": [300.0, 900.0], "thickness": [10.0, 30.0]}
+    scene = gs.Scene({"Top": TOP}, box=BOX, zones={"W": {"below": "Top", "thickness": wells}})
+    found = (TOP - heights(scene, "base W")).sel(easting=[300.0, 1500.0], northing=[300.0, 900.0])
+    np.testing.assert_allclose(np.diag(found), [10.0, 30.0], atol=1e-6)
+
+
+def test_torn_horizons_take_the_throw_of_their_reference_and_follow_it():
+    world = gs.synthetic.torn("normal", n=61)
+    zones = {
+        "Upper": {"below": "Top", "thickness": 40.0},
+        "Lower": {"below": "Upper", "thickness": 25.0, "base": "Base"},
+    }
+    scene = gs.Scene(world.horizons, world.faults, tear=True, zones=zones)
+    assert scene.check().ok
+    profiles = [scene.throw(name, "F1", direction="mean") for name in ("Top", "Base")]
+    low = max(float(one.along_strike.min()) for one in profiles) + 200.0
+    high = min(float(one.along_strike.max()) for one in profiles) - 200.0
+    at = np.linspace(low, high, 40)
+    top, base = (np.interp(at, one.along_strike, one.throw) for one in profiles)
+    assert abs(top - base).max() < 0.03 * top.max()
+    median = scene.thickness("base Upper/Base", 100.0).median()
+    assert float(median) == pytest.approx(25.0, abs=1e-6)
+
+    # it is a step of the graph: replaced, pickled, and replaced by data
+    twin = pickle.loads(pickle.dumps(scene))
+    np.testing.assert_array_equal(twin.volumes, scene.volumes)
+    moved = scene.replace(horizons={"Top": world.horizons["Top"] + 10.0})
+    shift = moved.thickness("Top/base Upper", 200.0).median()
+    assert float(shift) == pytest.approx(40.0, abs=1e-6)
+    fewer = scene.replace(zones={"Upper": {"below": "Top", "thickness": 5.0}})
+    assert fewer.horizon_names == ("Top", "base Upper")
+    assert scene.replace(zones=None).horizon_names == ("Top",)
+
+
+def test_ties_and_ensembles_count_for_made_horizons():
+    zones = {"A": {"below": "Top", "thickness": 30.0, "base": "M"}}
+    tops = {"well": ["W"], "horizon": ["M"], "easting": [1000.0], "northing": [1000.0]}
+    tops["elevation"] = [-1850.0 - 30.0 + 5.0]
+    scene = gs.Scene({"Top": TOP}, box=BOX, zones=zones, tops=tops, tie={"range": 300})
+    assert float(scene.misfit().misfit[0]) == pytest.approx(0.0, abs=1e-9)
+    plain = gs.Scene({"Top": TOP}, box=BOX, zones=zones)
+    shift = gs.ensemble.DepthShift("Top", gs.ensemble.Normal(0.0, 10.0))
+    found = gs.run_ensemble(plain, 3, uncertain=[shift], progress=False).data
+    zone = [str(one).startswith("Top/M") for one in found.unit.values]
+    np.testing.assert_allclose(found.bulk.values[:, zone].sum(axis=1), 30.0 * 1800.0**2, rtol=1e-9)
+
+
+def test_a_scenario_has_the_same_zones(tmp_path):
+    for name, one in (("Top", TOP), ("Base", BASE), ("sand", grid(20.0, {"units": "m"}))):
+        gs.write(one.assign_attrs(positive="up"), tmp_path / f"{name}.nc")
+    path = tmp_path / "scenario.toml"
+    files = "".join(f'[[horizons]]\nname = "{n}"\nfile = "{n}.nc"\n' for n in ("Top", "Base"))
+    path.write_text(
+        files + '[zones.Upper]\nbelow = "Top"\nthickness = "sand.nc"\nbase = "Middle"\n'
+        '[zones.Lower]\nbelow = "Upper"\nthickness = 30\nbase = "Base"\n'
+        '[grid]\nlayers = {"Top/Middle" = 2, "Middle/Base" = 3}\n'
+    )  # fmt: skip
+    scene = build_scene(read_scenario(path))
+    assert scene.horizon_names == ("Top", "Middle", "Base")
+    np.testing.assert_allclose(heights(scene, "Middle"), TOP - 0.4 * (TOP - BASE), atol=1e-9)
+    path.write_text(path.read_text().replace('below = "Top"', 'below = "Tip"'))
+    with pytest.raises(InputError, match="Did you mean 'Top'"):
+        read_scenario(path)
+
+
+@pytest.mark.parametrize(
+    ("zones", "words"),
+    [
+        ({"A": 5.0}, "without a thickness"),
+        ({"A": {"below": "Nope", "thickness": 5.0}}, "no horizon with data"),
+        ({"A": {"below": "B", "thickness": 5}, "B": {"below": "A", "thickness": 5}}, "counts from"),
+        ({"A": {"below": "Top", "above": "Base", "thickness": 5.0}}, "takes 'below'"),
+        ({"A": {"below": "Top", "thickness": 5.0, "kind": "true"}}, "expected one of"),
+        ({k: {"below": "Top", "thickness": 5} for k in "AB"}, "two zones"),
+        ({"A": {"below": "Top", "thickness": -5.0}}, "0 or more"),
+        ({"A": {"below": "Top", "thickness": {"well": ["W"]}}}, "a table of wells"),
+    ],
+)  # fmt: skip
+def test_wrong_zones_are_refused(zones, words):
+    with pytest.raises(InputError, match=words):
+        gs.Scene({"Top": TOP, "Base": BASE}, box=BOX, zones=zones).units  # noqa: B018
