@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geosurf.kernels.exact.predicates import ORIENT2D_BOUND, TINY, frame_of, orient2d_rows
-from geosurf.model import Patches
+from geosurf.model import Patches, TriSurface
 
 AT_ONCE = 1_000_000  # pairs of a triangle and a line that are held in memory
 
@@ -325,3 +325,30 @@ def fault_between(elevation: np.ndarray, names: Sequence[str], picked: float, mo
     if not len(inside):
         return ""
     return names[inside[np.abs(elevation[inside] - picked).argmin()]]
+
+
+def residuals(surface: TriSurface, points: np.ndarray) -> np.ndarray:
+    """
+    Return how far points lie above a surface [m], the nearest part of it; NaN where it has none.
+
+    Parameters
+    ----------
+    surface : TriSurface
+    points : ndarray of float64, shape (n, 3)
+
+    Examples
+    --------
+    >>> flat = TriSurface("Top", "horizon", [[0, 0, 5], [9, 0, 5], [0, 9, 5]], [[0, 1, 2]])
+    >>> residuals(flat, np.array([[1.0, 1, 7], [9, 9, 7]])).tolist()
+    [2.0, nan]
+    """
+    x = surface.vertices - points[0]
+    feet = points - points[0]
+    middle = 0.5 * (x[:, :2].min(axis=0) + x[:, :2].max(axis=0))
+    found = cross_columns(x, surface.triangles, feet[:, :2], middle)
+    off = feet[found.foot, 2] - found.elevation
+    nearest = np.full(len(points), np.nan)
+    # the smallest distance is written last
+    order = np.argsort(-np.abs(off), kind="stable")
+    nearest[found.foot[order]] = off[order]
+    return nearest

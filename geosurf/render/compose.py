@@ -28,7 +28,7 @@ from geosurf.render.furniture import (
     draw_words,
 )
 from geosurf.render.layers import BOX_EDGES, Bar, Content, Entry, Layer, show_box, triangle_layer
-from geosurf.render.overlay import DOT, POINT, draw_names
+from geosurf.render.overlay import DOT, POINTS, draw_names
 from geosurf.render.picture_style import PictureStyle, background, style_of
 from geosurf.render.sheet import Sheet, figure_bytes, lay_out, sheet_for
 from geosurf.render.surface_layers import show_curves, show_surfaces
@@ -60,7 +60,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 
 REACH = 1 / 12  # of the larger side of all surfaces
 FLATTEST = 0.25  # height of the box over its width, where surfaces are flat
-DATA_INKS = (palette.INK, POINT)  # of data by name
+DATA_INKS = (palette.INK, POINTS[0])  # of data by name
 
 
 def render_place(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -199,6 +199,47 @@ def draw_fluids(sheet: Sheet, axes: Axes, fluids: Sequence[FluidArea]) -> list[E
     return legend
 
 
+# ---- residuals ----------------------------------------
+# Data as dots, by how far they lie above or below a torn horizon.
+
+
+BOUNDS = (0.1, 1.0, 5.0, 20.0)  # of classes [m]
+
+
+def draw_residuals(sheet: Sheet, axes: Axes, found: np.ndarray) -> list[Entry]:
+    """Draw data (n, 3): place, and metres above the horizon; return the entries of the legend."""
+    off = found[:, 2]
+    known = np.nan_to_num(off)
+    number = np.where(np.isnan(off), -99, np.digitize(np.abs(known), BOUNDS) * np.sign(known))
+    legend = []
+    for words, rows, colour, size in _classes(off, number):
+        if rows.any() and size > 0.0:
+            axes.plot(
+                *found[rows, :2].T, linestyle="none", marker="o", markersize=sheet.points(size),
+                color=colour, markeredgewidth=0.0, zorder=2.9, rasterized=True,
+            )  # fmt: skip
+        if rows.any():
+            legend.append(Entry(words, colour, counted(int(rows.sum()), "point"), "circle"))
+    return legend
+
+
+def _classes(off: np.ndarray, number: np.ndarray) -> Iterator[tuple[str, np.ndarray, RGB, float]]:
+    """Name, rows, colour and size of each class of residuals, the largest drawn last."""
+    yield "in a gap", np.isnan(off), palette.FAINT, 2.0
+    yield f"within {BOUNDS[0]:g} m, not drawn", number == 0, palette.PAPER, 0.0
+    for k in range(1, len(BOUNDS) + 1):
+        upper = f" to {BOUNDS[k]:g}" if k < len(BOUNDS) else ""
+        lower = f"{BOUNDS[k - 1]:g}" if upper else f"more than {BOUNDS[k - 1]:g}"
+        for sign, word, (low, high) in ((1, "above", ABOVE), (-1, "below", BELOW)):
+            share = (k - 1) / (len(BOUNDS) - 1)
+            red, green, blue = (a + share * (b - a) for a, b in zip(low, high, strict=True))
+            yield f"{lower}{upper} m {word}", number == sign * k, (red, green, blue), 2.0 + 0.6 * k
+
+
+ABOVE = palette.rgb("#f6b0a0"), palette.rgb("#a50026")
+BELOW = palette.rgb("#a6c8ec"), palette.rgb("#123b8c")
+
+
 # ---- virtual lines ----------------------------------------
 # Draw on a map where virtual walls meet the horizon: dashed, in the colours of their faults.
 
@@ -377,6 +418,7 @@ def draw_map(
     closures: xarray.Dataset | None = None,
     fluids: Sequence[FluidArea] = (),
     n_wall: int = 1,
+    residuals: np.ndarray | None = None,
     overlay: PictureOverlay | None = None,
 ) -> None:
     """Draw a map of a horizon: elevation in colour, contours, intersection lines in bold.
@@ -408,6 +450,8 @@ def draw_map(
         Parts of the horizon above fluid contacts, which are filled.
     n_wall : int
         Walls on which each fault has a line: 2 where the horizon is torn.
+    residuals : ndarray of float64, shape (n, 3), optional
+        Easting and northing of data, and how far they lie above the horizon [m]; NaN: in a gap.
     overlay : PictureOverlay, optional
         Wells, polygons and data points that are drawn with the model.
 
@@ -472,6 +516,8 @@ def draw_map(
     if closures is not None:
         legend = [*draw_closures(sheet, axes, closures, surface.name), *legend]
     legend = [*of_fluids, *legend]
+    if residuals is not None:
+        legend = [*draw_residuals(sheet, axes, residuals), *legend]
     legend += draw_wells_on_map(sheet, axes, wells)
     legend += draw_on_map(sheet, axes, overlay)
     legend = [*draw_remedies(sheet, axes, remedies), *legend]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
+from itertools import cycle, pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,7 +25,8 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 
 
 NEAR = 0.02  # of the length of a section: what is farther off is not drawn
-WELL, POLYGON, POINT = palette.rgb("#1b1b1b"), palette.rgb("#5b2a86"), palette.rgb("#b3005e")
+WELL, POLYGON = palette.rgb("#1b1b1b"), palette.rgb("#5b2a86")
+POINTS = palette.rgb("#b3005e"), palette.FAINT, palette.rgb("#1f6f8b")  # by group, in turn
 AWAY = 8.0  # of a name from its point [design pixels]
 DOT = 5.0  # diameter of data points [pixels]
 RADIUS = 5.5  # of the circle of a top [design pixels]
@@ -46,8 +47,8 @@ def show_overlay(overlay: PictureOverlay, top: float) -> Content:
         for part in parts:
             high = part if part.shape[1] == 3 else np.column_stack([part, np.full(len(part), top)])
             layers.append(_line(_closed(high), POLYGON, 2.2))
-    for parts in overlay.points.values():
-        layers += [Layer(part, colour=POINT, width=DOT, dots=True) for part in parts]
+    for colour, parts in zip(cycle(POINTS), overlay.points.values(), strict=False):
+        layers += [Layer(part, colour=colour, width=DOT, dots=True) for part in parts]
     return Content(tuple(layers), _legend(overlay), tuple(names))
 
 
@@ -65,9 +66,9 @@ def _legend(overlay: PictureOverlay, detail: str = "") -> tuple[Entry, ...]:
         entries.append(Entry(counted(len(overlay.wells), "well"), WELL, detail, "line"))
     for name in overlay.polygons:
         entries.append(Entry(name, POLYGON, "polygons", "line"))
-    for name, parts in overlay.points.items():
+    for colour, (name, parts) in zip(cycle(POINTS), overlay.points.items(), strict=False):
         count = counted(sum(map(len, parts)), "data point")
-        entries.append(Entry(name, POINT, f"{count}{', ' if detail else ''}{detail}", "circle"))
+        entries.append(Entry(name, colour, f"{count}{', ' if detail else ''}{detail}", "circle"))
     return tuple(entries)
 
 
@@ -88,9 +89,9 @@ def draw_on_map(sheet: Sheet, axes: Axes, overlay: PictureOverlay) -> list[Entry
     for parts in overlay.polygons.values():
         for part in parts:
             _plot(sheet, axes, _closed(part)[:, :2], POLYGON)
-    for parts in overlay.points.values():
+    for colour, parts in zip(cycle(POINTS), overlay.points.values(), strict=False):
         for part in parts:
-            _dots(sheet, axes, part[:, :2])
+            _dots(sheet, axes, part[:, :2], colour)
     for parts in overlay.wells.values():
         for part in parts:
             _plot(sheet, axes, part[:, :2], WELL)
@@ -123,10 +124,10 @@ def draw_on_section(
     Polygons are drawn where they cross the section, as short bars at their elevation.
     """
     near = _near(line)
-    for parts in overlay.points.values():
+    for colour, parts in zip(cycle(POINTS), overlay.points.values(), strict=False):
         for part in parts:
             flat, far = _projected(part, line)
-            _dots(sheet, axes, flat[far <= near])
+            _dots(sheet, axes, flat[far <= near], colour)
     heads: dict[str, np.ndarray] = {}
     bottom, top = sorted(axes.get_ylim())
     for name, parts in overlay.wells.items():
@@ -201,10 +202,10 @@ def _plot(sheet: Sheet, axes: Axes, points: np.ndarray, colour: palette.RGB) -> 
     axes.axis(limits)
 
 
-def _dots(sheet: Sheet, axes: Axes, points: np.ndarray) -> None:
+def _dots(sheet: Sheet, axes: Axes, points: np.ndarray, colour: palette.RGB) -> None:
     limits, size = axes.axis(), sheet.points(DOT)
     axes.plot(
-        *points.T, linestyle="none", marker="o", markersize=size, color=POINT, zorder=5.5,
+        *points.T, linestyle="none", marker="o", markersize=size, color=colour, zorder=5.5,
         markeredgecolor=palette.PAPER, markeredgewidth=0.1 * size,
     )  # fmt: skip
     axes.axis(limits)

@@ -15,10 +15,11 @@ from geosurf.conventions import did_you_mean, is_word
 from geosurf.conventions.axes import vertical_axis
 from geosurf.conventions.packages import need_plots
 from geosurf.errors import GeometryError, GeosurfWarning, InputError
+from geosurf.measure.columns import residuals
 from geosurf.measure.faces import MINUS, faces_of
 from geosurf.measure.section import chains_of, rings_of
 from geosurf.measure.volumetrics import fluid_of, fluids_rule
-from geosurf.model import Curves, SheetReport, TriSurface
+from geosurf.model import Curves, Sheet, SheetReport, TriSurface
 from geosurf.model.expected import expect, flag_of, listed, number_of
 from geosurf.model.protocols import DrawnModel, MeasuredModel
 from geosurf.render.allan import draw_allan
@@ -44,7 +45,9 @@ from geosurf.render.surface_layers import (
 )
 from geosurf.render.views import SIZE, View, check_size
 from geosurf.scene.horizon_ends import lines_on
-from geosurf.scene.inputs import Box
+from geosurf.scene.inputs import Box, undeclared
+from geosurf.scene.shown import data_of
+from geosurf.scene.surfaces import opened_horizon
 from geosurf.warning import warn
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -548,6 +551,87 @@ class ScenePlots:
         shown = {name: _shown_along(scene, name, fault, found) for name, found in throws.items()}
         return plotted(draw_throw, throws, horizons=names, shown=shown, **checked)
 
+    def picks(
+        self, fault: str, horizon: str | None = None, *, at: float = 0.5, data: Any = None,
+        **look: Unpack[FlatLook],
+    ) -> Any:  # fmt: skip
+        """Draw a section across a fault, with the data beside it: in use, and ignored.
+
+        Parameters
+        ----------
+        fault : str
+        horizon : str, optional
+            Whose data are drawn. Default: the youngest one that is torn there.
+        at : float
+            Where along the fault, from 0 at its start to 1 at its end.
+        data : horizon data, optional
+            What the horizon was torn from. Default: what the scene was given.
+        **look
+            ``ax``, ``path``, ``size``, ``title``, ``style``: see `FlatLook`.
+
+        Returns
+        -------
+        matplotlib.figure.Figure or pathlib.Path
+
+        Raises
+        ------
+        InputError
+            If the horizon is not torn at the fault, or its data are not known.
+        """
+        checked, scene = _flat(**look), self._scene
+        torn = [name for name, one in scene.sheets.items() if len(_stations(one, fault)) > 1]
+        horizon = next(iter(torn), "") if horizon is None else horizon
+        if horizon not in torn:
+            words = f"horizon {horizon!r} is not" if horizon else "no horizon is"
+            raise InputError(
+                f"{words} torn at fault {fault!r}. Torn there: {', '.join(torn) or 'none'}."
+            )
+        if not 0.0 <= number_of(at, "at", "give a share of the fault, from 0 to 1") <= 1.0:
+            raise InputError(f"at is {at!r}. Give a share of the fault, from 0 to 1.")
+        sheet = scene.sheets[horizon]
+        points = _data_of(scene, horizon, data)
+
+        # across strike, four times as far on both sides as data are ignored
+        stations = _stations(sheet, fault)
+        row = round(at * (len(stations) - 1))
+        one, two = stations[max(row - 2, 0)], stations[min(row + 2, len(stations) - 1)]
+        east, north = (two - one) / np.hypot(*(two - one))
+        reach = 4.0 * max(sheet.report.trims[fault], 3.0) * sheet.report.cell
+        ends = stations[row] + reach * np.array([[-1.0], [1.0]]) * np.array([north, -east])
+        line = ends[np.lexsort((ends[:, 1], ends[:, 0]))]
+        if checked["title"] is None:
+            checked["title"] = f"{fault}, {at:.0%} along: data of {horizon}, and its sheet"
+        return self.section(line, overlay=PictureOverlay(points=points), **checked)
+
+    def residuals(self, horizon: str, *, data: Any = None, **look: Unpack[FlatLook]) -> Any:
+        """Draw how far data lie above or below a torn horizon, on its map.
+
+        Parameters
+        ----------
+        horizon : str
+        data : horizon data, optional
+            What the horizon was torn from. Default: what the scene was given.
+        **look
+            ``ax``, ``path``, ``size``, ``title``, ``style``: see `FlatLook`.
+
+        Returns
+        -------
+        matplotlib.figure.Figure or pathlib.Path
+
+        Raises
+        ------
+        InputError
+            If the horizon is not torn, or its data are not known.
+        """
+        checked, scene = _flat(**look), self._scene
+        points = np.concatenate([*_data_of(scene, horizon, data).values()])
+        surface, curves, options = map_of(scene, horizon, True)
+        off = residuals(scene.sheets[horizon].surface, points)
+        options |= {"residuals": np.column_stack([points[:, :2], off]), "fluids": ()}
+        if checked["title"] is None:
+            checked["title"] = f"{horizon}: data against the sheet"
+        return plotted(draw_map, surface, curves, **options, **checked)
+
     def column(self, **look: Unpack[FlatLook]) -> Any:
         """Draw the stratigraphic column: zones with their mean thickness, horizons and their rules.
 
@@ -741,6 +825,21 @@ def _shown_along(
     first = np.array([throw.easting[0], throw.northing[0]]) @ strike - float(throw.along_strike[0])
     along = audit.stations[:, :2] @ strike - first
     return np.column_stack([along, audit.data, audit.spread])
+
+
+def _stations(sheet: Sheet, fault: str) -> np.ndarray:
+    """Places (n, 2) along the trace of a fault on a sheet; none where it does not tear it."""
+    cut = sheet.cuts.get(fault)
+    return np.empty((0, 2)) if cut is None else cut.stations[:, :2]
+
+
+def _data_of(scene: Any, horizon: str, data: Any) -> dict[str, np.ndarray]:
+    """Data of a horizon: as given here, or to the scene."""
+    inputs = scene._plain.inputs  # in depth, also where they were given in time
+    if data is None:
+        data = opened_horizon(inputs.horizons.get(horizon), inputs.options)
+    words = {} if data is None else undeclared(data, inputs.options)
+    return data_of(scene.sheets.get(horizon), data, horizon, {**words})
 
 
 def _leaks_on(scene: MeasuredModel, fault: str, found: Any) -> list[tuple[str, float, float]]:

@@ -1,11 +1,14 @@
-"""What notebooks show: a card of a scene, and interactive views: `geosurf.show`."""
+"""What notebooks show: a card of a scene, interactive views (`geosurf.show`), data of a sheet."""
 
 from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from geosurf.conventions import counted
 from geosurf.conventions.card import Card
+from geosurf.errors import InputError
 from geosurf.model import Sheet, Units
 from geosurf.model.column import ENDS
 from geosurf.rebuild import rebuild_surfaces, trim_sheets
@@ -114,3 +117,48 @@ def _title_of(thing: Any, drawn: Any) -> str:
     if isinstance(drawn, Units):
         return counted(len(drawn), "unit")
     return str(getattr(thing, "name", type(thing).__name__))
+
+
+# ---- data of a sheet ----------------------------------------
+
+
+IGNORED, USED = "data that were ignored", "data in use"
+
+
+def data_of(sheet: Any, data: Any, name: str, options: dict[str, Any]) -> dict[str, np.ndarray]:
+    """
+    Return the places (n, 3) of the data of a sheet, those that its tear ignored apart.
+
+    Parameters
+    ----------
+    sheet : Sheet
+        From `tear_horizon`.
+    data
+        What it was made of, in any form.
+    name : str
+    options : dict
+        ``positive`` and ``length_unit`` of data that do not state them.
+
+    Raises
+    ------
+    InputError
+        If the horizon is not torn, or its data are not known.
+    """
+    if not isinstance(sheet, Sheet) or sheet.plan is None:
+        raise InputError(
+            f"horizon {name!r} was not torn by geosurf, so no data were ignored next to faults. "
+            "Build the scene with tear=True."
+        )
+    if data is None or isinstance(data, Sheet):
+        raise InputError(
+            f"the scene has the sheet of horizon {name!r}, and not the data that it was made of. "
+            "Pass them: data=gs.read_horizon(path), or data=gs.read_points(path)."
+        )
+    from geosurf.sheets.lattice.data import picks_or_points  # loaded by those who tear
+
+    words = {key: options.get(key) for key in ("positive", "length_unit")}
+    picks = picks_or_points(data, name, words["positive"], words["length_unit"], None)
+    places, ignored = picks.places(np.arange(len(picks.z))), sheet.plan.use.ignored
+    if len(ignored) != len(places):  # wrong picks were left out, or the data are others
+        return {USED: places}
+    return {USED: places[~ignored], IGNORED: places[ignored]}

@@ -8,9 +8,12 @@ from matplotlib.colors import to_rgb
 from matplotlib.patches import PathPatch
 
 import geosurf as gs
+from geosurf.errors import InputError
+from geosurf.measure.columns import residuals
 from geosurf.render.colouring import colour_units
 from geosurf.render.picture_style import PLAIN
 from geosurf.scene.plots import fluids_on
+from geosurf.scene.shown import IGNORED, USED, data_of
 
 SMALL = (640, 400)
 
@@ -97,3 +100,26 @@ def test_scenes_of_depths_show_depths():
         labels = [text.get_text() for text in axes.get_yticklabels()]
         assert axes.get_ylabel() == shown
         assert all(label.startswith("\N{MINUS SIGN}") for label in labels) == bool(words)
+
+
+def test_residuals_of_a_torn_horizon_are_those_of_its_smear():
+    world = gs.synthetic.torn("normal", n=41, smear=2)
+    scene = gs.Scene(world.horizons, world.faults, tear=True)
+    sheet = scene.sheets["Top"]
+    parts = data_of(sheet, world.horizons["Top"], "Top", {})
+    assert sum(map(len, parts.values())) == 41 * 41
+    used, ignored = (residuals(sheet.surface, parts[key]) for key in (USED, IGNORED))
+    assert np.nanmax(np.abs(used)) < 1e-6
+    throw = np.nanmax(np.abs(sheet.cuts["F1"].throw))
+    assert 0.1 * throw < np.nanmax(np.abs(ignored)) < throw
+
+    # pictures: all data once, and a section that crosses the fault
+    figure = scene.plot.residuals("Top", size=SMALL)
+    assert any("20 m" in text.get_text() for text in figure.axes[0].texts)
+    assert scene.plot.picks("F1", size=SMALL).axes[1].get_xlim()[0] == 0.0
+    with pytest.raises(InputError, match="at is 2"):
+        scene.plot.picks("F1", at=2)
+    again = gs.Scene(scene.sheets, world.faults, scene.box)
+    with pytest.raises(InputError, match=r"data=gs\.read_horizon"):
+        again.plot.residuals("Top")
+    assert again.plot.residuals("Top", data=world.horizons["Top"], size=SMALL)
