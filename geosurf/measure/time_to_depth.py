@@ -10,6 +10,7 @@ comes back to the last digits.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -17,6 +18,8 @@ import numpy as np
 
 from geosurf.errors import GeometryError, InputError
 from geosurf.measure.columns import cross_columns, signs_of_turns, weights_at
+from geosurf.measure.locate import boundaries_of, locator_of
+from geosurf.measure.places import NAMES, well_intervals
 from geosurf.model import Patches, Units
 from geosurf.model.base import Noun, frozen
 from geosurf.model.velocity import Velocity, deeper, later
@@ -401,6 +404,45 @@ class TimeDepth(Noun):
             np.maximum.accumulate(out, axis=1, out=out)
         zone[found.foot, place] = found.below
         return seconds, depth, zone
+
+
+def velocities_at_wells(
+    patches: Patches,
+    units: Units,
+    zones: tuple[str, ...],
+    shots: Mapping[str, np.ndarray],
+    second: float,
+) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """
+    Return interval velocities at wells, by zone: places in the map (n, 2), and values (n,) [m/s].
+
+    Parameters
+    ----------
+    patches, units
+        The model in time.
+    zones : tuple of str
+    shots : mapping of str to ndarray of float64, shape (n, 4)
+        As from `checkshots_of`, from time zero down.
+    second : float
+        Seconds on the way down for each millisecond.
+    """
+    found_at: dict[str, list[tuple[float, float, float]]] = {}
+    locator, boundaries = locator_of(units), boundaries_of(patches, units)
+    for rows in shots.values():
+        path = np.column_stack([rows[:, :2], -rows[:, 3]])
+        found = well_intervals(units, path, rows[:, 2], locator, boundaries)
+        names = found.zone.values.tolist()
+        md, up = found.md.values, found.elevation.values
+        inside = [k for k, name in enumerate(names) if name]
+        for zone in dict.fromkeys(names[k] for k in inside):
+            mine = np.array([k for k in inside if names[k] == zone])
+            if zone == zones[0]:  # the model begins below the datum
+                mine = np.arange(mine[-1] + 1)
+            way, time = np.ptp(md[mine], axis=1).sum(), np.ptp(up[mine], axis=1).sum()
+            if time >= THINNEST:
+                x, y = (float(found[axis].values[mine].mean()) for axis in NAMES[:2])
+                found_at.setdefault(zone, []).append((x, y, way / (time * second)))
+    return {k: (np.array(v)[:, :2], np.array(v)[:, 2]) for k, v in found_at.items()}
 
 
 def levels_of(starts: Starts) -> list[np.ndarray]:

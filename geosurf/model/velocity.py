@@ -7,7 +7,8 @@ the other.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import os
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -21,10 +22,12 @@ from geosurf.model.lattice import Lattice
 WAYS = {"two-way": 0.0005, "one-way": 0.001}  # seconds on the way down for each millisecond
 ELSEWHERE = "elsewhere"
 DATUM = "datum"
+WELLS = "wells"
+COLUMNS = ("well", "easting", "northing", "depth", "time")
 EVEN = 1e-6  # of a cell: how far nodes of a rotated map may be off equal steps
 HOW = (
     'Write velocity={"above Top": 2000.0, "Top/Base": {"v0": 1800.0, "k": 0.6}, "elsewhere": '
-    "3000.0} in m/s; a value may be a map"
+    '3000.0} in m/s; a value may be a map, and "wells" takes checkshots'
 )
 
 
@@ -44,6 +47,11 @@ class Scaled(NamedTuple):
 
     value: Any
     factor: float
+
+
+def unscaled(value: Any) -> tuple[Any, float]:
+    """Return a velocity as users write it, and its factor."""
+    return value if isinstance(value, Scaled) else (value, 1.0)
 
 
 def scaled(velocity: Any, factors: Mapping[str, float]) -> dict[str, Any]:
@@ -146,6 +154,55 @@ class Law(Noun):
         return alike and self.k == other.k and self.base is other.base is None
 
 
+def checkshots_of(given: Any) -> dict[str, np.ndarray]:
+    """
+    Return checkshots by well, (n, 4): easting, northing, depth below sea level [m], time [ms].
+
+    Parameters
+    ----------
+    given : table, mapping of columns, or path of a CSV file
+        Columns ``well``, ``easting``, ``northing``, ``depth`` and ``time``, both positive down.
+
+    Raises
+    ------
+    InputError
+        If a column lacks, or depth and time do not rise together.
+    """
+    if isinstance(given, str | os.PathLike):
+        import pandas as pd  # loaded by those who read checkshots
+
+        try:
+            given = pd.read_csv(given)
+        except (OSError, ValueError) as error:
+            raise InputError(f"checkshots {given}: {error}. Give a CSV file.") from error
+    try:
+        columns = [np.ravel(np.asarray(given[name])) for name in COLUMNS]
+        numbers = np.stack([np.asarray(one, dtype=np.float64) for one in columns[1:]], axis=1)
+    except (KeyError, TypeError, ValueError, IndexError) as error:
+        raise InputError(
+            f"checkshots need the columns {', '.join(COLUMNS)}, of numbers but for the first "
+            f"({error})."
+        ) from error
+    found = {}
+    for well in dict.fromkeys(columns[0].tolist()):
+        rows = numbers[columns[0] == well]
+        rows = rows[np.argsort(rows[:, 3], kind="stable")]
+        if not (np.isfinite(rows).all() and (np.diff(rows[:, 2:], axis=0) > 0.0).all()):
+            raise InputError(
+                f"checkshots of well {well!r}: depth and time must rise together, each at most "
+                "once. Leave out what repeats or falls."
+            )
+        found[str(well)] = rows
+    return found
+
+
+def from_datum(rows: np.ndarray, datum: float) -> np.ndarray:
+    """Return checkshots of a well that begin at time zero."""
+    if rows[0, 3] <= 0.0:
+        return rows
+    return np.concatenate([[[*rows[0, :2], -datum, 0.0]], rows])
+
+
 def deeper(v0: np.ndarray, k: Any, depth: np.ndarray, seconds: np.ndarray) -> np.ndarray:
     """Depth [m] some seconds below a depth: v = v0 + k z along the vertical."""
     with np.errstate(all="ignore"):
@@ -198,8 +255,9 @@ class Velocity(Noun):
 
 
 def velocity_of(
-    given: Any, horizons: Sequence[str], zones: Sequence[str], open_map: Any
-) -> Velocity:
+    given: Any, horizons: Sequence[str], zones: Sequence[str], open_map: Any,
+    of_wells: Callable[[Any, float], Mapping[str, Any]] = lambda *_: {},
+) -> Velocity:  # fmt: skip
     """
     Return velocities as users write them, checked.
 
@@ -212,6 +270,8 @@ def velocity_of(
         Youngest first.
     open_map : callable
         Map and its name -> `Lattice`.
+    of_wells : callable
+        Checkshots and datum -> interval velocities at wells, by zone.
 
     Raises
     ------
@@ -226,7 +286,10 @@ def velocity_of(
     (['Top', None, None], (0, 1, 1))
     """
     entries = given if is_by_name(given) else {ELSEWHERE: given}
-    known = (*zones, *horizons, ELSEWHERE, DATUM)
+    known = (*zones, *horizons, ELSEWHERE, DATUM, WELLS)
+    datum = entries.get(DATUM, 0.0)
+    if not is_number(datum):
+        raise InputError(f"velocity: datum is {datum!r}; give the elevation at time zero [m].")
     laws: dict[str, Law] = {}
     for name, value in entries.items():
         if name not in known:
@@ -234,7 +297,7 @@ def velocity_of(
                 f"velocity names {name!r}, which is no zone and no horizon. Names are "
                 f"{known_names(known, name)}"
             )
-        if name == DATUM:
+        if name in (DATUM, WELLS):
             continue
         zone = zones[horizons.index(name)] if name in horizons and name not in zones else name
         if zone in laws:
@@ -243,15 +306,16 @@ def velocity_of(
                 "Leave one of them out."
             )
         laws[zone] = _law(value, name, None if zone == name else name, open_map)
+    shots, factor = unscaled(entries.get(WELLS))
+    at_wells = {} if shots is None else of_wells(shots, float(datum))
+    for zone, values in at_wells.items():
+        laws.setdefault(zone, Law(Field(values, factor)))
     lacking = [zone for zone in zones if zone not in laws]
     if lacking and ELSEWHERE not in laws:
         raise InputError(
             f"velocity has nothing for {known_names(lacking)} Add the zone, or a value for "
             f"{ELSEWHERE!r}."
         )
-    datum = entries.get(DATUM, 0.0)
-    if not is_number(datum):
-        raise InputError(f"velocity: datum is {datum!r}; give the elevation at time zero [m].")
     found = tuple(laws[zone] if zone in laws else laws[ELSEWHERE] for zone in zones)
     return Velocity(tuple(zones), found, float(datum))
 
@@ -264,7 +328,7 @@ def is_by_name(given: Any) -> bool:
 def _law(value: Any, name: str, base: str | None, open_map: Any) -> Law:
     """One velocity, checked."""
     what = f"velocity of {name!r}"
-    value, factor = value if isinstance(value, Scaled) else (value, 1.0)
+    value, factor = unscaled(value)
     k: Any = 0.0
     if isinstance(value, Mapping) and not hasattr(value, "dims"):
         for key in value:

@@ -19,7 +19,8 @@ from geosurf.arrangement import find_contacts
 from geosurf.conventions import counted
 from geosurf.conventions.checks import are_points
 from geosurf.conventions.crs import crs_of
-from geosurf.errors import InputError
+from geosurf.conventions.text import length_text
+from geosurf.errors import GeosurfWarning, InputError
 from geosurf.measure.places import points_of_array
 from geosurf.measure.time_to_depth import (
     Mesh,
@@ -31,16 +32,29 @@ from geosurf.measure.time_to_depth import (
     levels_of,
     mesh_of,
     starts_of,
+    velocities_at_wells,
 )
 from geosurf.model import Lattice, Sheet, TriSurface
 from geosurf.model.base import in_crs_of
 from geosurf.model.column import names_of_zones
-from geosurf.model.velocity import WAYS, Velocity, time_word, velocity_of
+from geosurf.model.velocity import (
+    WAYS,
+    WELLS,
+    Velocity,
+    checkshots_of,
+    from_datum,
+    is_by_name,
+    time_word,
+    unscaled,
+    velocity_of,
+)
 from geosurf.rebuild import patches_from, trim_sheets
 from geosurf.scene.graph import Graph
 from geosurf.scene.inputs import SceneInputs, opened_map, undeclared
 from geosurf.scene.surfaces import opened_horizon
 from geosurf.triangulate.horizon import horizon_over
+
+MET = 0.05  # m: checkshots that are met as well as they are measured
 
 Columns = tuple[Mesh, Starts, list[np.ndarray]]
 
@@ -60,7 +74,7 @@ def converted(graph: Graph, inputs: SceneInputs, time: str, in_time: bool) -> Ti
         Whether the model is in time.
     """
     memory = graph.memory
-    velocity = _velocity(graph, inputs)
+    velocity = _velocity(graph, inputs, time)
     key, columns = _columns(graph, velocity)
     second = WAYS[time]
     found: TimeDepth = memory.get_or_compute(
@@ -72,7 +86,7 @@ def converted(graph: Graph, inputs: SceneInputs, time: str, in_time: bool) -> Ti
     return found
 
 
-def _velocity(graph: Graph, inputs: SceneInputs) -> Velocity:
+def _velocity(graph: Graph, inputs: SceneInputs, time: str) -> Velocity:
     """The velocities of a scene, checked, with maps as grids."""
     horizons = tuple(graph.inputs.horizons)
     zones = tuple(names_of_zones(horizons))
@@ -81,9 +95,17 @@ def _velocity(graph: Graph, inputs: SceneInputs) -> Velocity:
         def open_map(value: Any, name: str) -> Lattice:
             return opened_map(value, name, inputs.crs)
 
-        return velocity_of(inputs.velocity, horizons, zones, open_map)
+        def of_wells(given: Any, datum: float) -> Any:
+            if inputs.time is None:
+                raise InputError(
+                    'velocity: "wells" needs horizons in time. Give velocities by zone instead.'
+                )
+            shots = {name: from_datum(rows, datum) for name, rows in checkshots_of(given).items()}
+            return velocities_at_wells(graph.patches, graph.units, zones, shots, WAYS[time])
 
-    key = ("velocity", graph.memory.hold(inputs.velocity), zones)
+        return velocity_of(inputs.velocity, horizons, zones, open_map, of_wells)
+
+    key = ("velocity", graph.memory.hold(inputs.velocity), zones, time, graph.units_key)
     return graph.memory.stored_for(inputs.velocity, key, run)
 
 
@@ -257,9 +279,35 @@ def plain_in_depth(given: Graph, built: Graph, inputs: SceneInputs) -> Graph:
     inputs : SceneInputs
     """
     made = converted_inputs(given, built, inputs, str(inputs.time), to_depth=True)
+    given.memory.warn(*_warnings_of_wells(built, inputs))
     plain = Graph(made, given.memory)
     plain.known_regions, plain.converted_from = given.known_regions, built
     return plain
+
+
+def _warnings_of_wells(built: Graph, inputs: SceneInputs) -> list[GeosurfWarning]:
+    """How far checkshots are from the model, where they give its velocities."""
+    entries = inputs.velocity if is_by_name(inputs.velocity) else {}
+    given, _ = unscaled(entries.get(WELLS))
+    if given is None:
+        return []
+    shots = checkshots_of(given)
+    rows = np.concatenate([*shots.values()])
+    names = [name for name, some in shots.items() for _ in some]
+    pair = converted(built, inputs, str(inputs.time), True)
+    off = pair.convert(np.column_stack([rows[:, :2], -rows[:, 3]]), True)[:, 2] + rows[:, 2]
+    k = int(np.abs(off).argmax())
+    if abs(off[k]) < MET:
+        return []
+    worst = f"{length_text(abs(off[k]))} (well {names[k]!r}, {rows[k, 2]:.0f} m deep)"
+    words = (
+        f"Interval velocities of {counted(len(shots), 'well')} stand for "
+        f"{counted(len(rows), 'checkshot')}. The model misses these by up to {worst}; the root "
+        f"mean square is {length_text(float(np.sqrt((off**2).mean())))}."
+    )
+    remedy = "Give zones where it is large v0 and k, a map, or more horizons."
+    place = (rows[k, 0], rows[k, 1], -rows[k, 2])
+    return [GeosurfWarning("velocity", WELLS, words, remedy, place)]
 
 
 def inputs_in_time(

@@ -256,3 +256,34 @@ def test_velocities_vary_in_an_ensemble_and_stay_in_its_box() -> None:
         some = found.data.zone == "Top/Base"
         volume = found.data.bulk.sel(realisation=row, unit=some.values).sum().item()
         assert volume == pytest.approx(one.volumes.sum().item(), rel=1e-9)
+
+
+def test_checkshots_of_wells_give_velocities_and_state_their_misfit() -> None:
+    levels = {"Top": -2000.0, "Base": -2120.0}
+
+    def shots(bend: float) -> dict[str, list[Any]]:
+        """Wells at both sides of the fault: 2200 and 2230 m/s to Top, then 3000 and 3040 m/s."""
+        rows: list[tuple[Any, ...]] = []
+        for well, x, top, above, below in (
+            ("W-1", 600.0, 2070.0, 2200.0, 3000.0), ("W-2", 3400.0, 2010.0, 2230.0, 3040.0),
+        ):  # fmt: skip
+            for t in (500.0, 1000.0, 1500.0, top, top + 50.0, top + 110.0):
+                way = above * min(t, top) / 2000.0 + below * max(t - top, 0.0) / 2000.0
+                rows.append((well, x, 1000.0, way + bend * np.sin(np.pi * t / top), t))
+        names = ("well", "easting", "northing", "depth", "time")
+        return {name: [row[k] for row in rows] for k, name in enumerate(names)}
+
+    velocity = {"wells": shots(0.0), "below Base": 3500.0}
+    scene = in_time(2000.0, levels, velocity=velocity, box=None)
+    well = shots(0.0)
+    places = np.column_stack([well["easting"], well["northing"], -np.array(well["time"])])
+    np.testing.assert_allclose(
+        scene.to_depth(places)[:, 2], -np.array(well["depth"]), rtol=0, atol=1e-6
+    )
+    bent = scene.replace(velocity=velocity | {"wells": shots(7.0)})
+    with pytest.warns(gs.errors.GeosurfWarning, match="misses these by up to 7 m"):
+        _ = bent.units
+    assert scene.warnings == ()
+    wrong = well | {"time": [1.0] * 12}
+    with pytest.raises(gs.errors.InputError, match="rise together"):
+        _ = scene.replace(velocity=velocity | {"wells": wrong}).units
