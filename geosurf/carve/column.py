@@ -497,6 +497,7 @@ def reservoir_of(zones: Sequence[str], reservoir: Any = None) -> tuple[str, ...]
 
     Examples
     --------
+    >>> from geosurf.model.column import names_of_zones
     >>> zones = names_of_zones(["Top", "Middle", "Base"])
     >>> reservoir_of(zones), reservoir_of(zones, ["Middle/Base"])
     (('Top/Middle', 'Middle/Base'), ('Middle/Base',))

@@ -56,6 +56,16 @@ def torn() -> dict[str, Any]:
     return {"horizons": horizons, "faults": faults, "box": worlds.BOX, "tear": {"W": 2}}
 
 
+def in_time() -> dict[str, Any]:
+    """Two horizons and a fault in milliseconds, and their velocities."""
+    horizons = {name: one.copy() for name, one in worlds.uneven_horizons().items()}
+    for one in horizons.values():
+        one.attrs["units"] = "ms"
+    faults = {"W": worlds.faults()["W"]}
+    words = {"time": "two-way", "velocity": {"elsewhere": 2000.0}, "length_unit": "ms"}
+    return {"horizons": horizons, "faults": faults, **words}
+
+
 def raised(data: xr.DataArray) -> xr.DataArray:
     return data + xr.zeros_like(data).where(data.easting < 3000.0, 4.0)
 
@@ -90,6 +100,9 @@ CHANGES: dict[str, tuple[Any, Any, bool]] = {
     "compartments": (start, {"E": "boundary"}, True),
     "crs": (start, "EPSG:23031", True),
     "reservoir": (start, ["Middle/Base"], True),
+    "time": (in_time, "one-way", True),
+    "velocity": (in_time, {"elsewhere": {"v0": 1800.0, "k": 0.4}}, True),
+    "zones": (start, {"Extra": {"below": "Base", "thickness": 20.0}}, True),
     "regions": (start, {"All": [[-1e6, -1e6], [1e7, -1e6], [1e7, 1e8], [-1e6, 1e8]]}, True),
 }
 
