@@ -33,6 +33,8 @@ from geosurf.synthetic.hills import _WAVY_BOX as WAVES_BOX
 from geosurf.synthetic.hills import _east_of
 from geosurf.synthetic.hills import _wavy_height as _height
 
+pytestmark = pytest.mark.long
+
 PNG = b"\x89PNG\r\n\x1a\n"
 
 

@@ -6,6 +6,10 @@ import os
 import subprocess
 import sys
 
+import pytest
+
+pytestmark = pytest.mark.long  # of the compile machinery: an edit of kernels, not of the model
+
 SAID = """
 import gc
 from geosurf.kernels.meshes import (mesh)

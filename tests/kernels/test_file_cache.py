@@ -11,6 +11,8 @@ from geosurf.errors import GeosurfWarning
 from geosurf.kernels.compile import file_cache
 from geosurf.kernels.compile.file_cache import Store, cache_folder
 
+pytestmark = pytest.mark.long  # of the compile machinery: an edit of kernels, not of the model
+
 NAME, PAYLOAD = "mesh.weld-1.nbc", bytes(range(256)) * 3
 posix = pytest.mark.skipif(not hasattr(os, "getuid"), reason="permissions are of POSIX")
 

@@ -28,6 +28,8 @@ from geosurf.kernels.compile.platforms import PLATFORMS, platform_name
 from tests.kernels import frozen
 from tests.kernels.tiny import basic
 
+pytestmark = pytest.mark.long  # of the compile machinery: an edit of kernels, not of the model
+
 ROOT = Path(__file__).resolve().parents[2]
 TINY = "tests.kernels.tiny"
 STAMP = stamp_of(frozen.folder_of(TINY))

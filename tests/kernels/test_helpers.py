@@ -15,6 +15,8 @@ from geosurf.kernels.compile import helpers  # noqa: E402
 from geosurf.kernels.compile.helpers import Helper, HelperLibrary, below, entry_dispatcher  # noqa: E402
 from geosurf.kernels.compile.sources import ROOT, kernel_files  # noqa: E402
 
+pytestmark = pytest.mark.long  # of the compile machinery: an edit of kernels, not of the model
+
 
 def half(x):
     return 0.5 * x if x >= 0.0 else -0.5 * x

@@ -13,6 +13,8 @@ import pytest
 from geosurf.kernels.compile.freeze import _forget_time
 from geosurf.kernels.compile.platforms import PLATFORMS
 
+pytestmark = pytest.mark.long  # of the compile machinery: an edit of kernels, not of the model
+
 ROOT = Path(__file__).resolve().parents[2]
 # a * b + c, which a processor with fused multiply-add could round once instead of twice
 _MODULE = """

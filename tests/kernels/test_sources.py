@@ -1,6 +1,10 @@
 """Where the sources of kernels lie."""
 
+import pytest
+
 from geosurf.kernels.compile.sources import ROOT, file_of, kernel_files, module_of
+
+pytestmark = pytest.mark.long  # of the compile machinery: an edit of kernels, not of the model
 
 
 def test_no_two_kernel_files_have_one_name() -> None:
