@@ -406,6 +406,47 @@ class TimeDepth(Noun):
         return seconds, depth, zone
 
 
+def shadowed(
+    mesh: Mesh, groups: tuple[int, ...], points: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """
+    Return points below a fault, where their column runs through rock of its other side.
+
+    Only if a boundary of velocity is there, or is the fault: elsewhere it makes no difference.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    groups : tuple of int
+        Of each zone: zones of one group have the same velocity.
+    points : ndarray of float64, shape (n, 3)
+        Local.
+
+    Returns
+    -------
+    rows : ndarray of int64, shape (k,)
+    corners, weights : ndarray (k, 3)
+        Of the triangle of the fault straight above: its vertices, and how much each counts.
+    """
+    none = np.empty(0, np.int64), np.empty((0, 3), np.int64), np.empty((0, 3))
+    t = mesh.triangles[(mesh.horizon < 0) & (mesh.facing != 0)]
+    if len(set(groups)) < 2 or not len(t):
+        return none
+    feet = np.ascontiguousarray(points[:, :2])
+    found = cross_columns(mesh.local, t, feet, mesh.local[t.ravel(), :2].mean(axis=0))
+    away = found.elevation - points[found.foot, 2]
+    highest = np.full(len(points), -np.inf)
+    boundaries = crossings_of(mesh, groups, feet)
+    np.maximum.at(highest, boundaries.foot, boundaries.up)
+    is_other = highest[found.foot] >= found.elevation
+    near = np.flatnonzero((away > 0.0) & is_other)
+    near = near[np.lexsort((found.triangle[near], away[near], found.foot[near]))]
+    rows, first = np.unique(found.foot[near], return_index=True)
+    corners = t[found.triangle[near[first]]]
+    weights = weights_at(mesh.local[corners], feet[rows])
+    return rows, corners, weights / weights.sum(axis=1)[:, None]
+
+
 def velocities_at_wells(
     patches: Patches,
     units: Units,

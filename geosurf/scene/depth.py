@@ -31,6 +31,7 @@ from geosurf.measure.time_to_depth import (
     divided,
     levels_of,
     mesh_of,
+    shadowed,
     starts_of,
     velocities_at_wells,
 )
@@ -154,11 +155,28 @@ def converted_inputs(
     InputError
         For a sheet, which is torn already.
     """
-    memory, mesh = given.memory, converted(built, inputs, time, to_depth).mesh
+    memory, pair = given.memory, converted(built, inputs, time, to_depth)
+    mesh = pair.mesh
 
     def carried(points: np.ndarray, content: Hashable) -> np.ndarray:
         """Points in the other domain."""
         return carried_points(built, inputs, points, content, time, to_depth=to_depth)
+
+    def on_own_side(
+        carry: Callable[[np.ndarray], np.ndarray], points: np.ndarray, content: Hashable
+    ) -> np.ndarray:
+        """Points in the other domain; those in another side's column lie on the fault.
+
+        There the tear ignores them, and each wall continues what has its own column.
+        """
+        groups = pair.velocity.groups
+        rows, corners, weights = memory.stored_for(
+            mesh, ("shadowed", groups, content),
+            lambda: shadowed(mesh, groups, points - mesh.origin),
+        )  # fmt: skip
+        found = carry(points)
+        found[rows, 2] = (weights * pair.up[corners]).sum(axis=1)
+        return found
 
     horizons = {}
     for name, value in given.inputs.horizons.items():
@@ -170,6 +188,8 @@ def converted_inputs(
         content = ("horizon", name, given.read.content(name, value), given.inputs.options)
         data = data_of(given, name, value)
         carry = partial(carried, content=str(content))
+        if given.inputs.tear is not None:
+            carry = partial(on_own_side, carry, content=str(content))
         horizons[name] = moved_horizon(data, name, carry, "m" if to_depth else "ms")
     faults = {}
     for name in given.inputs.faults:

@@ -122,6 +122,17 @@ def test_each_wall_of_a_vertical_fault_has_the_velocities_of_its_own_side() -> N
     assert scene.throw("Base", "F1").throw.values == pytest.approx(DROP)
 
 
+@pytest.mark.parametrize("base", [-2120.0, -2300.0, -2500.0])
+def test_where_a_fault_puts_fast_beside_slow_each_wall_has_its_own_column(base: float) -> None:
+    velocity = {"above Top": 2200.0, "Top/Base": 3000.0, "below Base": 3500.0}
+    words = {"velocity": velocity, "box": (*BOX[:4], -3600.0, -1500.0)}
+    scene = in_time(2000.0, {"Top": -2000.0, "Base": base}, **words)
+    for side, drop in (("-", 0.0), ("+", DROP)):
+        x, _, z = np.concatenate(scene.cutoffs("Base", "F1", side)).T
+        top = -2000.0 - drop + SLOPE * (x - 2000.0)
+        np.testing.assert_allclose(z, 1.1 * top + 1.5 * (base + 2000.0), rtol=0, atol=0.2)
+
+
 def test_below_a_dipping_fault_lines_run_through_the_rock_above_it() -> None:
     velocity = {"above Top": 2000.0, "Top/Base": 4000.0, "below Base": 3000.0}
     x, triangles = fault()
