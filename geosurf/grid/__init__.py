@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from geosurf.conventions import is_number
+import numpy as np
+
+from geosurf.conventions import is_number, volume_text
 from geosurf.conventions.running import running
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.grid.build import (
@@ -17,7 +19,7 @@ from geosurf.grid.build import (
     model_of,
     pillars_along_faults,
 )
-from geosurf.grid.follow import balanced
+from geosurf.grid.follow import FEW, balanced
 from geosurf.grid.multipliers import fault_multipliers
 from geosurf.grid.pillars import Pillars, layers_of, vertical_pillars
 from geosurf.model.base import in_crs_of
@@ -108,9 +110,9 @@ def build_grid(
     lattice = lattice_over(scene.units.box, scene.aoi, cell, angle)
     model = model_of(scene, lattice, list(chosen))
 
-    def gridded(pillars: Pillars) -> CornerPointGrid:
+    def gridded(pillars: Pillars, thicker: np.ndarray | float = 1.0) -> CornerPointGrid:
         columns = columns_of(model, pillars)
-        return assemble(columns, pillars, chosen, float(min_thickness), steps, zones)
+        return assemble(columns, pillars, chosen, float(min_thickness), steps, zones, thicker)
 
     steps: dict[str, tuple[int, int]] = {}
     if min_dip is None:
@@ -122,6 +124,8 @@ def build_grid(
     for name, (step, n) in steps.items():
         if step:
             warn(warning_of_steps(name, step, n, lattice.cell))
+    for volumes in warnings_of_volumes(grid):
+        warn(volumes)
     return in_crs_of(grid, [scene.units])
 
 
@@ -134,3 +138,33 @@ def warning_of_steps(fault: str, step: int, n: int, cell: Any) -> GeosurfWarning
         f"follow it: blocks end up to half a cell ({0.5 * float(max(cell)):.0f} m) from it.",
         "Choose smaller cells, or a smaller min_dip= where it dips too gently.",
     )
+
+
+PROMISED = 1e-3  # of the volume of a unit
+LISTED = 3
+
+
+def warnings_of_volumes(grid: CornerPointGrid) -> list[GeosurfWarning]:
+    """Return the warning of units whose volume the grid misses, with the worst; none if all fit."""
+    volume = grid.table.volume.values
+    off = volume / grid.exact - 1.0
+    large = grid.columns_of_units > FEW
+    wrong = np.flatnonzero(large & (np.abs(off) > PROMISED))
+    if not len(wrong):
+        return []
+    rows = [
+        f"{grid.unit_names[k][0]!r} in {grid.unit_regions[k] or grid.unit_names[k][1]!r} has "
+        f"{volume_text(volume[k])} instead of {volume_text(grid.exact[k])} ({100 * off[k]:+.2f} %)"
+        for k in wrong[np.argsort(-np.abs(off[wrong]), kind="stable")][:LISTED].tolist()
+    ]
+    more = len(wrong) - len(rows)
+    return [
+        GeosurfWarning(
+            "grid volume",
+            grid.unit_names[wrong[0]][0],
+            f"{len(wrong)} of {int(large.sum())} zones in blocks of more than {FEW:.0f} columns "
+            f"miss their volume by more than {100 * PROMISED:g} %: {'; '.join(rows)}"
+            f"{f'; and {more} more' if more else ''}.",
+            "Choose smaller cells. grid.table lists all volumes.",
+        )
+    ]

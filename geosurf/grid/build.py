@@ -19,6 +19,7 @@ from geosurf.grid.follow import follow_faults
 from geosurf.grid.pillars import Layers, Pillars, vertical_pillars
 from geosurf.measure.columns import cross_columns
 from geosurf.model import TriSurface, Units
+from geosurf.model.column import virtual_name
 from geosurf.model.grids import CornerPointGrid, GridFaces
 
 SMOOTH = 5  # columns over which the middle of the grid is averaged
@@ -61,7 +62,9 @@ class Model:
     shells : list of Shell
         Units of the zones of the grid, before pillars are made vertical.
     faults : dict of str to (ndarray, ndarray)
-        Vertices and triangles.
+        Vertices and triangles, those of virtual walls last.
+    fault_names : tuple of str
+        Without virtual walls, through which all flows.
     outline : ndarray of float64, shape (n, 2)
         Of the area.
     units : list of (str, str)
@@ -76,6 +79,7 @@ class Model:
     lattice: ArealLattice
     shells: list[Shell]
     faults: dict[str, tuple[np.ndarray, np.ndarray]]
+    fault_names: tuple[str, ...]
     outline: np.ndarray
     units: list[tuple[str, str]]
     exact: np.ndarray
@@ -133,14 +137,16 @@ def model_of(scene: GriddedModel, lattice: ArealLattice, zones: list[str]) -> Mo
     w, e, s, n = scene.units.box[:4]
     ring = np.array([[w, s], [e, s], [e, n], [w, n]]) if scene.aoi is None else scene.aoi
     faults = {}
-    for name in scene.fault_names:
+    known = mine[0].surface_names
+    walls = [name for name in map(virtual_name, scene.fault_names) if name in known]
+    for name in (*scene.fault_names, *walls):
         one = scene.surface(name)
         faults[name] = (to_lattice(one.vertices, np.zeros(3)), one.triangles)
     outline = lattice.to_lattice(ring - lattice.corner)
     regions = {(unit.zone, unit.block): unit.region for unit in mine}
     return Model(
-        lattice, shells, faults, outline, units, np.array(exact), [regions[one] for one in units],
-        list(range(len(zones))),
+        lattice, shells, faults, scene.fault_names, outline, units, np.array(exact),
+        [regions[one] for one in units], list(range(len(zones))),
     )  # fmt: skip
 
 
@@ -245,17 +251,20 @@ def pillars_along_faults(
     reach = np.maximum(above, level - np.min(around_nodes(base), axis=0)) + 1.0
     cell = model.lattice.cell
     pillars, follows, counts = follow_faults(faults, between, level, reach, cell, min_dip)
-    rows = zip(model.faults, counts.tolist(), strict=True)
+    rows = zip(model.fault_names, counts.tolist(), strict=False)
     return pillars, follows, {name: (step, n) for name, (step, n) in rows if n}
 
 
-def corners_of(columns: Columns, between: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+def corners_of(
+    columns: Columns, between: tuple[np.ndarray, np.ndarray], thicker: np.ndarray | float
+) -> np.ndarray:
     """Top and thicknesses at the corners of all columns, (ny, nx, 2, 2, 1 + n_zone)."""
     samples = columns.filled.copy()
     same = own_side(columns.faults, columns.middles.mean(axis=0), columns.used)
     samples[..., :1] = at_corners.filled(samples[..., :1], same)
     found = at_corners.to_corners(np.moveaxis(samples, -1, 2))
     found[:, :, 1:] = at_corners.limited(found[:, :, 1:])
+    found[:, :, 1:] *= thicker
     found = np.moveaxis(found, 2, -1)
 
     # columns that no fault parts at any level share their corners
@@ -291,11 +300,12 @@ def assemble(
     min_thickness: float,
     stair_steps: dict[str, tuple[int, int]],
     zones_of_model: Sequence[str],
+    thicker: np.ndarray | float = 1.0,
 ) -> CornerPointGrid:
-    """Make the cells of a grid."""
+    """Make the cells of a grid; beside faults and outlines, zones are so much thicker."""
     model = columns.model
     between = faults_between(columns.faults, columns.middles, columns.used)
-    found = corners_of(columns, between)
+    found = corners_of(columns, between, thicker)
     ny, nx = columns.used.shape
 
     # boundaries of layers, zone by zone from the top down
@@ -331,8 +341,8 @@ def assemble(
         block=block_of[unit],
         unit=unit, zone_names=tuple(names), block_names=tuple(blocks),
         unit_names=tuple(model.units), unit_regions=tuple(model.regions),
-        fault_names=tuple(model.faults),
-        faces=faces, exact=model.exact,
+        fault_names=model.fault_names,
+        faces=faces.among(len(model.fault_names)), exact=model.exact,
         stair_steps=stair_steps, zones_of_model=tuple(zones_of_model),
     )  # fmt: skip
 

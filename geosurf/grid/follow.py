@@ -5,9 +5,9 @@ the fault and tilt down its dip. All others follow smoothly, and less with dista
 would cross, those next to it give way until no cell is folded: the fault is a stair-step there.
 
 A grid rounds a block to whole columns: the trace of a fault becomes a polyline through pillars, and
-the outline of the model a stair. What a block gains or loses so is the same along each boundary
-as a step of all its pillars to one side, by some metres. That step and a tilt are found here, for
-each boundary between two blocks, from the differences of volumes.
+the outline of the model a stair. What a block gains or loses so, its pillars give
+back here: those at boundaries between blocks move and tilt by some metres, all as little as the
+differences of volumes allow.
 """
 
 from __future__ import annotations
@@ -268,27 +268,29 @@ class _Spread:
         return free, splu(matrix).solve
 
 
-BALANCE_ROUNDS = 3  # of a new grid
+BALANCE_ROUNDS = 4  # of a new grid
 WIDER = 6  # times that more pillars around a cell that is inside out become parallel
-ENOUGH = 1e-3  # difference of a unit that is left as it is
-GOOD = 5e-4  # of the volume of a unit: weighs as much as a move by MOVE
-MOVE = 0.02  # of a cell
+ENOUGH = 4e-3  # difference of a unit that pillars leave to thicknesses
+CLOSE = 5e-4  # difference of a unit that is left as it is
+GOOD = 5e-4  # of the volume of a unit: weighs as much as a move of one pillar by MOVE
+MOVE = 0.1  # of a cell
 MOST_MOVE = 0.25  # of a cell, of one pillar
 HALVINGS = 6  # of moves that fold a cell
+THICKENINGS = 4  # of a new grid
+MOST_THICKER = 0.05  # of a zone, beside faults
+USUAL_GAIN, LEAST_GAIN = 0.5, 0.02  # of a unit: as if that much of it were beside faults
 FEW = 10.0  # columns: differences of smaller units weigh less
-Faces = list[dict[tuple[int, int], tuple[int, ...]]]
 
 
 def misfits(grid: CornerPointGrid) -> np.ndarray:
     """Difference of the volume of each unit from that of the model, as a share of it.
 
-    Of units that are smaller than `FEW` columns, as a share of these.
+    Units smaller than `FEW` columns count less, by the square: cells cannot follow them.
     """
     table = grid.table
     exact, volume = table.exact.values, table.volume.values
-    columns = grid.actnum.any(axis=0).sum()
-    of_zone = np.array([exact[(table.zone == name).values].sum() for name in table.zone.values])
-    found: np.ndarray = (exact - volume) / np.maximum(exact, FEW * of_zone / max(columns, 1))
+    few = FEW / np.maximum(grid.columns_of_units, 1e-9)
+    found: np.ndarray = (exact - volume) / (exact * np.maximum(few, 1.0) ** 2)
     return found
 
 
@@ -328,10 +330,7 @@ def _parallel_around(pillars: Pillars, columns: np.ndarray) -> Pillars:
 
 
 def balanced(
-    gridded: Callable[[Pillars], CornerPointGrid],
-    pillars: Pillars,
-    follows: np.ndarray,
-    cell: np.ndarray,
+    gridded: Callable[..., CornerPointGrid], pillars: Pillars, follows: np.ndarray, cell: np.ndarray
 ) -> CornerPointGrid:
     """
     Return the grid whose units are nearest to the volumes of the model.
@@ -339,7 +338,7 @@ def balanced(
     Parameters
     ----------
     gridded : callable
-        Makes the grid between pillars.
+        Makes the grid between pillars, and with thicker zones in columns.
     pillars : Pillars
     follows : ndarray of bool, shape (ny + 1, nx + 1)
         Pillars that follow a fault: only these tilt.
@@ -351,52 +350,89 @@ def balanced(
     CornerPointGrid
     """
     pillars, best = _without_twists(gridded, pillars)
-    worst = np.abs(misfits(best)).max(initial=0.0)
+    left, share = misfits(best), 1.0
     for _ in range(BALANCE_ROUNDS):
-        if worst <= ENOUGH:
+        if np.abs(left).max(initial=0.0) <= ENOUGH:
             break
-        pillars = _moved(best, pillars, follows, cell)
-        grid = gridded(pillars)
-        left = np.abs(misfits(grid)).max(initial=0.0)
-        if left >= worst or grid.inside_out.any():
+        moved, grid = _without_twists(gridded, _moved(best, pillars, follows, cell, share))
+        now = misfits(grid)
+        better = (now**2).sum() < (left**2).sum() and not grid.inside_out.any()
+        if better:
+            pillars, best, left = moved, grid, now
+        share = min(2.0 * share, 1.0) if better else 0.25 * share
+    return _thickened(gridded, pillars, best)
+
+
+def _thickened(
+    gridded: Callable[..., CornerPointGrid], pillars: Pillars, grid: CornerPointGrid
+) -> CornerPointGrid:
+    """Give what pillars leave to the thickness of cells beside faults and outlines.
+
+    All other corners are on the horizons, and stay there.
+    """
+    many = grid.columns_of_units >= FEW
+    left, size = np.where(many, misfits(grid), 0.0), np.zeros(len(many))
+    gain = np.full(len(many), USUAL_GAIN)
+    for _ in range(THICKENINGS):
+        if np.abs(left).max(initial=0.0) <= CLOSE:
             break
-        best, worst = grid, left
-    return best
+        step = np.clip(size + left / gain, -MOST_THICKER, MOST_THICKER) - size
+        thicker = gridded(pillars, 1.0 + _of_columns(grid, size + step))
+        now = np.where(many, misfits(thicker), 0.0)
+        if thicker.inside_out.any() or (now**2).sum() >= (left**2).sum():
+            break
+
+        # how much of a unit is beside faults shows in what it answers
+        told = np.abs(step) > CLOSE
+        share = (left - now)[told] / step[told]
+        gain[told] = np.clip(share, LEAST_GAIN, 1.0)
+        grid, left, size = thicker, now, size + step
+    return grid
+
+
+def _of_columns(grid: CornerPointGrid, values: np.ndarray) -> np.ndarray:
+    """Values of units in the columns in which most of a zone is in one, (ny, nx, n_zone, 1, 1)."""
+    zone = np.array([grid.zone_names.index(name) for name, _ in grid.unit_names])
+    out = np.zeros((*grid.shape[1:], len(grid.zone_names), 1, 1))
+    for k in range(len(grid.zone_names)):
+        of_unit = [(grid.unit == u).sum(axis=0) for u in np.flatnonzero(zone == k)]
+        if of_unit:
+            most = np.argmax(of_unit, axis=0)
+            out[:, :, k, 0, 0] = np.where(np.any(of_unit, axis=0), values[zone == k][most], 0.0)
+    return out
 
 
 def _moved(
-    grid: CornerPointGrid, pillars: Pillars, follows: np.ndarray, cell: np.ndarray
+    grid: CornerPointGrid, pillars: Pillars, follows: np.ndarray, cell: np.ndarray, share: float
 ) -> Pillars:
-    """Pillars that bring the volumes of units nearer to those of the model."""
-    block = _block_of_columns(grid)
-    boundaries = _boundaries(block, _faults_of_faces(grid), cell)
-    if not boundaries:
-        return pillars
+    """Pillars that bring the volumes of units nearer to those of the model, by a share of it.
 
-    # each boundary has two unknowns: metres to one side, and metres more at the upper end
-    ways = []
-    for way in boundaries:
-        ways.append((way, np.zeros_like(way)))
-        tilt = way * (follows / pillars.reach)[..., None]
-        if tilt.any():
-            ways.append((np.zeros_like(way), tilt))
-    weight = misfits(grid), grid.exact
-    size = np.where(weight[0] != 0.0, (grid.exact - grid.table.volume.values) / weight[0], 1.0)
-    rates = np.stack([_rates(grid, pillars, one, cell) for one in ways], axis=1) / size[:, None]
+    Each pillar at a boundary has four unknowns: metres to the east and north, and more of both at
+    the upper end. Of all moves that balance the units, the least squares are least.
+    """
+    block = np.pad(_block_of_columns(grid), 1, mode="edge")
+    around = [block[:-1, :-1], block[1:, :-1], block[:-1, 1:], block[1:, 1:]]
+    j, i = np.nonzero(np.max(around, axis=0) != np.min(around, axis=0))
+    wrong = misfits(grid)
+    size = np.where(wrong != 0.0, (grid.exact - grid.table.volume.values) / wrong, 1.0)
+    rates = _rates(grid, pillars, (j, i), cell)
 
-    # differences of volumes against moves: the smallest sum of squares of both
-    rows = np.concatenate([rates / GOOD, np.eye(len(ways)) / (MOVE * float(cell.mean()))])
-    goal = np.concatenate([weight[0] / GOOD, np.zeros(len(ways))])
-    step = np.linalg.lstsq(rows, goal, rcond=None)[0]
-    shift = sum((s * one[0] for s, one in zip(step, ways, strict=True)), np.zeros_like(ways[0][0]))
-    slope = sum((s * one[1] for s, one in zip(step, ways, strict=True)), np.zeros_like(shift))
-    most = float((np.abs(shift) + np.abs(slope) * pillars.reach[..., None]).max())
-    share = min(1.0, MOST_MOVE / most) if most else 0.0
+    # across the rim none moves, and only pillars along faults tilt
+    ny, nx = block.shape[0] - 2, block.shape[1] - 2
+    rates[:, (i == 0) | (i == nx), :, 0] = 0.0
+    rates[:, (j == 0) | (j == ny), :, 1] = 0.0
+    rates[:, ~follows[j, i], 1] = 0.0
+    rows = rates.reshape(len(wrong), -1) / size[:, None]
+    damping = (GOOD / (MOVE * float(cell.mean()))) ** 2
+    step = rows.T @ np.linalg.solve(rows @ rows.T + damping * np.eye(len(rows)), wrong)
+    step = step.reshape(-1, 2, 2) / cell
+    most = float(np.abs(step).sum(axis=1).max(initial=0.0))
+    share *= min(1.0, MOST_MOVE / most) if most else 0.0
     for _ in range(HALVINGS):
-        moved = replace(
-            pillars, shift=pillars.shift + share * shift, slope=pillars.slope + share * slope
-        )
-        moved = unfolded(moved)
+        shift, slope = pillars.shift.copy(), pillars.slope.copy()
+        shift[j, i] += share * step[:, 0]
+        slope[j, i] += share * step[:, 1] / pillars.reach[j, i][:, None]
+        moved = unfolded(replace(pillars, shift=shift, slope=slope))
         if not folded(moved).any():
             return moved
         share *= 0.5
@@ -412,63 +448,21 @@ def _block_of_columns(grid: CornerPointGrid) -> np.ndarray:
     return np.where(share.any(axis=0), share.argmax(axis=0), -1)
 
 
-def _faults_of_faces(grid: CornerPointGrid) -> Faces:
-    """Faults between columns, by J and I of the first one, for both axes."""
-    found: Faces = [{}, {}, {}]
-    faces = grid.faces
-    for fault, axis, (i, j) in zip(
-        faces.fault.tolist(), faces.axis.tolist(), faces.column.tolist(), strict=True
-    ):
-        before = found[axis].get((j, i), ())
-        found[axis][j, i] = before if fault in before else (*before, fault)
-    return found
-
-
-def _boundaries(block: np.ndarray, faults: Faces, cell: np.ndarray) -> list[np.ndarray]:
-    """Moves by one metre of the pillars of each boundary, each (ny + 1, nx + 1, 2) [cells / m].
-
-    A boundary has the same two blocks on its sides, and the same faults.
-    """
-    found: dict[tuple[int, ...], np.ndarray] = {}
-    ny, nx = block.shape
-    for axis in range(2):
-        n = (slice(None), slice(-1)) if axis == 0 else (slice(-1), slice(None))
-        m = (slice(None), slice(1, None)) if axis == 0 else (slice(1, None), slice(None))
-        a, b = block[n], block[m]
-        for j, i in np.argwhere(a != b).tolist():
-            ends = (int(a[j, i]), int(b[j, i]))
-            key = (*sorted(ends), *faults[axis].get((j, i), ()))
-            way = found.setdefault(key, np.zeros((ny + 1, nx + 1, 2)))
-            up = 1.0 if ends[0] < ends[1] else -1.0
-            nodes = ((j, i + 1), (j + 1, i + 1)) if axis == 0 else ((j + 1, i), (j + 1, i + 1))
-            for node in nodes:
-                way[(*node, axis)] += up * cell[1 - axis]
-    for way in found.values():
-        # on the rim along the rim; one metre long
-        way[:, [0, -1], 0] = 0.0
-        way[[0, -1], :, 1] = 0.0
-        length = np.hypot(way[..., 0], way[..., 1])[..., None]
-        way /= np.where(length > 0.0, length, 1.0) * cell
-    return [way for way in found.values() if way.any()]
-
-
 def _rates(
-    grid: CornerPointGrid, pillars: Pillars, way: tuple[np.ndarray, np.ndarray], cell: np.ndarray
+    grid: CornerPointGrid, pillars: Pillars, at: tuple[np.ndarray, np.ndarray], cell: np.ndarray
 ) -> np.ndarray:
-    """Change of the volume of each unit for a unit of a move, (n_unit,) [m3]."""
-    shift, slope = way
-    j, i = np.nonzero((shift != 0.0).any(axis=-1) | (slope != 0.0).any(axis=-1))
+    """Change of the volume of units by moves and tilts of pillars, (n_unit, n, 2, 2) [m2]."""
+    j, i = at
     ny, nx = grid.shape[1:]
-    out = np.zeros(len(grid.unit_names))
+    out = np.zeros((len(grid.unit_names), len(j), 2, 2))
     node = np.stack(np.meshgrid(np.arange(nx + 1), np.arange(ny + 1)), axis=-1)
     for m, k in CORNERS:
         # the columns of which these nodes are the corner m, k
-        jj, ii = j - m, i - k
-        here = (jj >= 0) & (jj < ny) & (ii >= 0) & (ii < nx)
-        jj, ii, at = jj[here], ii[here], (j[here], i[here])
+        rows = np.flatnonzero((j >= m) & (j - m < ny) & (i >= k) & (i - k < nx))
+        jj, ii, here = j[rows] - m, i[rows] - k, (j[rows], i[rows])
         z = grid.levels[:, jj, ii].mean(axis=(-1, -2))
         thick, middle = -np.diff(z, axis=0), 0.5 * (z[1:] + z[:-1])
-        up = middle - pillars.level[at]
+        up = middle - pillars.level[here]
 
         # the area of a quadrilateral changes by half the diagonal across the moved corner
         before, after = ((jj + m, ii + 1 - k), (jj + 1 - m, ii + k))
@@ -477,9 +471,9 @@ def _rates(
             turn * 0.5 * ((node + pillars.shift)[before] - (node + pillars.shift)[after])
             + turn * 0.5 * (pillars.slope[before] - pillars.slope[after]) * up[..., None]
         )
-        move = shift[at] + slope[at] * up[..., None]
-        area = (across[..., 1] * move[..., 0] - across[..., 0] * move[..., 1]) * cell.prod()
+        move = np.stack([across[..., 1], -across[..., 0]], axis=-1) * cell[::-1] * thick[..., None]
+        both = np.stack([move, move * (up / pillars.reach[here])[..., None]], axis=-2)
         unit = grid.unit[:, jj, ii]
         live = unit >= 0
-        out += np.bincount(unit[live], (area * thick)[live], minlength=len(out))
+        np.add.at(out, (unit[live], np.broadcast_to(rows, unit.shape)[live]), both[live])
     return out

@@ -43,6 +43,11 @@ class GridFaces:
     def __len__(self) -> int:
         return len(self.fault)
 
+    def among(self, n: int) -> GridFaces:
+        """Return the faces on the first faults."""
+        rows = self.fault < n
+        return GridFaces(self.fault[rows], self.axis[rows], self.column[rows], self.layers[rows])
+
 
 @dataclass(frozen=True, eq=False)
 class CornerPointGrid(Noun):
@@ -182,7 +187,8 @@ class CornerPointGrid(Noun):
     def inside_out(self) -> np.ndarray:
         """Whether an active cell is inside out, bool (nz, ny, nx).
 
-        Its base lies above its top at a pillar, or its Jacobian is negative inside.
+        Its base lies above its top at a pillar, or its Jacobian is negative at a Gauss point or at
+        a corner.
         """
         bad = self._jacobians[1] < 0.0
         bad |= (np.diff(self.levels, axis=0) > 0.0).any(axis=(-1, -2))
@@ -190,7 +196,7 @@ class CornerPointGrid(Noun):
 
     @cached_property
     def _jacobians(self) -> tuple[np.ndarray, np.ndarray]:
-        """Sum and minimum of the weighted Jacobians at eight Gauss points, each (nz, ny, nx)."""
+        """Volume, and the least Jacobian at Gauss points and corners, each (nz, ny, nx)."""
         total, least = np.empty(self.actnum.shape), np.empty(self.actnum.shape)
         for k in range(self.shape[0]):
             x = self.corners_of_layer(k)
@@ -198,17 +204,26 @@ class CornerPointGrid(Noun):
             a, b, c = (np.moveaxis(x, axis, 0) for axis in (4, 3, 2))
 
             # an edge direction is linear along the two other axes: values at their Gauss points
-            along_i = _at_gauss(_at_gauss(a[1] - a[0], 2), 3)  # (ny, nx, k, j, 3)
-            along_j = _at_gauss(_at_gauss(b[1] - b[0], 2), 3)  # (ny, nx, k, i, 3)
-            up = _at_gauss(_at_gauss(c[0] - c[1], 2), 3)  # (ny, nx, j, i, 3)
-            value = np.stack(
-                [
-                    _triple(along_i[:, :, n, m], along_j[:, :, n, q], up[:, :, m, q])
-                    for n, m, q in np.ndindex(2, 2, 2)
-                ]
+            edges = [a[1] - a[0], b[1] - b[0], c[0] - c[1]]
+            value, at_corners = (
+                np.stack(
+                    [
+                        _triple(i[:, :, n, m], j[:, :, n, q], up[:, :, m, q])
+                        for n, m, q in np.ndindex(2, 2, 2)
+                    ]
+                )
+                for i, j, up in ([_at_gauss(_at_gauss(e, 2), 3) for e in edges], edges)
             )
-            total[k], least[k] = value.sum(axis=0) / 8.0, value.min(axis=0)
+            total[k], least[k] = value.sum(axis=0) / 8.0, np.minimum(value, at_corners).min(axis=0)
         return total, least
+
+    @property
+    def columns_of_units(self) -> np.ndarray:
+        """Size of each unit [columns of its zone], float64 (n_unit,)."""
+        zone = np.array([self.zone_names.index(name) for name, _ in self.unit_names])
+        of_zone = np.bincount(zone, self.exact, minlength=len(self.zone_names))[zone]
+        found: np.ndarray = self.exact / of_zone * self.actnum.any(axis=0).sum()
+        return found
 
     @cached_property
     def table(self) -> xarray.Dataset:
