@@ -8,6 +8,8 @@ import math
 from collections.abc import Iterable
 from typing import Any
 
+from geosurf.conventions.axes import vertical_words
+
 
 def did_you_mean(word: Any, known: Iterable[str]) -> str:
     """Return ' Did you mean ...?' for a misspelt word, or '' if no known word is close.
@@ -150,6 +152,8 @@ def area_texts(square_metres: Iterable[float], digits: int = 3) -> list[str]:
     ['2500 m²', '12.5 m²']
     """
     areas = list(square_metres)
+    if vertical_words()[1] == "ms":  # upright areas: what is a picture of times has no others
+        return [f"{number_text(area, digits)} m·ms" for area in areas]
     # One unit for a whole table, so that rows can be compared.
     if max(map(abs, areas), default=0.0) >= 1e5:
         return [f"{number_text(area / 1e6, digits)} km²" for area in areas]
@@ -186,6 +190,8 @@ def volume_text(cubic_metres: float, digits: int = 3) -> str:
     >>> volume_text(84.52e6), volume_text(12500.0), volume_text(1.2345e10)
     ('84.5 million m³', '12 500 m³', '12 345 million m³')
     """
+    if vertical_words()[1] == "ms":
+        return f"{number_text(cubic_metres, digits)} m²·ms"
     if abs(cubic_metres) >= 1e6:
         return f"{number_text(cubic_metres / 1e6, digits)} million m³"
     return f"{number_text(cubic_metres, digits)} m³"
