@@ -8,7 +8,8 @@ their own side, and horizons end on the converted fault.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Mapping
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -17,6 +18,7 @@ import xarray as xr
 
 from geosurf.arrangement import find_contacts
 from geosurf.conventions import counted
+from geosurf.conventions.axes import is_time_unit
 from geosurf.conventions.checks import are_points
 from geosurf.conventions.crs import crs_of
 from geosurf.conventions.text import length_text
@@ -35,9 +37,10 @@ from geosurf.measure.time_to_depth import (
     starts_of,
     velocities_at_wells,
 )
-from geosurf.model import Lattice, Sheet, TriSurface
+from geosurf.model import FluidContact, Lattice, Sheet, TriSurface
 from geosurf.model.base import in_crs_of
 from geosurf.model.column import names_of_zones
+from geosurf.model.tops import tops_of
 from geosurf.model.velocity import (
     WAYS,
     WELLS,
@@ -51,7 +54,7 @@ from geosurf.model.velocity import (
 )
 from geosurf.rebuild import patches_from, trim_sheets
 from geosurf.scene.graph import Graph
-from geosurf.scene.inputs import SceneInputs, opened_map, undeclared
+from geosurf.scene.inputs import SceneInputs, in_time_unit, opened_map, undeclared
 from geosurf.scene.surfaces import opened_horizon
 from geosurf.triangulate.horizon import horizon_over
 
@@ -199,10 +202,42 @@ def converted_inputs(
         made = TriSurface(whole, "fault", carried(x, ("fault", memory.key_of(fault))), triangles)
         faults[whole] = in_crs_of(made, [fault])
     unit = None if to_depth else "ms"
+    more: dict[str, Any] = {}
+    if to_depth:
+
+        def in_depth(points: np.ndarray) -> np.ndarray:
+            return pair.convert(points, True)
+
+        more = {"contacts": _in_depth(dict(inputs.contacts), in_depth, inputs.options)}
+        if is_time_unit(getattr(_column(inputs.tops), "attrs", {}).get("units")):
+            tops = tops_of(in_time_unit(inputs.tops, "the well tops", "ms"))
+            more["tops"] = replace(tops, points=in_depth(tops.points))
     return inputs.replaced(
         horizons=horizons, faults=faults, length_unit=unit, velocity=None, box=inputs.box,
-        time=None if to_depth else time, zones=inputs.zones if to_depth else None,
+        time=None if to_depth else time, zones=inputs.zones if to_depth else None, **more,
     )  # fmt: skip
+
+
+def _column(tops: Any) -> Any:
+    """The column of well tops that may be in time; None if they are not a table of xarray."""
+    return tops["elevation"] if hasattr(tops, "data_vars") and "elevation" in tops else None
+
+
+def _in_depth(
+    value: Any, moved: Callable[[np.ndarray], np.ndarray], options: Mapping[str, Any]
+) -> Any:
+    """A fluid contact, with grids in depth that are in time; numbers are in depth."""
+    if isinstance(value, FluidContact):
+        return replace(value, at=_in_depth(value.at, moved, options))
+    if isinstance(value, list | tuple):
+        return [_in_depth(one, moved, options) for one in value]
+    if isinstance(value, Mapping) and not hasattr(value, "dims"):
+        return {name: _in_depth(one, moved, options) for name, one in value.items()}
+    if not is_time_unit(getattr(value, "attrs", {}).get("units")):
+        return value
+    value = in_time_unit(value, "the fluid contact", "ms")
+    data = horizon_over(value, (), name="contact", **undeclared(value, options))
+    return moved_horizon(data, "contact", moved)
 
 
 def carried_points(

@@ -298,3 +298,28 @@ def test_checkshots_of_wells_give_velocities_and_state_their_misfit() -> None:
     wrong = well | {"time": [1.0] * 12}
     with pytest.raises(gs.errors.InputError, match="rise together"):
         _ = scene.replace(velocity=velocity | {"wells": wrong}).units
+
+
+def test_tops_and_contacts_in_time_become_depth_and_ties_meet_tops() -> None:
+    levels = {"Top": -2000.0, "Base": -2150.0}
+    velocity = {"above Top": 2200.0, "Top/Base": 3000.0, "below Base": 3500.0}
+    tops = {
+        "well": ["A", "A", "B"], "horizon": ["Top", "Base", "Base"],
+        "easting": [900.0, 900.0, 3000.0], "northing": [1000.0, 1000.0, 800.0],
+        "elevation": [-2270.0, -2500.0, -2540.0],
+    }  # fmt: skip
+    words = {"velocity": velocity, "box": None}
+    tied = in_time(2000.0, levels, tops=tops, tie={"range": 800.0, "tolerance": 1e-6}, **words)
+    assert np.abs(tied.misfit().misfit).max() < 1e-6
+    times_of = {**tops, "elevation": [-2055.0, -2205.0, -2180.0]}  # where these horizons are
+    given = xr.Dataset({key: ("top", value) for key, value in times_of.items()})
+    given.elevation.attrs["units"] = "ms"
+    flat = grid(np.full((len(Y), len(X)), 2100.0), units="ms", positive="down")
+    scene = in_time(2000.0, levels, tops=given, contacts={"OWC": flat}, **words)
+    assert np.abs(scene.misfit().misfit).max() < 1e-6
+    places = np.column_stack([X[5:20], np.full(15, 500.0), np.full(15, -2100.0)])
+    here = scene.to_depth(places)[:, 2]
+    owc = scene.patches.surface("OWC").vertices
+    for place, z in zip(places, here, strict=True):
+        at = np.abs(owc[:, :2] - place[:2]).sum(axis=1).argmin()
+        assert owc[at, 2] == pytest.approx(z, abs=1e-6)
