@@ -170,6 +170,15 @@ class SceneInputs:
                 f"tolerance={self.tolerance} is in metres, and the scene is in time. Leave one of "
                 "them out."
             )
+        if (
+            self.time is not None
+            and self.velocity is None
+            and (self.tops is not None or self.contacts)
+        ):
+            raise InputError(
+                "well tops and fluid contacts need depth, and the scene is in time. Give "
+                "velocities, velocity={...}, or leave them out."
+            )
         known = {
             name: value for name, value in as_mapping("horizons", self.horizons).items()
             if not isinstance(value, MadeHorizon)

@@ -1469,6 +1469,7 @@ class Scene:
         >>> scene.misfit(tops).status.values.tolist()
         ['found', 'outside']
         """
+        need_depth(self.time, "misfits of well tops")
         memory, inputs = self._graph.memory, self._graph.inputs
         checked = self.tops
         if tops is not None:

@@ -222,6 +222,7 @@ TOP = {"Top": grid(plane(-2000.0), units="ms", positive="up")}
         (TOP, {"time": "two-way", "velocity": {"elsewhere": -5.0}}, "above 0"),
         (TOP, {"time": "two-way", "velocity": {"v0": 1800.0}}, "v0 .* and k"),
         (TOP, {"time": "two-way", "tolerance": 1.0}, "in metres"),
+        (TOP, {"time": "two-way", "contacts": {"OWC": -2100.0}}, "contacts need depth"),
         ({"Top": fault()}, {"time": "two-way", "length_unit": "s"}, "minus milliseconds"),
     ],
 )
