@@ -69,3 +69,14 @@ def test_shares_that_nodes_could_take_as_well_stay_likely(rest):
     share = paying_shares(own, wanted, [np.arange(2)], likely, 0.0, [0.01])
     assert share.any()
     assert (np.abs(share) < AT_MOST * likely).all()
+
+
+@pytest.mark.parametrize("cells", [5, 6])
+def test_a_tear_that_ends_where_it_starts_parts_nothing(cells):
+    """Its only triangle was there twice, so that no unit could be found."""
+    world = gs.synthetic.torn("thrust", n=41)
+    scene = gs.Scene(world.horizons, world.faults, tear=cells)
+    with pytest.warns(gs.GeosurfWarning, match="throw dies there"):
+        certificate = scene.check()
+    assert certificate.ok
+    assert len(scene.units) == 2

@@ -162,6 +162,9 @@ def tear(cuts: Cuts, triangles: Triangles) -> Torn:
     # number the ghosts: corners of copies that are glued are one
     n_node, divided = len(triangles.present), distinct(triangle)
     vertex, anchor, node_of_ghost = glue_copies(triangle, corners, real, across, exists, n_node)
+    # a tear within one triangle parts nothing: glued to all around it, its copies are one again
+    distinct_copies = np.sort(np.unique(vertex, axis=0, return_index=True)[1])
+    triangle, vertex = triangle[distinct_copies], vertex[distinct_copies]
     return Torn(triangle, vertex, anchor, node_of_ghost, n_node, divided)
 
 
