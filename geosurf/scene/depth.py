@@ -40,6 +40,7 @@ from geosurf.measure.time_to_depth import (
 from geosurf.model import FluidContact, Lattice, Sheet, TriSurface
 from geosurf.model.base import in_crs_of
 from geosurf.model.column import names_of_zones
+from geosurf.model.surfaces import cutoffs_kept
 from geosurf.model.tops import tops_of
 from geosurf.model.velocity import (
     WAYS,
@@ -199,7 +200,9 @@ def converted_inputs(
         fault = given.read.fault(name)
         x, triangles, _ = divided(fault.vertices, fault.triangles, mesh.longest)
         whole = given.inputs.halves.whole_of(name)
-        made = TriSurface(whole, "fault", carried(x, ("fault", memory.key_of(fault))), triangles)
+        places = carried(x, ("fault", memory.key_of(fault)))
+        marks = cutoffs_kept(fault, x)  # its polygons are converted with it
+        made = TriSurface(whole, "fault", places, triangles, vertex_data=marks)
         faults[whole] = in_crs_of(made, [fault])
     unit = None if to_depth else "ms"
     more: dict[str, Any] = {}

@@ -87,3 +87,12 @@ def test_a_polygon_that_contradicts_its_horizon_is_left_out_by_name_or_named_by_
     fault = gs.fault_from_polygons({"Top": ring}, name="F1", lengthen=600)
     sheet = gs.tear_horizon(world.horizons["Top"], [fault], name="Top")
     assert {"polygon left out", "throw not as data"} & {one.kind for one in sheet.warnings}
+
+
+def test_polygons_of_a_scene_in_time_count_in_depth():
+    world = gs.synthetic.torn("normal", n=61, smear=4)
+    fault = gs.fault_from_polygons({"Top": ring_of(world)}, name="F1", lengthen=200)
+    top = world.horizons["Top"].assign_attrs(units="ms")
+    words = {"time": "two-way", "tear": True, "velocity": 2000.0}
+    scene = gs.Scene({"Top": top}, {"F1": fault}, **words)
+    assert error_of(scene.sheets["Top"].cuts["F1"], world) < 0.02

@@ -70,7 +70,8 @@ class Strip:
 
         # normal equations, scaled; those of too few places, or all in one line, have no solution
         normal = np.einsum("...kp,...kq->...pq", terms, terms)
-        size = np.sqrt(np.einsum("...pp->...p", normal)) + (normal.sum((-2, -1)) == 0)[..., None]
+        size = np.sqrt(np.einsum("...pp->...p", normal))
+        size = np.where(size == 0.0, 1.0, size)
         normal = normal / size[..., :, None] / size[..., None, :]
         solvable = there.sum(-1) >= FEWEST[degree - 1]
         solvable &= np.linalg.cond(np.where(solvable[..., None, None], normal, 1.0)) < 1e8
