@@ -14,11 +14,11 @@ from geosurf.ensemble.change import Change, stream_of
 from geosurf.ensemble.horizon_data import HorizonData
 from geosurf.ensemble.uncertain_faults import Factor
 from geosurf.errors import InputError
+from geosurf.measure.velocity import scaled
 from geosurf.model import Sheet, TriSurface
 from geosurf.model.regions import KnownRegions
 from geosurf.model.sheets import TearPlan
 from geosurf.model.tops import Tops
-from geosurf.model.velocity import scaled
 from geosurf.scene import Scene
 from geosurf.scene.faults import LongerFaults
 from geosurf.scene.given import (

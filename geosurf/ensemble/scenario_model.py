@@ -16,8 +16,8 @@ from geosurf.ensemble.rock import Rock
 from geosurf.ensemble.uncertain import TOPS, ContactLevel, DepthError, DepthShift, VelocityFactor
 from geosurf.ensemble.uncertain_faults import Factor, FaultDip, FaultShift, Throw
 from geosurf.errors import InputError
+from geosurf.measure.velocity import scaled
 from geosurf.model import Sheet, TriSurface
-from geosurf.model.velocity import scaled
 from geosurf.scenario import read_scenario
 from geosurf.scenario.build import scene_in_time, untorn_scene
 from geosurf.scenario.keys import Scenario, ThrowInput

@@ -14,6 +14,7 @@ from geosurf.ensemble.change import Change, Given, Uncertainty, names_among
 from geosurf.ensemble.fields import Covariance, FieldGrid, GaussianField
 from geosurf.ensemble.horizon_data import HorizonData
 from geosurf.errors import GeosurfWarning, InputError
+from geosurf.measure.velocity import DATUM, ELSEWHERE, is_by_name
 from geosurf.model import FluidContact, TriSurface
 from geosurf.model.distributions import (
     TAIL,
@@ -28,7 +29,6 @@ from geosurf.model.distributions import (
     reach_of,
 )
 from geosurf.model.tops import tops_of
-from geosurf.model.velocity import DATUM, ELSEWHERE, is_by_name
 from geosurf.report.page import number
 from geosurf.warning import warn
 

@@ -13,6 +13,11 @@ throw.py          throw, heave, dip separation along a fault
                   throw of torn horizons compared with their data
                   well tops compared with the horizons of a model
 gridded.py        horizons on the nodes of a grid, and what that loses at faults
+walls.py          both walls of a fault: which layers face each other, what slipped past
+seal.py           shale gouge ratio, smear, threshold pressure of faults
+velocity.py       velocities of zones: numbers, maps, functions of depth, checkshots
+time_to_depth.py  depth of a model in time, and back, along vertical lines
+rock.py           rock properties by zone, region or fluid: numbers, maps, distributions
 volumetrics.py    net and pore volume, fluids in place
 section.py        vertical sections
                   edges -> lines and rings; lists of lines as a dataset

@@ -20,9 +20,9 @@ from geosurf.errors import GeometryError, InputError
 from geosurf.measure.columns import cross_columns, signs_of_turns, weights_at
 from geosurf.measure.locate import boundaries_of, locator_of
 from geosurf.measure.places import NAMES, well_intervals
+from geosurf.measure.velocity import Velocity, deeper, later
 from geosurf.model import Patches, Units
 from geosurf.model.base import Noun, frozen
-from geosurf.model.velocity import Velocity, deeper, later
 
 THINNEST = 1.0  # ms or m: thinner zones say nothing of their interval velocity
 MOST_TRIANGLES = 400_000  # of all long ones, after they are divided

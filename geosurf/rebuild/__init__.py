@@ -9,7 +9,7 @@ ghosts.py          `trim_sheets`: torn horizons trimmed at their faults
                    warning: vertices that a repair moved
                    the triangles of patches that are listed one by one
                    parts of torn sheets on the wrong side of a fault
-closed_sheets.py   what a model shows about torn sheets that were not cut alone
+                   what a model shows about torn sheets that were not cut alone
 =================  ====================================================================
 
 Cut triangles get a constrained Delaunay triangulation of implicit points (Attene 2020, Levy 2024).

@@ -403,6 +403,28 @@ MAX_MAP_TRIANGLE = 250_000
 N_BAND = 3  # bands of colour per contour interval
 
 
+@dataclass(frozen=True, eq=False)
+class MapMeasures:
+    """What is measured of a horizon and drawn on its map.
+
+    Attributes
+    ----------
+    fluids : sequence of FluidArea
+        Parts above fluid contacts.
+    n_wall : int
+        Walls on which each fault has a line: 2 where the horizon is torn.
+    closures : xarray.Dataset or None
+        Result of `Scene.closures`.
+    residuals : ndarray of float64, shape (n, 3), or None
+        Easting and northing of data, and how far they lie above the horizon [m]; NaN: in a gap.
+    """
+
+    fluids: Sequence[FluidArea] = ()
+    n_wall: int = 1
+    closures: xarray.Dataset | None = None
+    residuals: np.ndarray | None = None
+
+
 def draw_map(
     sheet: Sheet,
     surface: TriSurface,
@@ -415,10 +437,7 @@ def draw_map(
     hatched: TriSurface | None = None,
     remedies: Sequence[GeosurfWarning] = (),
     virtual_walls: Mapping[str, Sequence[np.ndarray]] = MappingProxyType({}),
-    closures: xarray.Dataset | None = None,
-    fluids: Sequence[FluidArea] = (),
-    n_wall: int = 1,
-    residuals: np.ndarray | None = None,
+    measures: MapMeasures | None = None,
     overlay: PictureOverlay | None = None,
 ) -> None:
     """Draw a map of a horizon: elevation in colour, contours, intersection lines in bold.
@@ -444,14 +463,8 @@ def draw_map(
         Places that are marked, such as ``sheet.report.remedies``: there the tear needed help.
     virtual_walls : mapping of str to sequence of ndarray of float64, each (n, 2) or (n, 3)
         Lines of virtual walls on the horizon, by their names [m]: they are dashed.
-    closures : xarray.Dataset, optional
-        Result of `Scene.closures`: those of this horizon are drawn.
-    fluids : sequence of FluidArea
-        Parts of the horizon above fluid contacts, which are filled.
-    n_wall : int
-        Walls on which each fault has a line: 2 where the horizon is torn.
-    residuals : ndarray of float64, shape (n, 3), optional
-        Easting and northing of data, and how far they lie above the horizon [m]; NaN: in a gap.
+    measures : MapMeasures, optional
+        Fluids, closures and residuals that are drawn.
     overlay : PictureOverlay, optional
         Wells, polygons and data points that are drawn with the model.
 
@@ -508,16 +521,17 @@ def draw_map(
         note = " Hatched: extrapolated, without data."
 
     # intersection lines, and what stands beside the map
-    of_fluids = draw_fluids(sheet, axes, fluids)
+    measures = MapMeasures() if measures is None else measures
+    of_fluids = draw_fluids(sheet, axes, measures.fluids)
     legend = []
     if curves is not None:
-        legend = draw_curves(sheet, axes, light, curves, within, list(faults), n_wall)
+        legend = draw_curves(sheet, axes, light, curves, within, list(faults), measures.n_wall)
     legend = [*draw_virtual_walls(sheet, axes, virtual_walls, list(faults)), *legend]
-    if closures is not None:
-        legend = [*draw_closures(sheet, axes, closures, surface.name), *legend]
+    if measures.closures is not None:
+        legend = [*draw_closures(sheet, axes, measures.closures, surface.name), *legend]
     legend = [*of_fluids, *legend]
-    if residuals is not None:
-        legend = [*draw_residuals(sheet, axes, residuals), *legend]
+    if measures.residuals is not None:
+        legend = [*draw_residuals(sheet, axes, measures.residuals), *legend]
     legend += draw_wells_on_map(sheet, axes, wells)
     legend += draw_on_map(sheet, axes, overlay)
     legend = [*draw_remedies(sheet, axes, remedies), *legend]

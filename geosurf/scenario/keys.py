@@ -15,11 +15,11 @@ from typing import Any
 from geosurf.conventions import METRES_PER_UNIT
 from geosurf.conventions.axes import MS_PER_UNIT
 from geosurf.faults.rules import BOTH, KEEP
+from geosurf.measure.velocity import WAYS
 from geosurf.model import RULES
 from geosurf.model.column import rule_meant
 from geosurf.model.network import SIDES
 from geosurf.model.slivers import SliverSettings
-from geosurf.model.velocity import WAYS
 from geosurf.scenario import values
 from geosurf.scenario.output_keys import (
     EnsembleSettings,

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 from geosurf.conventions import METRES_PER_UNIT, did_you_mean, is_number
 from geosurf.conventions.axes import MS_PER_UNIT
 from geosurf.errors import DependencyError, InputError
+from geosurf.measure.velocity import DATUM
 from geosurf.model.distributions import Normal, Triangular, Uniform
 from geosurf.model.tops import RANGE, TOLERANCE, TieSettings
 from geosurf.model.units import INCLUDE
-from geosurf.model.velocity import DATUM
 from geosurf.render.picture_style import COLOUR_BY, THEMES, PictureStyle
 from geosurf.scenario import values
 from geosurf.scenario.values import key

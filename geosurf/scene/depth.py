@@ -37,12 +37,7 @@ from geosurf.measure.time_to_depth import (
     starts_of,
     velocities_at_wells,
 )
-from geosurf.model import FluidContact, Lattice, Sheet, TriSurface
-from geosurf.model.base import in_crs_of
-from geosurf.model.column import names_of_zones
-from geosurf.model.surfaces import cutoffs_kept
-from geosurf.model.tops import tops_of
-from geosurf.model.velocity import (
+from geosurf.measure.velocity import (
     WAYS,
     WELLS,
     Velocity,
@@ -53,6 +48,11 @@ from geosurf.model.velocity import (
     unscaled,
     velocity_of,
 )
+from geosurf.model import FluidContact, Lattice, Sheet, TriSurface
+from geosurf.model.base import in_crs_of
+from geosurf.model.column import names_of_zones
+from geosurf.model.surfaces import cutoffs_kept
+from geosurf.model.tops import tops_of
 from geosurf.rebuild import patches_from, trim_sheets
 from geosurf.scene.graph import Graph
 from geosurf.scene.inputs import SceneInputs, in_time_unit, opened_map, undeclared

@@ -54,12 +54,11 @@ from geosurf.model.units import units_in
 from geosurf.rebuild import patches_from, trim_sheets
 from geosurf.rebuild.ghosts import warnings_of_moves
 from geosurf.scene import area
-from geosurf.scene.area import boxes_meet, coverage_in_words, share_inside
+from geosurf.scene.area import NamedRegions, boxes_meet, coverage_in_words, share_inside
 from geosurf.scene.faults import FaultStage, LongerFaults, TearPlans
 from geosurf.scene.input_warnings import warn_of_inputs, warnings_of_topology
 from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory
-from geosurf.scene.regions import NamedRegions
 from geosurf.scene.surfaces import (
     InputSurfaces,
     decimated,

@@ -24,6 +24,7 @@ from geosurf.conventions.crs import refuse_other_crs
 from geosurf.errors import InputError
 from geosurf.faults.extend import read_lengthen
 from geosurf.faults.rules import Halves, Rule, faults_at, halves_of, read_extend, read_truncations
+from geosurf.measure.velocity import time_word
 from geosurf.measure.volumetrics import ARGUMENTS, Factor, factors_of
 from geosurf.model import FaultSticks, Lattice, Sheet, check_column
 from geosurf.model.column import MadeHorizon, in_column, names_of_zones, read_compartments, zones_of
@@ -33,7 +34,6 @@ from geosurf.model.network import filling_by_horizon
 from geosurf.model.regions import check_regions
 from geosurf.model.slivers import sliver_settings
 from geosurf.model.tops import tie_settings
-from geosurf.model.velocity import time_word
 from geosurf.read import read_horizon
 from geosurf.read._common import Otherwise, Ratio, check_ratio
 from geosurf.triangulate.horizon import horizon_over

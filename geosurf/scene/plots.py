@@ -29,7 +29,7 @@ from geosurf.render.compose import check_look, draw_picture, figure_path, plotte
 from geosurf.render.diagram import column_of, draw_column, draw_throw
 from geosurf.render.isochores import draw_thickness
 from geosurf.render.layers import Content, show_outline
-from geosurf.render.map import MAX_MAP_TRIANGLE, FluidArea, check_closures, draw_map
+from geosurf.render.map import MAX_MAP_TRIANGLE, FluidArea, MapMeasures, check_closures, draw_map
 from geosurf.render.overlay import PictureOverlay, overlay_of, show_overlay
 from geosurf.render.picture_style import COLOUR_BY, PictureStyle, style_of
 from geosurf.render.section import draw_section
@@ -75,8 +75,9 @@ def map_of(
         "hatched": surface,
         "remedies": _remedies(scene, name),
         "virtual_walls": lines_on(scene.patches, name) if scene.virtual_walls else {},
-        "fluids": fluids_on(scene, name) if scene.contacts else (),
-        "n_wall": 2 if name in scene.sheets else 1,
+        "measures": MapMeasures(
+            fluids_on(scene, name) if scene.contacts else (), 2 if name in scene.sheets else 1
+        ),
     }
     return as_modelled(scene, surface, MAX_MAP_TRIANGLE), scene.curves, options
 
@@ -412,7 +413,8 @@ class ScenePlots:
         overlay, checked = overlay_of(overlay), _flat(**look)
         surface, curves, options = map_of(self._scene, horizon, clip)
         if closures is not False:
-            options["closures"] = self._scene.closures(horizon) if closures is True else closures
+            found = self._scene.closures(horizon) if closures is True else closures
+            options["measures"] = replace(options["measures"], closures=found)
         if flag_of(regions, "regions"):
             labels = {**self._scene.region_labels(horizon), **overlay.labels}
             overlay = replace(overlay, labels=labels)
@@ -627,7 +629,8 @@ class ScenePlots:
         points = np.concatenate([*_data_of(scene, horizon, data).values()])
         surface, curves, options = map_of(scene, horizon, True)
         off = residuals(scene.sheets[horizon].surface, points)
-        options |= {"residuals": np.column_stack([points[:, :2], off]), "fluids": ()}
+        columns = np.column_stack([points[:, :2], off])
+        options["measures"] = replace(options["measures"], fluids=(), residuals=columns)
         if checked["title"] is None:
             checked["title"] = f"{horizon}: data against the sheet"
         return plotted(draw_map, surface, curves, **options, **checked)

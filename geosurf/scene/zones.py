@@ -15,9 +15,9 @@ import numpy as np
 from geosurf.conventions import is_number, length_text, place
 from geosurf.conventions.checks import are_points
 from geosurf.errors import GeosurfWarning, InputError
+from geosurf.measure.velocity import Field
 from geosurf.model import Lattice, TriSurface
 from geosurf.model.column import MadeHorizon
-from geosurf.model.velocity import Field
 from geosurf.scene.depth import data_of, moved_horizon, places_in, plain_in_depth
 from geosurf.scene.graph import Graph
 from geosurf.scene.inputs import SceneInputs, opened_map

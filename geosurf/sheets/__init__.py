@@ -8,7 +8,6 @@ tear            `tear_horizon`: the steps of the first way, in order
 throw/          `throw_horizon`: the second way
 extend          `extend_horizon`: grids continued beyond their rim, holes filled
 tie/            horizons that meet well tops: data corrected, then torn again
-attempts        a closed sheet: the trims as given, or those that lose least throw
 report/         what the user learns about a sheet: cut-offs, misfit, trim
 mesh/           heights and cut links -> a torn mesh that the faults close exactly
 heights/        heights of all nodes, each wall from data of its own side only

@@ -3,6 +3,8 @@
 ==============  ==================================================
 horizon.py      a gridded horizon: checks, and one diagonal rule
 stored.py       grids in a store: read into memory, or in bands where they do not fit
+decimate.py     every k-th node of a grid, with the error that this makes
+spikes.py       nodes that stand out from all around them
 fault.py        a fault in any of its forms: grid, sticks, mesh
                   fault polygons of horizons: both cut-off lines, and beyond
                 fluid contacts: levels and grids
