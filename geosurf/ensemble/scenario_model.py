@@ -111,7 +111,7 @@ class ScenarioModel(SceneModel):
         contacts = {"contacts": {**self.contacts, **change.contacts}} if change.contacts else {}
         return self.scene.replace(horizons=plain, faults=change.faults, **contacts, **self._frame)
 
-    def _converted(self, change: Change) -> tuple[Scene, dict[str, Any], LongerFaults]:
+    def _converted(self, change: Change) -> tuple[Scene, dict[str, Any], LongerFaults, Scene]:
         """The scene of a realisation with other velocities, not torn, its data, longer faults."""
         assert self._in_time is not None
         if change.up or change.faults:
@@ -125,15 +125,15 @@ class ScenarioModel(SceneModel):
         contacts = {"contacts": {**self.contacts, **change.contacts}} if change.contacts else {}
         scene = scene.replace(**contacts, **self._frame)
         longer = longer_in_depth(scene, in_time, self._longer_in_time(self._in_time))
-        return scene, values, longer
+        return scene, values, longer, in_time
 
     def build(self, change: Change) -> Scene:
         """Return the scene of one realisation."""
         # Data of all horizons; those that have moved replace their own.
         values = {**self._values, **change.horizons()}
-        longer = self.longer
+        longer, in_time = self.longer, self._in_time
         if change.velocity:
-            scene, values, longer = self._converted(change)
+            scene, values, longer, in_time = self._converted(change)
         else:
             scene = self._untorn(change, values)
         # Throws change in the scenario, so that tearing follows its usual way.
@@ -169,6 +169,7 @@ class ScenarioModel(SceneModel):
             plans=self.plans,
             remember=remember,
             remember_thrown=remember_thrown,
+            in_time=in_time,
         )
 
     def identity(self) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
@@ -540,6 +540,39 @@ def _ends(zone: str, entry: Any) -> tuple[str, bool, str]:
     if not isinstance(name, str) or not name:
         raise InputError(f"zone {zone!r}: {end} is {name!r}, expected the name of a horizon.")
     return of, down, name
+
+
+def data_of_made(
+    made: Sequence[MadeHorizon], horizons: Collection[str]
+) -> dict[str, tuple[str, ...]]:
+    """
+    Return the horizons that zones make, each with those whose data it is made of.
+
+    The first one is moved; a second one is that to which a row of zones is fitted.
+
+    Parameters
+    ----------
+    made : sequence of MadeHorizon
+        As from `zones_of`.
+    horizons : collection of str
+        Names of the horizons that have data.
+
+    Examples
+    --------
+    >>> given = {"A": {"below": "Top", "thickness": 9.0}, "B": {"below": "A", "thickness": 5.0}}
+    >>> data_of_made(zones_of(given, ["Top"]), ["Top"])
+    {'base A': ('Top',), 'base B': ('Top',)}
+    """
+    start: dict[str, str] = {}
+    end: dict[str, str] = {}
+    for one in made:
+        if one.horizon not in horizons:
+            start[one.horizon] = start.get(one.start, one.start)
+    for one in reversed(made):
+        last = one.horizon if one.horizon in horizons else end.get(one.horizon)
+        if last is not None:
+            end[one.start] = last
+    return {name: (of, *([end[name]] if name in end else [])) for name, of in start.items()}
 
 
 def in_column(made: Sequence[MadeHorizon], horizons: Mapping[str, Any]) -> dict[str, Any]:

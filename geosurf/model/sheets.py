@@ -224,6 +224,28 @@ class DataUse:
     near: tuple[np.ndarray, ...]
     side: tuple[np.ndarray, ...]
 
+    def joined(self, other: DataUse) -> DataUse:
+        """
+        Return what is ignored in this or the other use; data on another side there are wrong.
+
+        Examples
+        --------
+        >>> none, near = np.zeros(5, dtype=bool), (np.array([1, 3]),)
+        >>> one, two = (DataUse(none, none, near, (np.array(side),)) for side in ([1, 1], [1, -1]))
+        >>> one.joined(two).wrong.tolist(), one.joined(two).near[0].tolist()
+        ([False, False, False, True, False], [1])
+        """
+        wrong = self.wrong | other.wrong
+        near, side = [], []
+        for parts in zip(self.near, self.side, other.near, other.side, strict=True):
+            both = np.zeros((2, len(wrong)), dtype=np.int8)
+            both[0, parts[0]], both[1, parts[2]] = parts[1], parts[3]
+            wrong |= both[0] * both[1] < 0
+            sides = np.where(both[0] * both[1] < 0, 0, np.where(both[0] != 0, both[0], both[1]))
+            near.append(np.flatnonzero(sides))
+            side.append(sides[near[-1]])
+        return DataUse(self.ignored | other.ignored, wrong, tuple(near), tuple(side))
+
     def flipped(self, fault: int, near: np.ndarray, side: np.ndarray) -> np.ndarray:
         """
         Return which data near a fault are on its other side now.

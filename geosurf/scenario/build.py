@@ -311,8 +311,9 @@ def build_scene(
         scene = scene_of_sealed(scenario, scenario.model, **_shared(scenario))
         on_step("read", _numbers(scene), "")
         return scene
-    scene, horizons = untorn_scene(scenario, on_step)
-    return torn_horizons(scenario, scene, horizons, on_step, out, on_start, cache)
+    in_time = None if scenario.time is None else scene_in_time(scenario)
+    scene, horizons = untorn_scene(scenario, on_step, in_time)
+    return torn_horizons(scenario, scene, horizons, on_step, out, on_start, cache, in_time=in_time)
 
 
 def untorn_scene(

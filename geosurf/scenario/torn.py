@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
@@ -12,6 +13,7 @@ from typing import Any
 from geosurf.conventions.checks import are_points
 from geosurf.conventions.crs import crs_of
 from geosurf.model import Sheet, TriSurface
+from geosurf.model.column import data_of_made, zones_of
 from geosurf.model.sheets import TearPlan
 from geosurf.scenario.keys import Scenario, ThrowInput
 from geosurf.scenario.step_log import OnStep, pictured
@@ -23,10 +25,11 @@ from geosurf.scenario.validate import (
 )
 from geosurf.scene import Scene
 from geosurf.scene.faults import LongerFaults
-from geosurf.scene.given import torn_scene
+from geosurf.scene.given import sheets_in_time, torn_scene
 from geosurf.scene.result_cache import ResultCache
 from geosurf.scene.tear_rounds import Tear, outcome_of, sheets_on
 from geosurf.scene.tearing import as_long_as, as_truncations, warnings_of
+from geosurf.scene.zones import warnings_of_throw
 from geosurf.triangulate import triangulate_horizon
 from geosurf.warning import warn
 
@@ -47,6 +50,7 @@ def torn_horizons(
     plans: Mapping[str, TearPlan] = MappingProxyType({}),
     remember: Remember = lambda name, faults, fill, make: make(),
     remember_thrown: RememberThrown = lambda name, throws, make: make(),
+    in_time: Scene | None = None,
 ) -> Scene:
     """
     Return the scene with horizons torn at its faults, as these are after extension and truncation.
@@ -74,6 +78,8 @@ def torn_horizons(
         sheet of these; it may return what they gave before.
     remember_thrown : callable, optional
         Does the same for a horizon, its throws and a function that makes its sheet of these.
+    in_time : Scene, optional
+        As from `scene_in_time`: horizons are torn as they are there.
 
     Returns
     -------
@@ -90,10 +96,17 @@ def torn_horizons(
     # by its place among all horizons; those that [tear] leaves out are not there to end on
     filling = filling_of(scenario, picked)
 
+    # horizons whose data are those of another one, moved
+    with_data = [entry.name for entry in scenario.horizons if entry.file]
+    made_of = data_of_made(zones_of(scenario.zones or {}, with_data), with_data)
+    moved = {} if in_time is None else sheets_in_time(in_time)
+
     # tearing may extend faults: sheets and scene must have the same ones
     def one(tear: Tear) -> Sheet:
         """One horizon at the faults that reach it."""
         name, plan = tear.name, plans.get(tear.name)
+        if name in moved:
+            tear = replace(tear, like=(moved[name],))
         some = {key: tear.faults[key] for key in reaching[name]}
         made = partial(_as_picked, scenario, scene, tear, horizons[name], some, plan, cache)
         return remember(name, some, tear.fill, made)
@@ -115,8 +128,8 @@ def torn_horizons(
         on_start(stage, name, f"{number} of {count}")
 
     start = as_long_as(longer, given)
-    sheets, faults = sheets_on(start, filling, make, scene.whole_surface, starts)
-    found = warnings_of(given, faults, sheets)
+    sheets, faults = sheets_on(start, filling, make, scene.whole_surface, starts, made_of)
+    found = warnings_of(given, faults, sheets) + warnings_of_throw(sheets, made_of)
     for warning in found:
         warn(warning)
     for name, horizon in horizons.items():
@@ -205,7 +218,9 @@ def _as_picked(
     def make(data: Any) -> Sheet:
         """Tear these data as the scenario has it."""
         # A tie makes another mesh of the sheet, of which its model shows nothing.
-        return tear_from(plan, data, surfaces, name=name, before=tear.before, **words)
+        return tear_from(
+            plan, data, surfaces, name=name, before=tear.before, like=tear.like, **words
+        )
 
     def torn() -> Sheet:
         """The sheet, tied to its tops."""

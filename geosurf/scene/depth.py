@@ -388,7 +388,10 @@ def convert_points(
     """Return points of a scene in the other domain; `in_time` gives its model in time."""
     _need_velocity(inputs)
     if inputs.time is None:
-        raise InputError("the inputs are in depth. Ask the scene in time: scene.in_time(...).")
+        raise InputError(
+            "the inputs are in depth. Ask the scene in time: "
+            'scene.in_time("two-way").replace(velocity=...).'
+        )
     return converted(in_time(), inputs, inputs.time, True).convert(
         points_of_array(points), to_depth
     )

@@ -77,6 +77,12 @@ def given_in_depth(scene: Scene) -> tuple[dict[str, Any], dict[str, Any]]:
     return dict(inputs.horizons), dict(inputs.given_faults)
 
 
+def sheets_in_time(scene: Scene) -> dict[str, Sheet]:
+    """Return the sheets in time of a scene that becomes depth."""
+    horizons = scene._in_time.inputs.horizons
+    return {name: one for name, one in horizons.items() if isinstance(one, Sheet)}
+
+
 def prepared_faults(scene: Scene) -> dict[str, TriSurface]:
     """Return all faults as extended and truncated, before tears make them longer."""
     return {name: scene._plain.faults.surface(name) for name in scene.fault_names}

@@ -123,6 +123,7 @@ class Graph:
         self.known_regions: KnownRegions | None = None
         self.converted_from: Graph | None = None
         self.zone_rows: list[Any] = []  # how zones from thickness were corrected
+        self.made_of: dict[str, tuple[str, ...]] = {}  # horizons of zones: see `data_of_made`
         self._regions: NamedRegions | None = None  # of units, with level contacts or without
         self.read = InputSurfaces(inputs, memory)
 
@@ -530,7 +531,15 @@ class Graph:
         )
         if self.converted_from is not None:
             self.memory.warn(
-                *warnings_of_topology(self.converted_from.units, units, self.reservoir)
+                *warnings_of_topology(
+                    self.converted_from.units,
+                    units,
+                    self.reservoir,
+                    [
+                        name not in self.converted_from.inputs.horizons
+                        for name in self.inputs.horizons
+                    ],
+                )
             )
         return units
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,7 @@ from geosurf.conventions.foreign import crs_of_foreign
 from geosurf.conventions.text import volume_text
 from geosurf.errors import GeosurfWarning
 from geosurf.faults.rules import Rule
-from geosurf.model import Sheet, TriSurface, Units
+from geosurf.model import Sheet, TriSurface, Unit, Units
 from geosurf.model.tops import Tops
 from geosurf.read.features import features
 from geosurf.read.gocad import crs_of_gocad_lines
@@ -219,17 +219,26 @@ def _warning(one: str, other: str) -> GeosurfWarning:
 
 
 def warnings_of_topology(
-    before: Units, after: Units, zones: tuple[str, ...]
+    before: Units, after: Units, zones: tuple[str, ...], made: Sequence[bool]
 ) -> list[GeosurfWarning]:
-    """Return a warning of the units that a model and the converted one do not share, in zones."""
-    found = [
-        [unit for unit in units.without_slivers if unit.zone in zones] for units in (before, after)
-    ]
-    names = [{f"{unit.zone} {unit.block}" for unit in units} for units in found]
-    differ = sorted(names[0] ^ names[1])
-    if not differ:
+    """Return a warning of the units that a model and the converted one do not share, in zones.
+
+    `made` says of each horizon of the converted one whether a zone from thickness made it: its
+    zones are parts of one zone of the model before.
+    """
+    whole = [k - sum(made[:k]) for k in range(len(made) + 1)]
+    known: list[dict[tuple[int, str], list[Unit]]] = [{}, {}]
+    for unit in before.without_slivers:
+        known[0].setdefault((unit.zone_index, unit.block), []).append(unit)
+    for unit in after.without_slivers:
+        known[1].setdefault((whole[unit.zone_index], unit.block), []).append(unit)
+    wanted = {whole[unit.zone_index] for unit in after.without_slivers if unit.zone in zones}
+    keys = [key for key in known[0].keys() ^ known[1].keys() if key[0] in wanted]
+    if not keys:
         return []
-    parts = [unit for unit in found[1] if f"{unit.zone} {unit.block}" in differ]
+    parts = [unit for key in keys for unit in known[1].get(key, ())]
+    units = [unit for key in keys for of in known for unit in of.get(key, ())]
+    differ = sorted({f"{unit.zone} {unit.block}" for unit in units})
     words = (
         f"The model in depth has not the units of the one in time: they differ in "
         f"{known_names(differ)} In depth these are {counted(len(parts), 'unit')} of "

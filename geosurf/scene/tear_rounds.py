@@ -7,8 +7,10 @@ then. Each horizon takes its faults without what others have added far away from
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from hashlib import sha256
+from types import MappingProxyType
 
 import numpy as np
 
@@ -38,6 +40,8 @@ class Tear:
         What becomes of blocks without data; a sheet: the horizon is pinched out onto it.
     before : TearPlan or None
         What closed it at shorter faults.
+    like : tuple of Sheet
+        Of the horizons whose data were moved to make its own.
 
     See Also
     --------
@@ -48,16 +52,23 @@ class Tear:
     faults: Faults
     fill: bool | Sheet
     before: TearPlan | None = None
+    like: tuple[Sheet, ...] = ()
 
     @property
     def key(self) -> tuple[Hashable, ...]:
-        """What it takes from an earlier tear of its horizon, as part of a key of results."""
+        """What it takes from other tears, as part of a key of results."""
+        moved: list[str] = []
+        for sheet in self.like:
+            if sheet.plan is not None:
+                use, names = sheet.plan.use, [fault.name for fault in sheet.faults]
+                data = b"".join(a.tobytes() for a in (use.ignored, use.wrong, *use.near, *use.side))
+                moved += [repr((sheet.plan.given_trims, names)), sha256(data).hexdigest()]
         one = self.before
         if one is None:
-            return ()
+            return tuple(moved)
         lengths = [(x.fault, *sorted(x.lengths.items())) for x in one.extensions]
         tears = (one.traces, one.early, one.rings, one.level, one.left_out, one.loss)
-        return (repr((one.trims, one.given_trims, one.order, *tears, lengths)),)
+        return (repr((one.trims, one.given_trims, one.order, *tears, lengths)), *moved)
 
 
 Make = Callable[[Tear], Sheet]
@@ -78,6 +89,7 @@ def sheets_on(
     make: Make,
     untorn: Callable[[str], TriSurface],
     on_start: OnStart = silent,
+    made_of: Mapping[str, Sequence[str]] = MappingProxyType({}),
 ) -> tuple[dict[str, Sheet], Faults]:
     """Return sheets that all end on the same faults, and these: longer ones where one needs it.
 
@@ -92,6 +104,8 @@ def sheets_on(
         Gives a horizon as it is before it is torn.
     on_start : callable, optional
         Is called before each tear: see `OnStart`.
+    made_of : mapping of str to sequence of str, optional
+        Horizons whose data are those of others, moved: they are torn like these, and after them.
     """
     order = in_order(_outermost_first(filling))
     torn: dict[str, _Torn] = {}
@@ -103,16 +117,19 @@ def sheets_on(
         if not again:
             return {name: _ending_on(torn[name], faults) for name in filling}, faults
 
-        # those that are pinched out onto a sheet wait for it; outermost ones show how long faults
-        # have to be, before others are torn in vain
+        # those that are pinched out onto a sheet, or made of one, wait for it; outermost ones show
+        # how long faults have to be, before others are torn in vain
         ready = [name for name in again if filling[name] not in again]
+        models = {name: made_of.get(name, ()) for name in order}
+        ready = [name for name in ready if not {*models[name]} & {*again}] or ready
         first = [name for name in ready if name in order[:OUTERMOST] and name not in torn]
         tears = []
         for name in first[:1] or ready:
             known = torn.get(name)
             some = lengths.near(name, untorn) if known is None else faults
             before = None if known is None else known.sheet.plan
-            tears.append(Tear(name, some, _fill(torn, filling[name]), before))
+            like = tuple(torn[of].sheet for of in models[name] if of in torn)
+            tears.append(Tear(name, some, _fill(torn, filling[name]), before, like))
         count = n_torn + len(again)
         for tear in tears:
             n_torn += 1

@@ -26,6 +26,7 @@ from geosurf.scene.graph import Graph
 from geosurf.scene.inputs import undeclared
 from geosurf.scene.surfaces import opened_horizon
 from geosurf.scene.tear_rounds import Faults, Tear, outcome_of, same, sheets_on
+from geosurf.scene.zones import warnings_of_throw
 from geosurf.warning import collected
 
 
@@ -67,10 +68,11 @@ def torn_graph(plain: Graph) -> Graph:
     filling = inputs.filling
     start = as_long_as(plain.longer, given)
     sheets, faults = sheets_on(
-        start, filling, partial(_torn, plain), plain.untied, plain.memory.on_start
+        start, filling, partial(_torn, plain), plain.untied, plain.memory.on_start, plain.made_of
     )
     plain.memory.warn(*warnings_of(given, faults, sheets))
     plain.memory.warn(*warnings_of_passed(plain, given, faults))
+    plain.memory.warn(*warnings_of_throw(sheets, plain.made_of))
 
     # the box of the data: that of the sheets is taller, and extended faults would leave it later
     frame: dict[str, Any] = {"box": plain.box, "aoi": plain.aoi} if inputs.box is None else {}
@@ -179,11 +181,15 @@ def _torn(plain: Graph, tear: Tear) -> Sheet:
     tops = plain.tops if inputs.tie is not None else None
     tied = () if tops is None else (tops.wells, tops.points.tobytes(), inputs.tie)
     faults = [tear.faults[fault] for fault in inputs.faults_at(name)]
+    plan = plain.plans.get(name)
+    if plain.converted_from is not None:
+        known = plain.converted_from.inputs.horizons.get(name)
+        tear = replace(tear, like=(known,) if isinstance(known, Sheet) else tear.like)
 
     # the horizon's content, all faults, and all settings that the sheet depends on
     key: tuple[Hashable, ...] = (
         "torn", name, plain.read.content(name, value), *map(memory.key_of, faults),
-        _as_key(inputs.tear), *inputs.options.values(), tied, plain.plans.get(name),
+        _as_key(inputs.tear), *inputs.options.values(), tied, plan,
         tear.fill if isinstance(tear.fill, bool) else memory.key_of(tear.fill.surface),
         *tear.key,
     )  # fmt: skip
@@ -196,11 +202,11 @@ def _torn(plain: Graph, tear: Tear) -> Sheet:
         plain.read.unchanged(name)
         data = opened_horizon(value, inputs.options)
         words = {"name": name, "trim": inputs.tear, **undeclared(data, inputs.options)}
-        words |= {"fill_empty_blocks": tear.fill, "before": tear.before}
+        words |= {"fill_empty_blocks": tear.fill, "before": tear.before, "like": tear.like}
 
         def torn(some: Any) -> Sheet:
             """A sheet of these data."""
-            return tear_from(plain.plans.get(name), some, faults, **words)
+            return tear_from(plan, some, faults, **words)
 
         with collected():  # those of the sheet are enough: this one may not be the last
             return tied_sheet(name, data, torn, faults, tops, inputs.tie)

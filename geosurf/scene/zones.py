@@ -6,7 +6,7 @@ horizon, at the same faults, and so has the throw of its reference.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -16,8 +16,8 @@ from geosurf.conventions import is_number, length_text, place
 from geosurf.conventions.checks import are_points
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.measure.velocity import Field
-from geosurf.model import Lattice, TriSurface
-from geosurf.model.column import MadeHorizon
+from geosurf.model import Lattice, Sheet, TriSurface
+from geosurf.model.column import MadeHorizon, data_of_made
 from geosurf.scene.depth import data_of, moved_horizon, places_in, plain_in_depth
 from geosurf.scene.graph import Graph
 from geosurf.scene.inputs import SceneInputs, opened_map
@@ -180,6 +180,65 @@ def _secant(one: MadeHorizon, data: Any, z: np.ndarray) -> np.ndarray:
     return np.asarray(np.sqrt(1.0 + slope))
 
 
+BESIDE = 3.0  # cells along a fault in which its reference may have the throw of a horizon
+OF_THROW = 0.1  # of the largest throw, by which they may differ; and by the spread of its data
+IN_A_ROW = 5  # stations
+
+
+def warnings_of_throw(
+    sheets: Mapping[str, Sheet], made_of: Mapping[str, Sequence[str]]
+) -> list[GeosurfWarning]:
+    """Return a warning for each fault at which a made horizon has not the throw of its reference.
+
+    Parameters
+    ----------
+    sheets : mapping of str to Sheet
+    made_of : mapping of str to sequence of str
+        As from `data_of_made`.
+    """
+    from scipy.ndimage import binary_opening  # loaded by those who tear
+
+    found = []
+    for name, (start, *_) in made_of.items():
+        if name not in sheets or start not in sheets:
+            continue
+        known = getattr(sheets[start].report, "throw", {})
+        for fault, cut in sheets[name].cuts.items():
+            audit = known.get(fault)
+            if audit is None or not np.isfinite(audit.sheet).any() or len(audit.stations) < 2:
+                continue
+            # traces move down the dip, so that ends and junctions are elsewhere along strike
+            at = audit.stations[np.isfinite(audit.sheet), :2]
+            throw, spread = (of[np.isfinite(audit.sheet)] for of in (audit.sheet, audit.spread))
+            strike = np.diff(audit.stations[[0, -1], :2], axis=0)[0]
+            cell = np.median(np.hypot(*np.diff(audit.stations[:, :2], axis=0).T))
+            away = np.abs((cut.stations[:, None, :2] - at) @ (strike / np.hypot(*strike)))
+            far = away > BESIDE * cell
+            low, high = np.where(far, np.inf, throw), np.where(far, -np.inf, throw)
+            off = np.maximum(low.min(axis=1) - cut.throw, cut.throw - high.max(axis=1))
+            spread = np.where(far, 0.0, np.nan_to_num(spread)).max(axis=1)
+            least = np.maximum(spread, OF_THROW * np.abs(throw).max())
+            rows = np.flatnonzero(
+                binary_opening(np.isfinite(off) & (off > least), np.ones(IN_A_ROW))
+            )
+            if not len(rows):
+                continue
+            worst = rows[off[rows].argmax()]
+            found.append(
+                GeosurfWarning(
+                    "throw of zone", name,
+                    f"Horizon {name!r} has a throw of {length_text(cut.throw[worst])} at fault "
+                    f"{fault!r} near {place(cut.stations[worst])}. {start!r}, which it is made of, "
+                    f"has {length_text(throw[away[worst].argmin()])} there. They differ at "
+                    f"{len(rows)} of {len(cut.stations)} stations.",
+                    f"Compare them in scene.plot.throw({fault!r}), tear with a wider trim, or give "
+                    f"data of {name!r}.",
+                    tuple(cut.stations[worst].tolist()),
+                )
+            )  # fmt: skip
+    return found
+
+
 def corrections(rows: Sequence[Sequence[Any]]) -> xarray.Dataset:
     """Return the rows of zones as a dataset: see `Scene.zone_corrections`."""
     import xarray as xr
@@ -228,4 +287,6 @@ def plain_graph(plain: Graph, in_time: Callable[[], Graph], inputs: SceneInputs)
     graph = Graph(inputs.replaced(horizons=horizons, zones=None), plain.memory)
     graph.known_regions, graph.converted_from = plain.known_regions, plain.converted_from
     graph.zone_rows = rows
+    with_data = [name for name in inputs.horizons if not _is_made(plain, name)]
+    graph.made_of = data_of_made(made, with_data)
     return graph

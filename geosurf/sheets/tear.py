@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import partial, reduce
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ from geosurf.errors import GeometryError, GeosurfError, GeosurfWarning, InputErr
 from geosurf.model import FaultCut, Sheet, SheetReport, TriSurface
 from geosurf.model.expected import flag_of
 from geosurf.model.lattice import Lattice
-from geosurf.model.sheets import TearPlan
+from geosurf.model.sheets import DataUse, TearPlan
 from geosurf.model.surfaces import cutoffs_among
 from geosurf.sheets.faults.network import faults_in_words
 from geosurf.sheets.heights.missing import StandIn, parts_of
@@ -593,6 +593,7 @@ def tear_from(
     positive: str | None = None,
     length_unit: str | None = None,
     before: TearPlan | None = None,
+    like: Sequence[Sheet] = (),
 ) -> Sheet:
     """
     Tear a horizon first with what closed a sheet of slightly other data.
@@ -609,6 +610,9 @@ def tear_from(
         As for `tear_horizon`.
     before : TearPlan, optional
         `Sheet.plan` of this horizon at shorter faults: its trims stay, and its remedies come first.
+    like : sequence of Sheet, optional
+        Of the horizons whose data were moved to make these: their trims stay, and what they ignored
+        is ignored.
 
     Returns
     -------
@@ -649,20 +653,20 @@ def tear_from(
     cutoffs = by_wall(picks, surfaces, cutoffs_among(surfaces, picks.name))
     horizon = replace(_data(picks, noise, fill_empty_blocks), cutoffs=cutoffs)
     measured = None if trim == "auto" else trims_of("auto", picks, surfaces, cutoffs)
-    torn = None
+    torn, moved = None, _trims_like(like, picks, surfaces)
     if before is not None:
         used = {name: both for name, both in cutoffs.items() if name in before.polygons}
         horizon = replace(horizon, cutoffs=used)
-        torn = torn_as_planned(horizon, surfaces, before, close_again)
+        again = partial(close_again, use=None if moved is None else moved.use)
+        torn = torn_as_planned(horizon, surfaces, before, again)
     elif plan is not None:
         torn = torn_as_planned(horizon, surfaces, plan)
     searched = torn is None
     if torn is None:
-        trims = (
-            trims_of(trim, picks, surfaces, cutoffs)
-            if before is None
-            else Trims(before.given_trims)
-        )
+        if before is not None:
+            trims = Trims(before.given_trims, None if moved is None else moved.use)
+        else:
+            trims = moved or trims_of(trim, picks, surfaces, cutoffs)
         # data that were ignored are as little trusted now
         if plan is not None and fits(plan, picks, surfaces):
             trims = replace(trims, use=plan.use)
@@ -699,6 +703,24 @@ def _data(picks: Picks | Scattered, noise: float | None, fill: bool | Sheet) -> 
             "out. Set fill_empty_blocks=True to continue it, or grid it first."
         )
     return Data(picks, noise, other=StandIn.of(fill, picks))
+
+
+def _trims_like(
+    like: Sequence[Sheet], picks: Picks | Scattered, faults: Sequence[TriSurface]
+) -> Trims | None:
+    """Trims of sheets of as many data at the same faults, and what they made of their data."""
+    names = [fault.name for fault in faults]
+    plans = [
+        sheet.plan
+        for sheet in like
+        if sheet.plan is not None
+        and [fault.name for fault in sheet.faults] == names
+        and fits(sheet.plan, picks, faults)
+    ]
+    if not plans or len(plans) < len(like):
+        return None
+    trims = np.max([plan.given_trims for plan in plans], axis=0)
+    return Trims(tuple(trims.tolist()), reduce(DataUse.joined, (plan.use for plan in plans)))
 
 
 def _extrapolated(data: Any, shape: tuple[int, int]) -> np.ndarray | None:

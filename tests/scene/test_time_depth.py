@@ -324,3 +324,32 @@ def test_tops_and_contacts_in_time_become_depth_and_ties_meet_tops() -> None:
     for place, z in zip(places, here, strict=True):
         at = np.abs(owc[:, :2] - place[:2]).sum(axis=1).argmin()
         assert owc[at, 2] == pytest.approx(z, abs=1e-6)
+
+
+@pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
+def test_a_smeared_field_has_the_throw_that_it_has_without_a_detour_through_time() -> None:
+    """What lies in the shadow of F2 says nothing of its smear: trims are those of the time."""
+    world = gs.synthetic.faulted_reservoir(n=61)
+    horizons = {name: world.horizons[name] for name in ("Top", "Base")}
+    velocity = {"above Top": LINEAR, "Top/Base": 2900.0, "below Base": 3200.0}
+    field = gs.Scene(horizons, world.faults, tear=True, velocity=velocity)
+    time = field.in_time("two-way").replace(velocity=velocity)
+
+    def in_ms(x: Any, y: Any, z: Any) -> np.ndarray:
+        places = np.stack(np.broadcast_arrays(x, y, z), axis=-1)
+        return time.to_time(places.reshape(-1, 3)).reshape(places.shape)
+
+    picked = {}
+    for name, grid in horizons.items():
+        x, y = np.meshgrid(grid.easting, grid.northing)
+        attrs = {"units": "ms", "positive": "down"}
+        picked[name] = grid.copy(data=-in_ms(x, y, grid)[..., 2]).assign_attrs(attrs)
+    sticks = {
+        name: list(in_ms(one.easting, one.northing, one.elevation).swapaxes(0, 1))
+        for name, one in world.faults.items()
+    }
+    back = gs.Scene(picked, sticks, tear=True, time="two-way", velocity=velocity)
+    for name in horizons:
+        for fault in world.faults:
+            throws = [scene.throw(name, fault).throw for scene in (field, back)]
+            assert abs(float(abs(throws[0]).max() - abs(throws[1]).max())) < 1.0

@@ -127,6 +127,31 @@ def test_torn_horizons_take_the_throw_of_their_reference_and_follow_it():
     assert scene.replace(zones=None).horizon_names == ("Top",)
 
 
+def test_zones_that_are_fitted_beside_a_dipping_fault_have_the_throw_of_both():
+    """Between the cut-offs of Top and Base, data of one wall are fitted to those of the other."""
+    world = gs.synthetic.faulted_reservoir(n=81)
+    zones = {
+        "Upper": {"below": "Top", "thickness": 30.0},
+        "Lower": {"below": "Upper", "thickness": 50.0, "base": "Base"},
+    }
+    horizons = {name: world.horizons[name] for name in ("Top", "Base")}
+    scene = gs.Scene(horizons, world.faults, tear=True, zones=zones)
+    for fault in world.faults:
+        most = [float(abs(scene.throw(name, fault).throw).max()) for name in scene.horizon_names]
+        assert max(most) - min(most) < 0.05 * max(most)
+    assert not scene.warnings
+
+
+@pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
+def test_another_throw_than_that_of_the_reference_is_warned_of():
+    world = gs.synthetic.torn("thrust", n=61)
+    zones = {"Upper": {"below": "Top", "thickness": 30.0}}
+    scene = gs.Scene(world.horizons, world.faults, tear=True, zones=zones)
+    (found,) = [one for one in scene.warnings if one.kind == "throw of zone"]
+    assert "'base Upper' has a throw of" in str(found)
+    assert "'Top', which it is made of, has" in str(found)
+
+
 def test_ties_and_ensembles_count_for_made_horizons():
     zones = {"A": {"below": "Top", "thickness": 30.0, "base": "M"}}
     tops = {"well": ["W"], "horizon": ["M"], "easting": [1000.0], "northing": [1000.0]}

@@ -417,17 +417,19 @@ def plan_of(closed: Closed, loss: float, searched: bool) -> TearPlan:
     )
 
 
-def close_again(data: Data, faults: Sequence[TriSurface], before: TearPlan) -> Closed | None:
+def close_again(
+    data: Data, faults: Sequence[TriSurface], before: TearPlan, use: DataUse | None = None
+) -> Closed | None:
     """The mesh at longer faults, with trims and repairs that closed it before; it may stay open.
 
-    None if its traces are others.
+    None if its traces are others. `use` is that of `Trims`.
 
     Raises
     ------
     GeometryError
         If a block has no data.
     """
-    surfaces, trims = tuple(faults), Trims(before.trims)
+    surfaces, trims = tuple(faults), Trims(before.trims, use)
     rebuilt = rebuilt_of(data, surfaces, trims, before.order)
     refuse_empty_blocks(rebuilt.picks, rebuilt.state, [surface.name for surface in surfaces])
     if traces_of(rebuilt.state.network) != before.traces:

@@ -137,6 +137,8 @@ def _strip(
     along = (np.interp(beside.place[row], vertex, trace.along) - stations[0]) / step
     cell = np.floor(near.far - trim)
     mine = (row >= 0) & (cell >= 0) & (cell < LONGEST) & (along > -0.5) & (along < n - 0.5)
+    if closed.trims.use is not None:  # smear that another horizon has shown
+        mine &= ~closed.trims.use.ignored[near.rows]
     station = np.rint(along[mine]).astype(np.int64)
     wall = (near.side[mine] < 0).astype(np.int64)
     shape = (2, n, LONGEST)
