@@ -17,6 +17,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from geosurf.conventions import counted, place
 from geosurf.conventions.running import running
 from geosurf.errors import DependencyError, GeometryError, InputError, InvariantError
 from geosurf.kernels.exact.predicates import frame_of, orient3d_rows
@@ -577,6 +578,10 @@ def _require(holds: object, what: str) -> None:
 
 
 EPSILON = 1e-14
+# Degrees. TetGen takes two edges, or faces, at a corner for one if they are closer than 180 degrees
+# less this, by default 0.1, and calls them self-intersections. Needles that the cut of surfaces
+# leaves are narrower; exact predicates tell their edges apart.
+STRAIGHT = 180.0
 RATIO = 4.0  # radius of the sphere around a tetrahedron over its shortest edge
 PATIENCE = 300.0, 0.005  # [s], and for each face and each tetrahedron of the asked size
 SHORT = 20.0, 0.0003  # the same of all orders but the last: six times what models at hand take
@@ -635,6 +640,7 @@ def fill(
     options |= {
         "facesout": True, "nobisect": True, "nomergefacet": True, "nomergevertex": True,
         "epsilon": EPSILON, "steinerleft": -1,
+        "collinear_ang_tol": STRAIGHT, "facet_separate_ang_tol": STRAIGHT,
     }  # fmt: skip
     found, order = _first_that_ends(boundary, options, len(boundary.faces) + expected)
 
@@ -715,7 +721,20 @@ def _run(boundary: Boundary, options: dict[str, Any], patience: float) -> dict[s
         refused, made = Path(folder, "error.txt"), Path(folder, "mesh.npz")
         if refused.exists():
             reason = refused.read_text(encoding="utf-8").strip().rstrip(".")
-            raise GeometryError(f"{what}: {reason}. {remedy}")
+            skipped = Path(folder, "_skipped.face")
+            if not skipped.exists():
+                raise GeometryError(f"{what}: {reason}. {remedy}")
+
+            # after a header, rows of number, corners and mark, which is the row of a face and one
+            rows = np.loadtxt(skipped, skiprows=1, ndmin=2)[:, -1].astype(np.int64) - 1
+            where = boundary.x[boundary.faces[rows[0]]].mean(axis=0) + boundary.origin
+            names = [boundary.surface_names[k] for k in np.unique(boundary.surface[rows]).tolist()]
+            raise GeometryError(
+                f"{what}: {reason}. It leaves out {counted(len(rows), 'face')} of "
+                f"{', '.join(names)}, the first at {place(where)}. {remedy}",
+                place=where,
+                surfaces=names,
+            )
         if done.returncode or not made.exists():
             last = (done.stderr.strip().splitlines() or ["it ended without a message"])[-1]
             raise GeometryError(f"{what}: its process ended ({done.returncode}): {last}. {remedy}")
