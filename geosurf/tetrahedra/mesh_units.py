@@ -578,10 +578,10 @@ def _require(holds: object, what: str) -> None:
 
 
 EPSILON = 1e-14
-# Degrees. TetGen takes two edges, or faces, at a corner for one if they are closer than 180 degrees
-# less this, by default 0.1, and calls them self-intersections. Needles that the cut of surfaces
-# leaves are narrower; exact predicates tell their edges apart.
-STRAIGHT = 180.0
+# TetGen takes two edges at a corner for one if their angle is below 0.1 degrees, and calls them
+# self-intersections. Needles that the cut of surfaces leaves are narrower. In every other order it
+# tells them apart; in the first it does not, since it then loses a face of a few other models.
+STRAIGHT = 180.0  # degrees
 RATIO = 4.0  # radius of the sphere around a tetrahedron over its shortest edge
 PATIENCE = 300.0, 0.005  # [s], and for each face and each tetrahedron of the asked size
 SHORT = 20.0, 0.0003  # the same of all orders but the last: six times what models at hand take
@@ -640,7 +640,6 @@ def fill(
     options |= {
         "facesout": True, "nobisect": True, "nomergefacet": True, "nomergevertex": True,
         "epsilon": EPSILON, "steinerleft": -1,
-        "collinear_ang_tol": STRAIGHT, "facet_separate_ang_tol": STRAIGHT,
     }  # fmt: skip
     found, order = _first_that_ends(boundary, options, len(boundary.faces) + expected)
 
@@ -674,7 +673,8 @@ def _first_that_ends(
         base, each = SHORT if k < N_ORDER - 1 else PATIENCE
         try:
             given = replace(boundary, x=boundary.x[order], faces=rank[boundary.faces])
-            return _run(given, options, base + each * size), order
+            angle = {"collinear_ang_tol": STRAIGHT} if k % 2 else {}
+            return _run(given, options | angle, base + each * size), order
         except GeometryError as error:
             refusal = error
     assert refusal is not None

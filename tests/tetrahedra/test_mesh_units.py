@@ -220,7 +220,7 @@ class TetGen:
             r"self-intersections\. It leaves out 1 face of Top, the first at \(E .*\)\. Check",
         ),
         (
-            'raise RuntimeError(str(min(v for k, v in options.items() if "ang_tol" in k)))',
+            'raise RuntimeError(str(options["collinear_ang_tol"]))',  # of the last order
             "180",  # edges of needles are not one edge, however narrow
         ),
         ("import os; os._exit(7)", r"its process ended \(7\).*check\(\)"),
