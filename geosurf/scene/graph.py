@@ -101,7 +101,8 @@ class Graph:
     plans : mapping of str to TearPlan
         How horizons of another scene were torn, which is tried first.
     converted_from : Graph or None
-        Of the model in time, whose units a model in depth should have.
+        Of the model in the other domain: horizons are torn like those there, and a model in depth
+        should have the units of the one in time.
     known_regions : KnownRegions or None
         Regions that the scene had from which this one was made: names go on.
 
@@ -529,7 +530,7 @@ class Graph:
         self.memory.warn(
             *warnings_of_order(units), *warnings_of_thin_units(units), *warnings_of_slivers(units)
         )
-        if self.converted_from is not None:
+        if self.converted_from is not None and self.inputs.time is None:
             self.memory.warn(
                 *warnings_of_topology(
                     self.converted_from.units,

@@ -70,9 +70,9 @@ def torn_graph(plain: Graph) -> Graph:
     sheets, faults = sheets_on(
         start, filling, partial(_torn, plain), plain.untied, plain.memory.on_start, plain.made_of
     )
-    plain.memory.warn(*warnings_of(given, faults, sheets))
-    plain.memory.warn(*warnings_of_passed(plain, given, faults))
-    plain.memory.warn(*warnings_of_throw(sheets, plain.made_of))
+    found = warnings_of(given, faults, sheets) + warnings_of_passed(plain, given, faults)
+    found += warnings_of_throw(sheets, plain.made_of)
+    plain.memory.warn(*map(_in_time, found) if inputs.time is not None else found)
 
     # the box of the data: that of the sheets is taller, and extended faults would leave it later
     frame: dict[str, Any] = {"box": plain.box, "aoi": plain.aoi} if inputs.box is None else {}
@@ -85,6 +85,12 @@ def torn_graph(plain: Graph) -> Graph:
     graph = Graph(torn, plain.memory, prepared_by=plain.faults)
     graph.known_regions, graph.converted_from = plain.known_regions, plain.converted_from
     return graph
+
+
+def _in_time(one: GeosurfWarning) -> GeosurfWarning:
+    """A warning of a model in time, which says what its vertical numbers are."""
+    words = f"In time (vertical numbers are ms, not m): {one.effect}"
+    return GeosurfWarning(one.kind, one.subject, words, one.remedy, one.place)
 
 
 def torn_or_plain(plain: Graph) -> Graph:

@@ -349,6 +349,8 @@ def test_a_smeared_field_has_the_throw_that_it_has_without_a_detour_through_time
         for name, one in world.faults.items()
     }
     back = gs.Scene(picked, sticks, tear=True, time="two-way", velocity=velocity)
+    in_time = [scene.in_time("two-way").throw("Base", "F2").throw for scene in (field, back)]
+    assert abs(float(in_time[0].max() - in_time[1].max())) < 1.0
     for name in horizons:
         for fault in world.faults:
             throws = [scene.throw(name, fault).throw for scene in (field, back)]
