@@ -365,3 +365,78 @@ def _near_pairs(
     parts = map_threads(lambda part: part(), tasks, worth=len(ends) > 2)
     pairs = np.concatenate(parts)
     return pairs[np.lexsort(pairs.T[::-1])]
+
+
+# ---- halved edges ----------------------------------------
+# Triangles whose long edges are halved: all triangles at an edge get the same middle.
+
+
+# parts of a face by its halved edges, rows of (a, b, c, middle of ab, of bc, of ca); turned
+# so that the halved edges come first, and with two of them the shorter diagonal is chosen
+ONE = np.array([[3, 1, 2], [3, 2, 0]])
+TWO = np.array([[[3, 1, 4], [0, 3, 4], [0, 4, 2]], [[3, 1, 4], [0, 3, 2], [3, 4, 2]]])
+THREE = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
+
+
+def halved(
+    x: np.ndarray, faces: np.ndarray, chosen: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """
+    Halve some edges of triangles.
+
+    Parameters
+    ----------
+    x : ndarray of float64, shape (n_vertex, 3)
+    faces : ndarray of int64, shape (n, 3)
+    chosen : ndarray of bool, shape (n, 3)
+        Edges to halve, the first from corner 0 to corner 1; alike for all triangles at an edge.
+
+    Returns
+    -------
+    x : ndarray of float64
+        With the middles behind.
+    faces, source : ndarray of int64
+        The parts, and which triangle each is of, rising.
+
+    Examples
+    --------
+    >>> first = np.array([[True, False, False]])
+    >>> x, faces, source = halved(np.eye(3), np.array([[0, 1, 2]]), first)
+    >>> faces.tolist(), source.tolist()
+    ([[3, 1, 2], [3, 2, 0]], [0, 0])
+    """
+    edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
+    long = chosen.ravel()
+    keys, number = np.unique(edges[long, 0] * len(x) + edges[long, 1], return_inverse=True)
+    middle = np.full(len(edges), -1)
+    middle[long] = len(x) + number
+    x = np.concatenate([x, 0.5 * (x[keys // len(x)] + x[keys % len(x)])])
+    return x, *_split(x, faces, middle.reshape(-1, 3))
+
+
+def _split(x: np.ndarray, faces: np.ndarray, middle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Split faces at the middles of their edges; -1 where an edge stays."""
+    count = (middle >= 0).sum(axis=1)
+    # turned: the first edge is the halved one, or the edge before the whole one
+    whole = (middle < 0).argmax(axis=1)
+    turn = np.where(count == 1, (middle >= 0).argmax(axis=1), np.where(count == 2, whole + 1, 0))
+    columns = (turn[:, None] + np.arange(3)) % 3
+    rows = np.concatenate(
+        [np.take_along_axis(faces, columns, 1), np.take_along_axis(middle, columns, 1)], axis=1
+    )
+
+    # of two diagonals the shorter one: from the first corner, or to the last
+    two = np.flatnonzero(count == 2)
+    length = [np.square(x[rows[two, i]] - x[rows[two, j]]).sum(axis=1) for i, j in ((0, 4), (3, 2))]
+    other = length[0] > length[1]
+    parts = [
+        (np.flatnonzero(count == 0), np.array([[0, 1, 2]])),
+        (np.flatnonzero(count == 1), ONE),
+        (two[~other], TWO[0]),
+        (two[other], TWO[1]),
+        (np.flatnonzero(count == 3), THREE),
+    ]
+    made = np.concatenate([rows[of][:, part].reshape(-1, 3) for of, part in parts])
+    source = np.concatenate([np.repeat(of, len(part)) for of, part in parts])
+    order = np.argsort(source, kind="stable")
+    return made[order], source[order]

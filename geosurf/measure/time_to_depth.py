@@ -16,6 +16,7 @@ from functools import cached_property
 
 import numpy as np
 
+from geosurf.arrangement.triangles import halved
 from geosurf.errors import GeometryError, InputError
 from geosurf.measure.columns import cross_columns, signs_of_turns, weights_at
 from geosurf.measure.locate import boundaries_of, locator_of
@@ -148,41 +149,12 @@ def divided(
     """
     parent = np.arange(len(t))
     while True:
-        ends = np.stack([t, np.roll(t, -1, axis=1)], axis=2)  # edge k runs from corner k
-        square = ((x[ends[:, :, 0]] - x[ends[:, :, 1]]) ** 2).sum(axis=2)
-        long = square > longest**2
-        rows = np.flatnonzero(long.any(axis=1))
-        if not len(rows):
+        corners = x[t]
+        square = ((corners - np.roll(corners, -1, axis=1)) ** 2).sum(axis=2)
+        if not (square > longest**2).any():
             return x, t, parent
-        low, high = ends[rows].min(axis=2), ends[rows].max(axis=2)
-        edge, at = np.unique((low * len(x) + high)[long[rows]], return_inverse=True)
-        middle = np.full((len(rows), 3), -1)
-        middle[long[rows]] = len(x) + at
-        a, b = np.divmod(edge, len(x))
-        x = np.concatenate([x, 0.5 * (x[a] + x[b])])
-        of, parts = _parts(t[rows], middle)
-        stays = ~long.any(axis=1)
-        t = np.concatenate([t[stays], parts])
-        parent = np.concatenate([parent[stays], parent[rows[of]]])
-
-
-def _parts(t: np.ndarray, middle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Parts of triangles (n, 3) at the middles of some edges (-1: none), and which each is of."""
-    of, parts = [], []
-    n = np.count_nonzero(middle >= 0, axis=1)
-    for k in range(3):  # turned so that edge k is the first one
-        (a, b, c), (p, q, r) = np.roll(t, -k, axis=1).T, np.roll(middle, -k, axis=1).T
-        alone = (n == 1) & (p >= 0)
-        two = (n == 2) & (r < 0)
-        cases = [(alone, [(a, p, c), (p, b, c)]), (two, [(p, b, q), (a, p, q), (a, q, c)])]
-        if k == 0:
-            cases.append((n == 3, [(a, p, r), (p, b, q), (r, q, c), (p, q, r)]))
-        for which, made in cases:
-            rows = np.flatnonzero(which)
-            for corners in made:
-                of.append(rows)
-                parts.append(np.stack([one[rows] for one in corners], axis=1))
-    return np.concatenate(of), np.concatenate(parts)
+        x, t, source = halved(x, t, square > longest**2)
+        parent = parent[source]
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,6 +17,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from geosurf.arrangement.triangles import halved
 from geosurf.conventions import counted, place
 from geosurf.conventions.running import running
 from geosurf.errors import DependencyError, GeometryError, InputError, InvariantError
@@ -157,13 +158,6 @@ def _rounding(mesh: TetMesh) -> np.ndarray:
     return found
 
 
-# parts of a face by its halved edges, rows of (a, b, c, middle of ab, of bc, of ca); turned
-# so that the halved edges come first, and with two of them the shorter diagonal is chosen
-ONE = np.array([[3, 1, 2], [3, 2, 0]])
-TWO = np.array([[[3, 1, 4], [0, 3, 4], [0, 4, 2]], [[3, 1, 4], [0, 3, 2], [3, 4, 2]]])
-THREE = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
-
-
 def refined(boundary: Boundary, size: float = math.inf) -> Boundary:
     """
     Flip edges of flat parts, and halve all edges longer than a size, until none is left.
@@ -194,12 +188,7 @@ def refined(boundary: Boundary, size: float = math.inf) -> Boundary:
         if not long.any():
             break
 
-        # one middle for each edge
-        keys, number = np.unique(key[long], return_inverse=True)
-        middle = np.full(len(edges), -1)
-        middle[long] = len(x) + number
-        x = np.concatenate([x, 0.5 * (x[keys // len(x)] + x[keys % len(x)])])
-        faces, source = _split(x, faces, middle.reshape(-1, 3), np.arange(len(faces)))
+        x, faces, source = halved(x, faces, long.reshape(-1, 3))
         parent, parts = parent[source], replace(parts, of_face=parts.of_face[source])
         faces = flipped(x, faces, parts)
     return replace(
@@ -226,36 +215,6 @@ def _chosen(
     used = np.unique(faces[parts.of_face >= 0])
     chosen: np.ndarray = key[edge[spaced(middles, square[edge], x[used], 0.5 * size)]]
     return chosen
-
-
-def _split(
-    x: np.ndarray, faces: np.ndarray, middle: np.ndarray, parent: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Split faces at the middles of their edges; -1 where an edge stays."""
-    count = (middle >= 0).sum(axis=1)
-    # turned: the first edge is the halved one, or the edge before the whole one
-    whole = (middle < 0).argmax(axis=1)
-    turn = np.where(count == 1, (middle >= 0).argmax(axis=1), np.where(count == 2, whole + 1, 0))
-    columns = (turn[:, None] + np.arange(3)) % 3
-    rows = np.concatenate(
-        [np.take_along_axis(faces, columns, 1), np.take_along_axis(middle, columns, 1)], axis=1
-    )
-
-    # of two diagonals the shorter one: from the first corner, or to the last
-    two = np.flatnonzero(count == 2)
-    length = [np.square(x[rows[two, i]] - x[rows[two, j]]).sum(axis=1) for i, j in ((0, 4), (3, 2))]
-    other = length[0] > length[1]
-    parts = [
-        (np.flatnonzero(count == 0), np.array([[0, 1, 2]])),
-        (np.flatnonzero(count == 1), ONE),
-        (two[~other], TWO[0]),
-        (two[other], TWO[1]),
-        (np.flatnonzero(count == 3), THREE),
-    ]
-    made = np.concatenate([rows[of][:, part].reshape(-1, 3) for of, part in parts])
-    source = np.concatenate([np.repeat(of, len(part)) for of, part in parts])
-    order = np.argsort(source, kind="stable")
-    return made[order], parent[source[order]]
 
 
 ROUNDING = 64.0 * np.finfo(np.float64).eps  # of the largest coordinate: places of vertices
