@@ -412,8 +412,7 @@ class Scene:
             return self
         twin = object.__new__(Scene)
         twin.__dict__.update(_inputs=made, _given=Graph(made, self._given.memory.twin()))
-        if self._inputs.time is None:  # the data of its horizons come from those in depth
-            twin._given.converted_from = self._graph
+        twin._given.converted_from = self._graph if self._inputs.time is None else None
         return twin
 
     def to_depth(self, points: Any) -> np.ndarray:
