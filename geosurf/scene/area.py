@@ -361,9 +361,12 @@ class NamedRegions:
             shared = overlap(before, there, (len(known.labels), len(proposals)))
         labels = label_regions(proposals, known, shared, tuple(self.given))
 
-        # names of a scene before keep to their regions; others are looked for
+        # names of a scene before keep to their regions; others are looked for, and polygons, which
+        # may hold more or less than before
         kept = {name for name, _ in known.labels} if known else set()
-        new = {name: _opened(value) for name, value in self.given.items() if name not in kept}
+        given = {name: _opened(value) for name, value in self.given.items()}
+        new = {n: one for n, one in given.items() if n not in kept or isinstance(one, np.ndarray)}
+        labels = [(letter if name in new else name, letter) for name, letter in labels]
         if new:
             for k, name in regions_by_name(self.patches, self.units, proposals, new).items():
                 labels[k] = name, labels[k][1]
