@@ -62,7 +62,7 @@ def seal_rules(
             least: Any = rule.get(SGR)
             if len(rule) != 1 or not is_number(least) or not 0.0 <= least <= 1.0:
                 raise InputError(
-                    f"{key}: {dict(rule)!r} is no rule. Write {{'sgr': 0.2}} for a fault that "
+                    f"{key}: {dict(rule)!r} is not a rule. Write {{'sgr': 0.2}} for a fault that "
                     "holds where its shale gouge ratio is at least 0.2."
                 )
             rules[name], rule = float(least), SEALING

@@ -294,7 +294,7 @@ def velocity_of(
     for name, value in entries.items():
         if name not in known:
             raise InputError(
-                f"velocity names {name!r}, which is no zone and no horizon. Names are "
+                f"velocity names {name!r}, which is neither a zone nor a horizon. Names are "
                 f"{known_names(known, name)}"
             )
         if name in (DATUM, WELLS):

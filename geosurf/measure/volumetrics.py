@@ -257,7 +257,7 @@ def fluids_in_place(
 
 
 def check_system(system: Any) -> None:
-    """Refuse what is no system of units of measure."""
+    """Refuse an unknown system of units of measure."""
     if not is_word(system, SYSTEMS):
         raise InputError(f"units is {system!r}; it must be one of {', '.join(SYSTEMS)}.")
 

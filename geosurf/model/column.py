@@ -504,8 +504,8 @@ def zones_of(given: Mapping[str, Any], horizons: Sequence[str]) -> list[MadeHori
         if len(found) == n:
             zone, (of, _, _) = next((z, end) for z, end in ends.items() if z not in found)
             raise InputError(
-                f"zone {zone!r} counts from {of!r}, which is no horizon with data, and no zone on "
-                f"the same side of one.{did_you_mean(of, [*horizons, *given])} {ZONE_HOW}."
+                f"zone {zone!r} counts from {of!r}, which is neither a horizon with data nor a "
+                f"zone on the same side of one.{did_you_mean(of, [*horizons, *given])} {ZONE_HOW}."
             )
     sides = [(one.start, one.down) for one in found.values()]
     for one in found.values():

@@ -291,6 +291,8 @@ class BaseHeights:
         Spread of the errors of ignored data, by distance from a fault [m].
     apart : tuple of int
         Traces whose walls were rebuilt without each other.
+    drawn : ndarray of int64 (3, n)
+        Nodes that fault polygons draw, and their walls: trace, and 1 or -1.
     """
 
     nodes: np.ndarray
@@ -299,6 +301,7 @@ class BaseHeights:
     walls: tuple[np.ndarray, ...]
     smear: np.ndarray | None
     apart: tuple[int, ...]
+    drawn: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,19 +7,20 @@ horizons end on the longer one (`geosurf.scene.tear_rounds`).
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Iterable, Mapping
+from collections.abc import Hashable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import area_text
+from geosurf.conventions import area_text, known_names
 from geosurf.errors import GeosurfWarning
 from geosurf.faults.rules import Rule
 from geosurf.faults.sides import adjacency
 from geosurf.faults.truncate import main_side
 from geosurf.model import Sheet
+from geosurf.model.surfaces import CUTOFF
 from geosurf.rebuild import rebuild_surfaces
 from geosurf.scene.faults import LongerFaults
 from geosurf.scene.graph import Graph
@@ -166,7 +167,26 @@ def warnings_of(given: Faults, faults: Faults, sheets: Mapping[str, Sheet]) -> l
             )
     # how much longer a fault became counts as a whole, not by the sheets that needed some of it
     found += [one for one in of_sheets if one.kind != "fault extended"]
+    found += _polygons_unused(given, tuple(sheets))
     return list(dict.fromkeys(found))
+
+
+def _polygons_unused(faults: Faults, torn: tuple[str, ...]) -> Iterator[GeosurfWarning]:
+    """Fault polygons on horizons that are not torn, or not there."""
+    of: dict[str, list[str]] = {}
+    for name, fault in faults.items():
+        for key in fault.vertex_data:
+            if key.startswith(CUTOFF):
+                of.setdefault(key.removeprefix(CUTOFF), []).append(name)
+    for horizon, names in of.items():
+        if torn and horizon not in torn:
+            yield GeosurfWarning(
+                "polygon left out",
+                horizon,
+                f"Polygons of {', '.join(map(repr, names))} are on {horizon!r}, and no horizon of "
+                "that name is torn: they shape the faults, and give no throw.",
+                f"Name them by the horizon that they show: {known_names(torn, horizon)}",
+            )
 
 
 def warnings_of_passed(plain: Graph, given: Faults, faults: Faults) -> list[GeosurfWarning]:

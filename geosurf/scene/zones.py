@@ -101,8 +101,8 @@ def _chain(plain: Graph, chain: Sequence[MadeHorizon]) -> tuple[dict[str, Any], 
         other = data_of(plain, end, plain.inputs.horizons[end])
         if are_points(other) or other.lattice is None:
             raise InputError(
-                f"zone {chain[-1].zone!r} is to fit to horizon {end!r}, which is no grid. Give a "
-                "grid of it."
+                f"zone {chain[-1].zone!r} is to fit to horizon {end!r}, which is not a grid. Give "
+                "a grid of it."
             )
         room = np.maximum(sign * (Field(other.lattice).at(x[:, :2]) - x[:, 2]), 0.0)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -161,11 +161,13 @@ def _negative(one: MadeHorizon, x: np.ndarray, added: np.ndarray) -> GeosurfWarn
 
 def _secant(one: MadeHorizon, data: Any, z: np.ndarray) -> np.ndarray:
     """Vertical thickness over the one normal to a grid with elevations z at its nodes."""
+    from scipy.ndimage import distance_transform_edt  # loaded by those who give an isopach
+
     lattice: Lattice | None = None if are_points(data) else data.lattice
     if lattice is None or min(lattice.shape) < 2:
         raise InputError(
-            f"zone {one.zone!r} is an isopach, normal to {one.start!r}, which is no grid. Give a "
-            'grid of it, or kind="isochore".'
+            f"zone {one.zone!r} is an isopach, normal to {one.start!r}, which is not a grid. Give "
+            'a grid of it, or kind="isochore".'
         )
     shape, (x, y) = lattice.shape, (lattice.easting, lattice.northing)
     if x.ndim == 1:
@@ -176,8 +178,13 @@ def _secant(one: MadeHorizon, data: Any, z: np.ndarray) -> np.ndarray:
     area = columns[0] * rows[1] - columns[1] * rows[0]
     east = (columns[2] * rows[1] - columns[1] * rows[2]) / area
     north = (columns[0] * rows[2] - columns[2] * rows[0]) / area
-    slope = np.nan_to_num(east**2 + north**2)[lattice.present]
-    return np.asarray(np.sqrt(1.0 + slope))
+    slope = east**2 + north**2
+    # next to nodes without data: the slope of the nearest node that has one
+    gaps = np.isnan(slope)
+    if not gaps.all():
+        at = distance_transform_edt(gaps, return_distances=False, return_indices=True)
+        slope = slope[tuple(at)]
+    return np.asarray(np.sqrt(1.0 + np.nan_to_num(slope[lattice.present])))
 
 
 BESIDE = 3.0  # cells along a fault in which its reference may have the throw of a horizon

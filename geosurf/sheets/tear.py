@@ -148,15 +148,15 @@ def torn_sheet(data: Data, faults: Sequence[TriSurface], trims: Trims) -> Torn:
     """
     search = Search(partial(_torn, data, given=trims))
     first = _first(search, faults, trims, FEW if data.cutoffs else MOST_ROUNDS)
-    # polygons may contradict the data: without those at the largest hole, then without any
-    for leave_all in (False, True):
-        if first.bad and data.cutoffs:
-            gone = _open_polygons(first, faults, data)
-            kept = data.cutoffs.keys() - (data.cutoffs if leave_all else gone)
-            data = replace(data, cutoffs={name: data.cutoffs[name] for name in sorted(kept)})
+    best = first if data.cutoffs else search.forced(first)
+    # polygons may contradict the data: without those at the largest hole, at open faults, any
+    for number in range(3):
+        if best.bad and data.cutoffs:
+            kept = sorted(data.cutoffs.keys() - _open_polygons(first, faults, data, number))
+            data = replace(data, cutoffs={name: data.cutoffs[name] for name in kept})
             search = Search(partial(_torn, data, given=trims), search.n_cut)
-            first = _first(search, faults, trims, FEW if data.cutoffs else MOST_ROUNDS)
-    best = search.forced(first)
+            first = _first(search, faults, trims, FEW if kept else MOST_ROUNDS)
+            best = search.forced(first) if number or not kept else first
     bad = first.bad or best.bad
     # other trims may do without a loss; if not, the smallest loss of all within the limit
     for other in _others(search, faults, trims, bad, data) if bad and best.loss > 0.0 else ():
@@ -168,13 +168,13 @@ def torn_sheet(data: Data, faults: Sequence[TriSurface], trims: Trims) -> Torn:
     return best
 
 
-def _open_polygons(torn: Torn, faults: Sequence[TriSurface], data: Data) -> set[str]:
-    """Faults with polygons next to the largest hole of a sheet, or at which it is open."""
+def _open_polygons(torn: Torn, faults: Sequence[TriSurface], data: Data, number: int) -> set[str]:
+    """Faults with polygons: at the largest hole of a sheet; from 1 on where it is open; 2: all."""
     built = torn.closed.built
     worst = max(built.cut.holes, key=lambda hole: hole.length, default=None)
     near = torn.bad if worst is None else faults_at(worst, built)
     names = [{faults[k].name for k in bad} & data.cutoffs.keys() for bad in (near, torn.bad)]
-    return names[0] or names[1] or set(data.cutoffs)
+    return next(filter(None, names[number:]), set(data.cutoffs))
 
 
 def _others(
@@ -202,10 +202,7 @@ def _others(
 
 
 def torn_as_planned(
-    data: Data,
-    faults: Sequence[TriSurface],
-    plan: TearPlan,
-    close: Callable[..., Closed | None] = close_as_planned,
+    data: Data, faults: Sequence[TriSurface], plan: TearPlan, close: Callable[..., Closed | None]
 ) -> Torn | None:
     """The sheet with the trims and remedies of another one, if these close it; else None.
 
@@ -654,13 +651,14 @@ def tear_from(
     horizon = replace(_data(picks, noise, fill_empty_blocks), cutoffs=cutoffs)
     measured = None if trim == "auto" else trims_of("auto", picks, surfaces, cutoffs)
     torn, moved = None, _trims_like(like, picks, surfaces)
-    if before is not None:
-        used = {name: both for name, both in cutoffs.items() if name in before.polygons}
-        horizon = replace(horizon, cutoffs=used)
+    known = plan if before is None else before
+    if known is not None:  # polygons that were left out stay so
+        used = {name: both for name, both in cutoffs.items() if name in known.polygons}
+        as_known = replace(horizon, cutoffs=used)
         again = partial(close_again, use=None if moved is None else moved.use)
-        torn = torn_as_planned(horizon, surfaces, before, again)
-    elif plan is not None:
-        torn = torn_as_planned(horizon, surfaces, plan)
+        how = close_as_planned if before is None else again
+        torn = torn_as_planned(as_known, surfaces, known, how)
+        horizon = as_known if before is not None or fits(known, picks, surfaces) else horizon
     searched = torn is None
     if torn is None:
         if before is not None:

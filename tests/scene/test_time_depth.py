@@ -218,7 +218,7 @@ TOP = {"Top": grid(plane(-2000.0), units="ms", positive="up")}
         (TOP, {"time": "twt"}, 'Write time="two-way"'),
         ({"Top": grid(plane(-2000.0), units="m")}, {"time": "two-way"}, "the scene is in time"),
         (TOP, {"time": "two-way", "velocity": {"Top": 1.0}}, "has nothing for"),
-        (TOP, {"time": "two-way", "velocity": {"Topp": 1.0}}, "no zone and no horizon"),
+        (TOP, {"time": "two-way", "velocity": {"Topp": 1.0}}, "neither a zone nor a horizon"),
         (TOP, {"time": "two-way", "velocity": {"elsewhere": -5.0}}, "above 0"),
         (TOP, {"time": "two-way", "velocity": {"v0": 1800.0}}, "v0 .* and k"),
         (TOP, {"time": "two-way", "tolerance": 1.0}, "in metres"),

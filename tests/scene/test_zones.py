@@ -53,6 +53,14 @@ def test_planes_move_by_their_thickness_and_isopachs_along_the_normal():
     assert scene.check().ok
 
 
+def test_isopachs_keep_their_slope_at_the_ragged_edge_of_a_grid():
+    ragged = TOP.where((TOP.easting + TOP.northing > 450.0) & (TOP.easting != 1000.0))
+    zones = {"A": {"below": "Top", "thickness": 8.0, "kind": "isopach"}}
+    made = heights_of(gs.Scene({"Top": ragged}, zones=zones), "base A")
+    secant = np.sqrt(1.0 + 0.1**2 + 0.05**2)
+    np.testing.assert_allclose(made, ragged - 8.0 * secant, atol=1e-9)
+
+
 def test_random_networks_fill_what_is_between_two_horizons_and_are_never_negative():
     rng = np.random.default_rng(4)
     for _ in range(200):
@@ -187,7 +195,7 @@ def test_a_scenario_has_the_same_zones(tmp_path):
     ("zones", "words"),
     [
         ({"A": 5.0}, "without a thickness"),
-        ({"A": {"below": "Nope", "thickness": 5.0}}, "no horizon with data"),
+        ({"A": {"below": "Nope", "thickness": 5.0}}, "neither a horizon with data nor a zone"),
         ({"A": {"below": "B", "thickness": 5}, "B": {"below": "A", "thickness": 5}}, "counts from"),
         ({"A": {"below": "Top", "above": "Base", "thickness": 5.0}}, "takes 'below'"),
         ({"A": {"below": "Top", "thickness": 5.0, "kind": "true"}}, "expected one of"),

@@ -77,7 +77,7 @@ def _direction(page: Page, ready: Ready) -> None:
     zones = [f"{a.name}/{b.name}" for a, b in pairwise(ready.of("horizon"))]
     if len(zones) > 1:
         listed = ", ".join(map(quoted, zones))
-        page.add(f"# reservoir = [{listed}]  # name fewer zones, if some are no reservoir")
+        page.add(f"# reservoir = [{listed}]  # name fewer, if not all are reservoir")
     # One unit for all silent files is written once, at the top.
     silent = [one for one in ready.of("horizon", "fault") if not one.states_unit]
     units = {one.length_unit for one in silent}

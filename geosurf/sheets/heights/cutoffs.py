@@ -30,6 +30,8 @@ class Wall(NamedTuple):
     node: np.ndarray
     height: np.ndarray
     off: np.ndarray
+    trace: int
+    side: float
 
 
 def drawn_by_polygons(inputs: Inputs, state: Heights) -> Drawn | None:
@@ -43,10 +45,25 @@ def drawn_by_polygons(inputs: Inputs, state: Heights) -> Drawn | None:
         return None
 
     # several places of a line may draw one node: their mean does
-    nodes = distinct(*(wall.node for wall in walls))
-    at = np.searchsorted(nodes, np.concatenate([wall.node for wall in walls]))
+    count = [len(wall.node) for wall in walls]
+    nodes, first, at = np.unique(
+        np.concatenate([wall.node for wall in walls]), return_index=True, return_inverse=True
+    )
     total = np.bincount(at, np.concatenate([wall.height for wall in walls]))
-    return Drawn(nodes, total / np.bincount(at))
+    numbers, sides = (np.repeat([wall[k] for wall in walls], count)[first] for k in (3, 4))
+    return Drawn(nodes, total / np.bincount(at), numbers, sides)
+
+
+def drawn_again(base: np.ndarray, near: Sequence[NearTrace], heights: np.ndarray) -> Drawn:
+    """Nodes of `BaseHeights.drawn` that are on the same walls still, at heights of all nodes."""
+    node, trace, side = base[:, np.isfinite(heights[base[0]])]
+    stays = np.zeros(len(node), dtype=bool)
+    for number, one in enumerate(near):
+        mine = np.flatnonzero(trace == number)
+        row = one.look_up(node[mine])
+        stays[mine] = (row >= 0) & (one.side[row] == side[mine])
+    node = node[stays]
+    return Drawn(node, heights[node], trace[stays], side[stays])
 
 
 def walls_at(
@@ -59,10 +76,10 @@ def walls_at(
         for other, near in zip(traces, state.near, strict=True)
         if other.fault != trace.fault
     ]
-    others, near = distinct(state.unknown[:0], *beside), state.near[number]
+    others = distinct(state.unknown[:0], *beside)
     sides = zip(lines, (1.0, -1.0), strict=True)
     return [
-        _wall(inputs, state, near, others, _places_on(inputs, trace, line), side)
+        _wall(inputs, state, number, others, _places_on(inputs, trace, line), side)
         for line, side in sides
     ]
 
@@ -80,20 +97,16 @@ def _places_on(inputs: Inputs, trace: Trace, line: np.ndarray) -> np.ndarray:
 
 
 def _wall(
-    inputs: Inputs,
-    state: Heights,
-    near: NearTrace,
-    others: np.ndarray,
-    places: np.ndarray,
-    side: float,
+    inputs: Inputs, state: Heights, number: int, others: np.ndarray, places: np.ndarray, side: float
 ) -> Wall:
     """Nodes of the wall on one side of a trace that the places of its line draw."""
+    near = state.near[number]
     rows = near.within(TRUSTED)
     nodes = near.node[rows[near.side[rows] == side]]
     nodes = nodes[np.isfinite(state.values[nodes])]
     is_solved = is_among(nodes, state.unknown)
     if is_solved.all() or not is_solved.any() or not len(places):
-        return Wall(nodes[:0], np.empty(0), np.empty(0))
+        return Wall(nodes[:0], np.empty(0), np.empty(0), number, side)
 
     # a straight line from each place to the nearest datum in use: its height at the nearest node
     cells = inputs.picks.frame.cells_of_node(nodes)
@@ -106,4 +119,4 @@ def _wall(
     height = places[:, 2] + share * (state.values[nodes[far]] - places[:, 2])
     clear = ~is_among(nodes[row], others) & (share > -1.0) & (share < 1.0)
     node, height = nodes[row[clear]], height[clear]
-    return Wall(node, height, height - state.values[node])
+    return Wall(node, height, height - state.values[node], number, side)

@@ -24,7 +24,7 @@ from geosurf.sheets.faults.fault_distance import near_traces, rows_near
 from geosurf.sheets.faults.network import Network
 from geosurf.sheets.faults.tips import Tips, tips_of
 from geosurf.sheets.faults.traces import FaultMesh, Trace
-from geosurf.sheets.heights.cutoffs import drawn_by_polygons
+from geosurf.sheets.heights.cutoffs import drawn_again, drawn_by_polygons
 from geosurf.sheets.heights.grid_solver import DRAWN, FILL, GridSolver, bridge, far_from_data
 from geosurf.sheets.heights.relief import common_relief
 from geosurf.sheets.heights.state import (
@@ -616,7 +616,7 @@ def base_heights(rebuilt: Rebuilt) -> BaseHeights | None:
     state, solver = rebuilt.state, rebuilt.solver
     if not isinstance(solver, GridSolver) or state.filled_blocks:
         return None
-    smear, nodes = rebuilt.evidence.smear, state.unknown
+    smear, nodes, drawn = rebuilt.evidence.smear, state.unknown, rebuilt.evidence.drawn
     pairs = zip(state.network.traces, state.walls, strict=True)
     walls = [[_share(trace, w.place), w.left, w.right, w.throw] for trace, w in pairs]
     return BaseHeights(
@@ -626,6 +626,9 @@ def base_heights(rebuilt: Rebuilt) -> BaseHeights | None:
         tuple(frozen(of, np.float64) for of in walls),
         None if smear is None else frozen(smear.spread, np.float64),
         tuple(sorted(int(k) for k in rebuilt.evidence.apart)),
+        frozen(
+            np.empty((3, 0)) if drawn is None else [drawn.node, drawn.trace, drawn.side], np.int64
+        ),
     )
 
 
@@ -643,6 +646,7 @@ def on_base_heights(solver: Solver, plan: TearPlan) -> Rebuilt | None:
     grid.without(plan.use.ignored)
     grid.mark(base.nodes)
     grid.values[base.nodes] = picks.means[base.nodes] + base.off_data
+    moved = grid.values.copy()  # the network is drawn on bridged ones
     nothing = np.zeros(len(picks.z), dtype=bool)
     lost = distinct(base.bridged, base.nodes[np.isnan(grid.values[base.nodes])])
     network = solver.network_on(grid.values, lost)
@@ -663,18 +667,10 @@ def on_base_heights(solver: Solver, plan: TearPlan) -> Rebuilt | None:
     throws = [float(np.abs(one.throw).max(initial=0.0)) for one in walls]
     smear = None if base.smear is None else Smear(base.smear)
     evidence = Evidence(throws, smear, frozenset(base.apart), apart_is_final=True)
-    before = Heights(
-        values=grid.values,
-        tears=tears,
-        used=nothing,
-        ignored=nothing,
-        unknown=base.nodes,
-        walls=walls,
-    )
-    # walls keep the height over their data that polygons gave them
-    drawn = drawn_by_polygons(inputs, before)
-    if drawn is not None:
-        evidence = replace(evidence, drawn=Drawn(drawn.node, grid.values[drawn.node].copy()))
+    before = Heights(values=grid.values, tears=tears, used=nothing, ignored=nothing, walls=walls)
+    # walls keep the height over their data that polygons gave them in the base case
+    if base.drawn.size:
+        evidence = replace(evidence, drawn=drawn_again(base.drawn, near, moved))
     return Rebuilt(solver, select(inputs, inputs.trim, tears, before), evidence, before)
 
 

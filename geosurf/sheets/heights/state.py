@@ -465,10 +465,15 @@ class Selection:
 
 @dataclass(frozen=True, eq=False)
 class Drawn:
-    """Nodes (n,), increasing, and heights that fault polygons draw them to [m]."""
+    """Nodes (n,), increasing, heights that fault polygons draw them to [m], and their walls.
+
+    `trace` is a number, `side` 1 or -1 as in `NearTrace`.
+    """
 
     node: np.ndarray
     height: np.ndarray
+    trace: np.ndarray
+    side: np.ndarray
 
 
 @dataclass(frozen=True)

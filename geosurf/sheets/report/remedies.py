@@ -149,9 +149,9 @@ def _polygons_left_out(closed: Closed) -> Iterator[GeosurfWarning]:
         yield GeosurfWarning(
             "polygon left out",
             name,
-            f"Horizon {picks.name!r} does not close at fault {name!r} with the polygon that it "
-            f"has there. The polygon shows about {abs(one[:, 2].mean() - two[:, 2].mean()):.3g} m "
-            f"of throw; the data without it give {has:.3g} m.",
+            f"Horizon {picks.name!r} stays open with its fault polygons, and that of {name!r} is "
+            f"left out. It shows about {abs(one[:, 2].mean() - two[:, 2].mean()):.3g} m of throw; "
+            f"the data without it give {has:.3g} m.",
             "Compare the polygon with the horizon: they may be of different versions.",
             tuple(one.mean(axis=0).tolist()),
         )
