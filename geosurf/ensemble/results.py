@@ -535,7 +535,7 @@ class Ensemble(Noun):
             for word in words or [None]:
                 if not is_word(word, known):
                     raise InputError(
-                        f"no {key} is called {word!r}; there are {', '.join(known)}."
+                        f"no {key} is called {word!r}; there are {', '.join(filter(None, known))}."
                         f"{did_you_mean(str(word), known)}"
                     )
             keep &= np.isin(self.data[key].values.astype(str), words)

@@ -647,6 +647,8 @@ def _check_seal(scenario: Scenario, at: KeyPath) -> None:
         names = SimpleNamespace(horizon_names=[entry.name for entry in scenario.horizons])
         with at.of("seal").noting():
             vshale_of(names, scenario.seal.vshale)
+            if scenario.seal.permeability_md is not None and scenario.grid is None:
+                at.of("seal").refuse("permeability_md is of the cells of [grid]. Add [grid].")
 
 
 def _check_grid(scenario: Scenario, at: KeyPath) -> None:

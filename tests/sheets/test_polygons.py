@@ -76,8 +76,9 @@ def test_a_scene_meets_polygons_at_faults_that_it_extends():
     changed = scene.replace(faults={"F1": other})
     fresh = gs.Scene(world.horizons, {"F1": other}, WIDE, tear=True, extend={"F1": ["up", "down"]})
     with pytest.warns(gs.GeosurfWarning, match="on 'Base', and no horizon of that name"):
-        assert error_of(changed.sheets["Top"].cuts["F1"], world) > 0.04
-        assert (changed.surface("Top").vertices == fresh.surface("Top").vertices).all()
+        sheets = [one.sheets["Top"] for one in (changed, fresh)]
+    assert error_of(sheets[0].cuts["F1"], world) > 0.04
+    assert (sheets[0].surface.vertices == sheets[1].surface.vertices).all()
 
 
 @pytest.mark.filterwarnings("ignore::geosurf.GeosurfWarning")
