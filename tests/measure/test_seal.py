@@ -181,7 +181,7 @@ def test_a_closure_leaks_where_the_ratio_falls_below_the_limit():
     assert levels == sorted(levels)
     with pytest.raises(InputError, match="needs vshale"):
         scene.closures(faults={"F1": {"sgr": 0.2}})
-    with pytest.raises(InputError, match="no rule"):
+    with pytest.raises(InputError, match="is not a rule"):
         scene.closures(faults={"F1": {"sgr": 20}}, vshale=given)
 
 
