@@ -288,7 +288,8 @@ class TearSettings:
         default="auto",
     )
     noise_m: float | None = key(
-        "Standard deviation of the noise; 0 to meet all other data. Left out: estimated.",
+        "Standard deviation of the noise: data around faults are averaged. Left out: estimated; "
+        "gridded data are met, and their average goes on to the faults. 0: data themselves do.",
         values.not_negative,
         unit="m",
         default=None,

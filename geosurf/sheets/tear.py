@@ -512,7 +512,10 @@ def tear_horizon(
         all faults together and for one that shows another smear. A mapping sets it by fault, and
         the others are estimated.
     noise : float, optional
-        Standard deviation of the data's noise [m]; 0 to meet them exactly. Default: estimated.
+        Standard deviation of the data's noise [m]: data around faults are averaged. 0 also goes on
+        to the faults from data as they are. Default: estimated for what is beyond the data; nodes
+        with data in use keep these, but within 1.5 cells of a fault. Scattered points share cells
+        and are averaged, which a warning states.
     keep_outliers : bool, default False
         Keep points that fit the other wall of a fault and contradict their neighbours on their own
         side. They are left out otherwise, with a warning that names them.

@@ -158,12 +158,33 @@ def test_nodes_without_a_pick_are_on_the_rim_of_the_others():
     assert len(scene.units) == 4
 
 
+@pytest.mark.parametrize("kind", ["through", "ellipse", "Y", "X"])
+def test_noisy_data_are_met_unless_noise_is_given(kind):
+    """Averaged for the throw alone: no datum in use moves, and throw is that of averaged data."""
+    world = gs.synthetic.torn(kind, n=N, noise=2.0)
+    grid, found = world.horizons["Top"], {}
+    for noise in (None, 2.0):
+        sheet = gs.tear_horizon(grid, world.faults, noise=noise)
+        off = np.abs(sheet.lattice.elevation - grid.values).ravel()
+        met = int((off == 0.0).sum())
+        if noise is None:
+            assert sheet.warnings == ()
+            assert sheet.report.misfit["max"] == 0.0
+            assert met == sheet.report.n_data - sheet.report.n_ignored
+        else:
+            assert sheet.report.misfit["mean"] > 0.1
+            assert met < sheet.report.n_data - sheet.report.n_ignored
+        found[noise] = {name: cut.throw for name, cut in sheet.cuts.items()}
+    for name, throw in found[None].items():
+        np.testing.assert_allclose(throw, found[2.0][name], atol=1.0)
+
+
 @pytest.mark.parametrize("kind", ["normal", "X"])
 def test_smoothing_does_not_bend_the_rim_of_its_collar(kind):
     """Fixed to noisy data beyond it, the sheet bulged there by several times their noise."""
     clean = gs.synthetic.torn(kind, n=N, smear=0).horizons["Top"]
     world = gs.synthetic.torn(kind, n=N, smear=0, noise=2.0)
-    sheet = gs.tear_horizon(world.horizons["Top"], world.faults)
+    sheet = gs.tear_horizon(world.horizons["Top"], world.faults, noise=2.0)
     solved = sheet.lattice.elevation != world.horizons["Top"].values
     nodes = np.stack(np.meshgrid(clean.easting, clean.northing), axis=-1)
     for cut in sheet.cuts.values():

@@ -83,7 +83,7 @@ def test_throw_that_dies_properly_has_none(kind, noise):
     data = world.truth["points"] if noise else world.horizons["Top"]
     trim = 0.25 if noise else 2.25
     sheet = gs.tear_horizon(data, world.faults, name="Top", trim=trim, positive="up")
-    assert [one.kind for one in sheet.warnings] == ["moved data"] * (noise > 0.0)
+    assert sheet.warnings == ()
 
 
 @pytest.mark.parametrize("smear", [1, 2, 4])

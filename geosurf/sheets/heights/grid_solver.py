@@ -263,6 +263,28 @@ class GridSolver:
             apart=apart,
         )
 
+    def with_data(self, state: Heights) -> Heights:
+        """The same heights, but at nodes with data in use these data, unless noise was given.
+
+        Not next to faults and within overlaps: noise there would go into the throw.
+        """
+        if self.noise.weight is None or self.noise.is_given:
+            return state
+        picks, beside = self.inputs.picks, [np.empty(0, dtype=np.int64)]
+        rows = zip(state.network.mesh, state.near, state.walls, strict=True)
+        for (first, last), near, walls in rows:
+            widest = -min(walls.left.min(initial=0.0), walls.right.min(initial=0.0))
+            at = near.within(widest + BESIDE)
+            place = near.place[at]
+            reach = np.maximum(-walls.gap(place, near.side[at]), 0.0) + BESIDE
+            at = at[(near.distance[at] < reach) & (place > first) & (place < last)]
+            beside.append(near.node[at])
+        nodes = distinct(picks.nodes_of(picks.missed(state.values, state.used)))
+        nodes = nodes[~is_among(nodes, distinct(*beside))]
+        values = state.values.copy()
+        values[nodes] = picks.means_at(nodes, state.used)
+        return replace(state, values=values)
+
     def _smoothest(
         self, graph: Graph, value: np.ndarray, solved: np.ndarray, targets: Targets
     ) -> np.ndarray:

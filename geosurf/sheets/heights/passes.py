@@ -532,7 +532,7 @@ def solver_of(
     weight = weight_of(deviation, signal, picks.frame.cell)
     if picks.several is not None:  # where sheets overlap they are extrapolated too far for fourth
         highest = 3
-    noise_of_data = Noise(deviation, weight, signal, highest)
+    noise_of_data = Noise(deviation, weight, signal, highest, noise is not None)
     return replace(solver, noise=noise_of_data, fill_empty_blocks=fill_empty_blocks)
 
 

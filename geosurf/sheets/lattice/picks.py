@@ -316,12 +316,15 @@ class Noise:
         Typical third difference of the surface itself [m].
     highest : int
         Order of differences that is not exceeded, whatever data allow: 3 or 4.
+    is_given : bool
+        Whether the deviation was given, so that data are to be averaged; estimated otherwise.
     """
 
     deviation: float = 0.0
     weight: float | None = None
     signal: float = 0.0
     highest: int = 4
+    is_given: bool = False
 
     @property
     def energy(self) -> float:

@@ -455,6 +455,8 @@ class Attempts:
         Whether the diagonals of the lattice rise to the north-east.
     carry_on : callable
         Gives the heights of ghosts: see `carry_on_by`.
+    with_data : callable, optional
+        Gives heights that meet noisy data, once those of ghosts are known.
     walls : dict, optional
         See `Built`.
 
@@ -473,9 +475,11 @@ class Attempts:
         faults: Sequence[TriSurface],
         rising: bool,
         carry_on: CarryOn,
+        with_data: Callable[[Heights], Heights] | None = None,
         walls: dict[str, np.ndarray] | None = None,
     ) -> None:
         self.frame, self.faults, self.carry_on, self.walls = picks.frame, faults, carry_on, walls
+        self.with_data = with_data
         self.triangles = Triangles(picks.frame.shape, rising, np.isfinite(state.values))
 
         # cut-offs lie as far from their trace as the widest gap or overlap: the band holds them all
@@ -508,6 +512,8 @@ class Attempts:
         # Traces whose tears end before their faults: their ghosts do not bend at the tip.
         early = {trace for (trace, _), n_link in repairs.shortened.items() if n_link > 0}
         ghosts = self.carry_on(torn, triangles, cuts.bits(len(self._height)), state, early)
+        # ghosts go on from smooth heights: from data themselves they would take up their noise
+        state = state if self.with_data is None else self.with_data(state)
         ghosts = levelled(torn, ghosts, state.values, repairs.level, frame)
         band = band_of(torn, triangles, frame, state.values, ghosts, self.reach, self.walls)
         own = partial(self.is_own, state=state)

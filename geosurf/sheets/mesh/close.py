@@ -357,7 +357,8 @@ def built_of(
         known, order = ghosts_by_picks(picks, weight, solver.grid.mark), solver.noise.order
     carry_on = carry_on_by(picks.frame, weight, known, order)
     # The diagonal rule of gridded horizons, so that a torn sheet equals its untorn part.
-    attempts = Attempts(picks, rebuilt.state, surfaces, picks.frame.rising, carry_on)
+    with_data = solver.with_data if isinstance(solver, GridSolver) else None
+    attempts = Attempts(picks, rebuilt.state, surfaces, picks.frame.rising, carry_on, with_data)
     again = solved_again(rebuilt)
     return build(attempts, rebuilt.state, again, at_any_cost, start, needs_more, is_solved, most)
 

@@ -314,7 +314,7 @@ def best_attempt(movement: Movement) -> tuple[Attempt, Built | None]:
         for state in _with_spare_rings(one.state):
             attempts = Attempts(
                 movement.picks, state, movement.faults, movement.rising, one.ghosts,
-                one.walls_by_name,
+                walls=one.walls_by_name,
             )  # fmt: skip
             built = build(attempts, state, one.end_at)
             n_cut += built.n_cut
