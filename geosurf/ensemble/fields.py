@@ -101,8 +101,7 @@ class FieldGrid:
     @property
     def cell(self) -> np.ndarray:
         """Distance between rows and between columns [m], float64 (2,)."""
-        lengths: np.ndarray = np.hypot(*self.steps.T)
-        return lengths
+        return np.hypot(*self.steps.T)
 
     @property
     def n_node(self) -> int:
@@ -235,8 +234,7 @@ class Covariance:
         """Return the covariance [m2] at distances [m]."""
         # In units of the range, so that one formula serves all ranges.
         h = np.asarray(distance, dtype=np.float64) / float(self.range)
-        found: np.ndarray = float(self.sd) ** 2 * _MODELS[self.model](h)
-        return found
+        return float(self.sd) ** 2 * _MODELS[self.model](h)
 
 
 LARGEST = 1 << 24  # nodes of a torus

@@ -157,5 +157,4 @@ def _shares(
 
 
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    product: np.ndarray = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-    return product
+    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]

@@ -145,8 +145,7 @@ class Plan:
 
     def scene(self, realisation: int | None) -> Scene:
         """Return the scene of a realisation; None: the base case."""
-        scene: Scene = self.model.build(self._change(realisation))
-        return scene
+        return self.model.build(self._change(realisation))
 
     def _change(self, realisation: int | None) -> Change:
         """What changes in a realisation, with the numbers that were drawn for it."""

@@ -201,8 +201,7 @@ class EnsemblePlots:
 
     def _quantity(self, asked: dict[str, Any]) -> str:
         """What is summed, with its unit."""
-        words: str = self._ensemble.name(asked.get("of"))
-        return words
+        return self._ensemble.name(asked.get("of"))
 
     def _title(self, asked: dict[str, Any]) -> str:
         """What is summed, in words."""

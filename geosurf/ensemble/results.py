@@ -656,5 +656,4 @@ def _ranks(values: np.ndarray) -> np.ndarray:
     _, inverse, count = np.unique(values, return_inverse=True, return_counts=True)
     # Equal values share the mean of their ranks.
     last = np.cumsum(count)
-    ranks: np.ndarray = (last - 0.5 * (count + 1.0))[inverse]
-    return ranks
+    return (last - 0.5 * (count + 1.0))[inverse]

@@ -229,5 +229,4 @@ def uncertainty_of(entry: UncertainInput) -> Uncertainty:
         "fault dip": lambda: FaultDip(entry.of, by),
         "velocity factor": lambda: VelocityFactor(entry.of, by),
     }
-    made: Uncertainty = makers[entry.kind]()
-    return made
+    return makers[entry.kind]()

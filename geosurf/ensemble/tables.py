@@ -54,8 +54,7 @@ def realisations_csv(ensemble: Any, include: str = "reservoir") -> str:
         f"{name} [{unit}]"
         for name, unit in zip(data.parameter.values, data.parameter_unit.values, strict=True)
     ]
-    text: str = frame.reset_index().join(drawn, on="realisation").to_csv(index=False)
-    return text
+    return frame.reset_index().join(drawn, on="realisation").to_csv(index=False)
 
 
 def quantile_text(ensemble: Any, include: str = "reservoir") -> str:

@@ -574,8 +574,7 @@ def _shared_grid(data: list[HorizonData]) -> FieldGrid | None:
 def _finite(places: np.ndarray, grid: FieldGrid) -> np.ndarray:
     """Places, the corner of the grid in place of those that do not exist."""
     # An absent node gets any place: its result is not used.
-    found: np.ndarray = np.where(np.isfinite(places).all(axis=1)[:, None], places, grid.corner)
-    return found
+    return np.where(np.isfinite(places).all(axis=1)[:, None], places, grid.corner)
 
 
 def _rows(corners: np.ndarray, shares: np.ndarray, n: int, weights: Any) -> Any:

@@ -105,8 +105,7 @@ class Workers:
 
         def runner(realisation: int) -> Record:
             """Run one realisation in this worker."""
-            found: Record = self._asked(process, pickle.dumps(realisation))
-            return found
+            return self._asked(process, pickle.dumps(realisation))
 
         ready: Runner = _Failed(WorkerError(lost(f"{self.n} worker processes")))
         try:

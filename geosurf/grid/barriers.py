@@ -87,8 +87,7 @@ class Below:
         for k, one in enumerate(flat):
             lower = self.elevation < one[self.column]
             odd[k] = np.bincount(self.column[lower], minlength=flat.shape[1])
-        found: np.ndarray = (odd % 2 == 1).reshape(z.shape)
-        return found
+        return (odd % 2 == 1).reshape(z.shape)
 
 
 def own_side(

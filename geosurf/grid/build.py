@@ -187,8 +187,7 @@ class Columns:
     @cached_property
     def used(self) -> np.ndarray:
         """Columns in the area that meet a zone of the grid, (ny, nx)."""
-        found: np.ndarray = self.model.inside & self.by_column[1].any(axis=(-1, -2))
-        return found
+        return self.model.inside & self.by_column[1].any(axis=(-1, -2))
 
     @cached_property
     def filled(self) -> np.ndarray:

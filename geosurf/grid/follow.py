@@ -41,8 +41,7 @@ UNFOLD_ROUNDS = 60
 
 def folded(pillars: Pillars) -> np.ndarray:
     """Cells with a corner that has too little area at some elevation within reach, (ny, nx)."""
-    found: np.ndarray = pillars.least_areas()[0].min(axis=0) < LEAST_AREA
-    return found
+    return pillars.least_areas()[0].min(axis=0) < LEAST_AREA
 
 
 def unfolded(pillars: Pillars) -> Pillars:
@@ -220,8 +219,7 @@ def _wider(nodes: np.ndarray) -> np.ndarray:
     room = np.pad(nodes, 1)
     n, m = nodes.shape
     parts = [room[a : a + n, b : b + m] for a in range(3) for b in range(3)]
-    found: np.ndarray = np.logical_or.reduce(parts)
-    return found
+    return np.logical_or.reduce(parts)
 
 
 class _Spread:
@@ -290,8 +288,7 @@ def misfits(grid: CornerPointGrid) -> np.ndarray:
     table = grid.table
     exact, volume = table.exact.values, table.volume.values
     few = FEW / np.maximum(grid.columns_of_units, 1e-9)
-    found: np.ndarray = (exact - volume) / (exact * np.maximum(few, 1.0) ** 2)
-    return found
+    return (exact - volume) / (exact * np.maximum(few, 1.0) ** 2)
 
 
 def _without_twists(

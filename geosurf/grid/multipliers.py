@@ -245,8 +245,7 @@ def _between_columns(grid: CornerPointGrid, axis: int, cells: np.ndarray) -> Ite
 def _on_pillars(pillar: np.ndarray, z: np.ndarray) -> np.ndarray:
     """Easting and northing (n, 2) of pillars (n, 6) at elevations."""
     share = (pillar[:, 2] - z) / (pillar[:, 2] - pillar[:, 5])
-    found: np.ndarray = pillar[:, :2] + share[:, None] * (pillar[:, 3:5] - pillar[:, :2])
-    return found
+    return pillar[:, :2] + share[:, None] * (pillar[:, 3:5] - pillar[:, :2])
 
 
 def _parts(

@@ -149,8 +149,7 @@ def _turn(x: list[np.ndarray], corner: tuple[int, int, int]) -> np.ndarray:
     """Area of the parallelogram at a corner, of its next and last corner counter-clockwise."""
     at, ahead, back = (x[k] for k in corner)
     u, v = ahead - at, back - at
-    found: np.ndarray = u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
-    return found
+    return u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
 
 
 def vertical_pillars(shape: tuple[int, int]) -> Pillars:

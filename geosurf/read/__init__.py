@@ -209,10 +209,7 @@ def read_fault(
             f"{path}: columns= and decimal= apply to fault sticks, but this file is {key}. "
             "Leave them out."
         )
-    fault: TriSurface | FaultSticks | xr.Dataset = read(
-        path, Request(name, positive, length_unit, columns, decimal)
-    )
-    return fault
+    return read(path, Request(name, positive, length_unit, columns, decimal))
 
 
 def read_tsurf(

@@ -141,8 +141,7 @@ class Header:
         requested = (None, None, request.length_unit)  # a caller's word is that of elevations
         pairs = zip(stated, requested, strict=True)
         scale = np.array([agreed_scale(*pair, "m", what) for pair in pairs])
-        world: np.ndarray = points[:, order] * scale * [1.0, 1.0, sign]
-        return world
+        return points[:, order] * scale * [1.0, 1.0, sign]
 
     @property
     def crs(self) -> str | None:

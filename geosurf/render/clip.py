@@ -103,8 +103,7 @@ class OutlineCells:
         first = np.ceil((at - self._low[0]) / self._step - 0.5).astype(int)
         steps = np.zeros((n_x + 1, n_y), dtype=np.int64)
         np.add.at(steps, (np.clip(first, 0, n_x), row), 1)
-        inside: np.ndarray = np.cumsum(steps[:-1], axis=0) % 2 == 1
-        return inside
+        return np.cumsum(steps[:-1], axis=0) % 2 == 1
 
 
 MANY = 32  # corners of an outline from which straight runs of sides are joined
@@ -313,14 +312,12 @@ def _ear(ring: np.ndarray) -> int:
 def _turn(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
     """Twice the area of triangles on the map, above 0 if counter-clockwise."""
     u, v = b - a, c - a
-    twice: np.ndarray = u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
-    return twice
+    return u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
 
 
 def _distances(points: np.ndarray, sides: np.ndarray) -> np.ndarray:
     """How far inside points (..., 3) are, in units of each side (n, 4): (..., n)."""
-    inward: np.ndarray = points @ sides[:, :3].T + sides[:, 3]
-    return inward
+    return points @ sides[:, :3].T + sides[:, 3]
 
 
 def _may_meet(low: np.ndarray, high: np.ndarray, sides: np.ndarray) -> np.ndarray:
@@ -382,8 +379,7 @@ def _between(
 ) -> np.ndarray:
     """Where edges leave a half-space, always reckoned from inside: both neighbours agree."""
     p, q, dp, dq = (alone, other, d_alone, d_other) if first else (other, alone, d_other, d_alone)
-    crossing: np.ndarray = p + (q - p) * (dp / (dp - dq))[:, None]
-    return crossing
+    return p + (q - p) * (dp / (dp - dq))[:, None]
 
 
 def _cut_segments(ends: np.ndarray, side: np.ndarray) -> np.ndarray:

@@ -323,8 +323,7 @@ def shades_of(bar: Bar, values: np.ndarray) -> np.ndarray:
     """Return the colour (n, 3) of each value (n,) on a colour bar."""
     low, high = bar.levels[0], bar.levels[-1]
     share = (values - low) / (high - low) if high > low else np.full(len(values), 0.5)
-    found: np.ndarray = colours_of(bar.codes)(np.clip(share, 0.0, 1.0))[:, :3]
-    return found
+    return colours_of(bar.codes)(np.clip(share, 0.0, 1.0))[:, :3]
 
 
 def _entry(label: str, units: Sequence[Unit], colours: Mapping[str, RGB]) -> Entry:

@@ -119,10 +119,9 @@ def render_place(
     """
     view_vectors(view)
     content, box = show_place(surfaces, place, reach, rim, points)
-    written: Path = draw_picture(
+    return draw_picture(
         content, path, title=title, view=view, size=size, exaggeration=exaggeration, box=box
     )
-    return written
 
 
 def show_place(

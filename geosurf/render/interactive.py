@@ -254,8 +254,7 @@ def _clusters(
 def _distinct(triangles: np.ndarray) -> np.ndarray:
     """Whether each triangle still has three corners."""
     a, b, c = triangles.T
-    result: np.ndarray = (a != b) & (b != c) & (c != a)
-    return result
+    return (a != b) & (b != c) & (c != a)
 
 
 def _means(points: np.ndarray, of_point: np.ndarray) -> np.ndarray:
@@ -263,8 +262,7 @@ def _means(points: np.ndarray, of_point: np.ndarray) -> np.ndarray:
     count = np.bincount(of_point)
     start = points[0]
     sums = [np.bincount(of_point, (points[:, k] - start[k])) for k in range(3)]
-    result: np.ndarray = np.column_stack(sums) / count[:, None] + start
-    return result
+    return np.column_stack(sums) / count[:, None] + start
 
 
 # of all bodies: about 2.5 MB of a page
@@ -332,8 +330,7 @@ def view_of_units(units: Units, max_triangle: int = MAX_VIEW_TRIANGLE) -> View3D
 def _visible(points: np.ndarray, lines: np.ndarray, diagonal: float) -> np.ndarray:
     """Lines without the shortest ones: graphics drivers draw those in front of anything."""
     length = np.linalg.norm(points[lines[:, 0]] - points[lines[:, 1]], axis=1)
-    result: np.ndarray = lines[length > SHORTEST * diagonal]
-    return result
+    return lines[length > SHORTEST * diagonal]
 
 
 def view_of_surfaces(

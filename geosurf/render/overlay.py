@@ -111,8 +111,7 @@ def _free_spot(sheet: Sheet, axes: Axes, at: tuple[float, float], words: str) ->
             u, v = x + far * right * wide, y + far * up * 1.5 * high
             box = (u - 0.5 * wide, v - 0.5 * high, u + 0.5 * wide, v + 0.5 * high)
             if sheet.names.take(box):
-                found: np.ndarray = axes.transData.inverted().transform((u, v))
-                return found
+                return axes.transData.inverted().transform((u, v))
     return np.array(at)
 
 

@@ -152,8 +152,7 @@ def outline(shell: Shell, creases: bool = True) -> np.ndarray:
     flat = size[one] * size[two] == 0.0
     sharp = creases & ~flat & ((normals[one] * normals[two]).sum(axis=1) < CREASE)
     ends = ends_of(faces, half[turns | sharp])
-    shown: np.ndarray = ends[np.lexsort((ends[:, 1], ends[:, 0]))]
-    return shown
+    return ends[np.lexsort((ends[:, 1], ends[:, 0]))]
 
 
 # ---- thin units ----------------------------------------
@@ -239,8 +238,7 @@ def _spread(n: int, share: float) -> np.ndarray:
     [0, 2, 3, 4, 6, 8, 9]
     """
     n_cell = max(int((n - 1) * min(share, 1.0)), min(n - 1, 1))
-    rows: np.ndarray = np.round(np.linspace(0.0, n - 1.0, n_cell + 1)).astype(np.int64)
-    return rows
+    return np.round(np.linspace(0.0, n - 1.0, n_cell + 1)).astype(np.int64)
 
 
 MAX_UNIT_TRIANGLE = 400_000  # of all shells: one for each four pixels of a picture

@@ -129,8 +129,7 @@ def distribution_of(entry: UncertainInput) -> Normal | Uniform | Triangular | No
     """
     for word, made in DISTRIBUTIONS.items():
         if getattr(entry, word) is not None:
-            found: Normal | Uniform | Triangular = made(*getattr(entry, word))
-            return found
+            return made(*getattr(entry, word))
     return None
 
 

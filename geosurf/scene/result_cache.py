@@ -132,7 +132,7 @@ class ResultCache:
                 self.n_found += 1
                 for warning in warnings:
                     warn(warning)
-                return result  # type: ignore[no-any-return]
+                return result
         found: list[GeosurfWarning] = []
         try:
             with collected() as found:

@@ -134,8 +134,7 @@ def _movement(plane: tuple) -> np.ndarray:
     """Vector (3,) by which a hanging wall moves [m]."""
     # Unit vector down dip, scaled so that its vertical part is the throw.
     down = _frame(plane[1], plane[2])[1]
-    moved: np.ndarray = plane[3] * down / -down[2]
-    return moved
+    return plane[3] * down / -down[2]
 
 
 def _sides(spec: dict[str, tuple]) -> list[tuple[str, ...]]:

@@ -154,8 +154,7 @@ def _rounding(mesh: TetMesh) -> np.ndarray:
     a, b, c, d = (mesh.local[mesh.tetrahedra[:, k]] for k in range(4))
     lengths = [np.sqrt(np.square(corner - a).sum(axis=1)) for corner in (b, c, d)]
     # 9 products of 3 factors, each rounded a few times
-    found: np.ndarray = 8.0 * np.finfo(np.float64).eps * lengths[0] * lengths[1] * lengths[2]
-    return found
+    return 8.0 * np.finfo(np.float64).eps * lengths[0] * lengths[1] * lengths[2]
 
 
 def refined(boundary: Boundary, size: float = math.inf) -> Boundary:
@@ -213,8 +212,7 @@ def _chosen(
     a, b = key[edge] // len(x), key[edge] % len(x)
     middles = 0.5 * (x[a] + x[b])
     used = np.unique(faces[parts.of_face >= 0])
-    chosen: np.ndarray = key[edge[spaced(middles, square[edge], x[used], 0.5 * size)]]
-    return chosen
+    return key[edge[spaced(middles, square[edge], x[used], 0.5 * size)]]
 
 
 ROUNDING = 64.0 * np.finfo(np.float64).eps  # of the largest coordinate: places of vertices
@@ -241,8 +239,7 @@ class FlatParts:
 
     def in_plane(self, part: np.ndarray, x: np.ndarray) -> np.ndarray:
         """Coordinates (n, 2) of places (n, 3) in the planes of parts (n,)."""
-        found: np.ndarray = np.einsum("nij,nj->ni", self.axes[part], x - self.centre[part])
-        return found
+        return np.einsum("nij,nj->ni", self.axes[part], x - self.centre[part])
 
 
 def flat_parts(x: np.ndarray, faces: np.ndarray, kind: np.ndarray, size: float) -> FlatParts:
@@ -317,8 +314,7 @@ def _held_edges(faces: np.ndarray, parts: FlatParts, n_vertex: int) -> np.ndarra
     of = parts.of_face[flat]
     edges = _edge_keys(faces[flat], n_vertex).reshape(-1, 3)
     inner = edges[one, i][of[one] == of[other]]
-    found: np.ndarray = np.intersect1d(inner, _edge_keys(faces[~flat], n_vertex))
-    return found
+    return np.intersect1d(inner, _edge_keys(faces[~flat], n_vertex))
 
 
 def _edge_keys(faces: np.ndarray, n_vertex: int) -> np.ndarray:
@@ -329,8 +325,7 @@ def _edge_keys(faces: np.ndarray, n_vertex: int) -> np.ndarray:
 def _keys(edges: np.ndarray, n_vertex: int) -> np.ndarray:
     """Number of each edge (n, 2)."""
     low, high = np.sort(edges, axis=1).T
-    found: np.ndarray = low * n_vertex + high
-    return found
+    return low * n_vertex + high
 
 
 def flipped(x: np.ndarray, faces: np.ndarray, parts: FlatParts) -> np.ndarray:
@@ -423,27 +418,23 @@ def spaced(
 
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Cross products of vectors of a plane."""
-    found: np.ndarray = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-    return found
+    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
 
 
 def _sine(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Sines of the angles from a to b; 0 where one has no length."""
-    found: np.ndarray = _cross(a, b) / _lengths(a, b)
-    return found
+    return _cross(a, b) / _lengths(a, b)
 
 
 def _cosine(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Cosines of the angles from a to b; 0 where one has no length."""
-    found: np.ndarray = (a * b).sum(axis=1) / _lengths(a, b)
-    return found
+    return (a * b).sum(axis=1) / _lengths(a, b)
 
 
 def _lengths(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Products of the lengths of vectors; 1 where one has none."""
     found = np.hypot(*a.T) * np.hypot(*b.T)
-    ones: np.ndarray = np.where(found > 0.0, found, 1.0)
-    return ones
+    return np.where(found > 0.0, found, 1.0)
 
 
 # outward faces of a positive tetrahedron, each opposite to the corner of the same number

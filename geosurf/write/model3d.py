@@ -263,8 +263,7 @@ def _line_ends(tail: np.ndarray, head: np.ndarray, part: np.ndarray) -> np.ndarr
     ends = (count != 2) | (low != high)
 
     ends[_on_loops(at, ends)] = True
-    found: np.ndarray = points[ends]
-    return found
+    return points[ends]
 
 
 def _on_loops(at: np.ndarray, ends: np.ndarray) -> np.ndarray:
@@ -287,8 +286,7 @@ def _on_loops(at: np.ndarray, ends: np.ndarray) -> np.ndarray:
     members = members[np.argsort(line[members], kind="stable")]
     members = members[low[line[members]] >= high[line[members]]]
     _, first, count = np.unique(line[members], return_index=True, return_counts=True)
-    found: np.ndarray = members[np.concatenate([first, first + count // 2, first + count - 1])]
-    return found
+    return members[np.concatenate([first, first + count // 2, first + count - 1])]
 
 
 def _kinds(edge: np.ndarray, part: np.ndarray, n_edge: int) -> np.ndarray:

@@ -507,5 +507,4 @@ def _misfit(grid: Geometry, easting: np.ndarray, northing: np.ndarray) -> float:
     else:
         east = x + (column * xinc * math.cos(turn) - row * yinc * math.sin(turn))
         north = y + (column * xinc * math.sin(turn) + row * yinc * math.cos(turn))
-    off: float = np.hypot(np.abs(east - easting).max(), np.abs(north - northing).max())
-    return off
+    return np.hypot(np.abs(east - easting).max(), np.abs(north - northing).max())

@@ -188,8 +188,7 @@ def _turns_back(inclination: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
     """Rows after which the direction is opposite."""
     flat = np.sin(inclination)
     ways = np.column_stack([flat * np.sin(azimuth), flat * np.cos(azimuth), np.cos(inclination)])
-    rows: np.ndarray = np.flatnonzero((ways[:-1] * ways[1:]).sum(axis=1) < -1.0 + 1e-12)
-    return rows
+    return np.flatnonzero((ways[:-1] * ways[1:]).sum(axis=1) < -1.0 + 1e-12)
 
 
 Path3 = tuple[np.ndarray, np.ndarray | None]  # points (n, 3) and measured depths (n,)
