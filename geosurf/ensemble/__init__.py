@@ -1,22 +1,18 @@
 """Many realisations of one model: volumes under uncertainty, with their quantiles and maps.
 
-===================  ============================================================
-run.py               `run_ensemble`: all of it; progress
-plan.py              one ensemble, prepared: what a worker needs for realisation k
-change.py            what one realisation changes, and where its numbers come from
-models.py            what realisations are made of: a scene, a function
-scenario_model.py    the tables [ensemble] and [[uncertain]] of a scenario
-uncertain.py         depths of horizons, fluid contacts; uncertain_faults.py: faults
-horizon_data.py      the data of a horizon, as places and elevations
-fields.py            Gaussian random fields on a lattice, conditioned to known values
-rock.py              rock and fluids: the arguments of `Scene.volumetrics`, some of them drawn
-record.py            the result of one realisation: volumes, maps, juxtaposed zones
-on_dask.py           realisations on Dask: threads, processes, clusters
-worker_processes.py  worker processes of one machine
-store.py             the Zarr store
-results.py           `Ensemble`: sums, quantiles, convergence, tornado, tables
-plots.py             its charts; tables.py: texts and csv; report.py: one HTML page
-===================  ============================================================
+============  ===================================================================
+run.py        `run_ensemble`: all of it; progress
+plan.py       one ensemble, prepared: what a worker needs for realisation k
+change.py     what one realisation changes, in which data, and where its numbers come from
+models.py     what realisations are made of: a scene, a function, a scenario
+uncertain.py  depths of horizons, velocities, fluid contacts, faults
+fields.py     Gaussian random fields on a lattice, conditioned to known values
+record.py     the result of one realisation: volumes, maps, juxtaposed zones; rock and fluids
+on_dask.py    realisations on Dask: threads, processes, clusters
+store.py      the Zarr store
+results.py    `Ensemble`: sums, quantiles, convergence, tornado; tables as text and csv
+plots.py      its charts; report.py: one HTML page
+============  ===================================================================
 """
 
 from __future__ import annotations
@@ -40,10 +36,10 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
     from geosurf.ensemble.uncertain import ContactLevel as ContactLevel
     from geosurf.ensemble.uncertain import DepthError as DepthError
     from geosurf.ensemble.uncertain import DepthShift as DepthShift
+    from geosurf.ensemble.uncertain import FaultDip as FaultDip
+    from geosurf.ensemble.uncertain import FaultShift as FaultShift
+    from geosurf.ensemble.uncertain import Throw as Throw
     from geosurf.ensemble.uncertain import VelocityFactor as VelocityFactor
-    from geosurf.ensemble.uncertain_faults import FaultDip as FaultDip
-    from geosurf.ensemble.uncertain_faults import FaultShift as FaultShift
-    from geosurf.ensemble.uncertain_faults import Throw as Throw
 else:
     # a worker process needs neither reports nor statistics
     __getattr__, __all__ = lazily(__name__)

@@ -15,10 +15,13 @@ from geosurf.conventions import counted
 from geosurf.conventions.running import silence
 from geosurf.ensemble.change import Change, Draws, Prepared, Uncertainty
 from geosurf.ensemble.models import add_to
-from geosurf.ensemble.record import Layers, Record, areas_of
-from geosurf.ensemble.rock import Rock, RockProperty
-from geosurf.ensemble.uncertain import ContactLevel, VelocityFactor
-from geosurf.ensemble.uncertain_faults import FaultShift
+from geosurf.ensemble.record import Layers, Record, Rock, RockProperty, areas_of
+from geosurf.ensemble.uncertain import (
+    ContactLevel,
+    FaultShift,
+    VelocityFactor,
+    words_of_uncertainty,
+)
 from geosurf.errors import GeosurfError, InputError
 from geosurf.scene import Scene
 from geosurf.scene.given import given_settings, keep_results_apart, known_regions, measured_units
@@ -98,8 +101,6 @@ class Plan:
     def distributions(self) -> list[str]:
         """Distribution of each of them, in words."""
         # For the store: workers need no tables of reports.
-        from geosurf.ensemble.uncertain import words_of_uncertainty
-
         return [words_of_uncertainty(one) for one in self.uncertain]
 
     @property
@@ -139,7 +140,7 @@ class Plan:
         The area is that of the base case by itself, and its box is taller by the reach of all
         uncertainties, unless the user gave the box.
         """
-        reach = sum(one.reach() for one in self.prepared)
+        reach = sum(one.reach for one in self.prepared)
         self.model.framed(lambda: self.model.outline(self._change(None)), reach)
         return self.scene(None)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
@@ -20,10 +22,10 @@ from geosurf.ensemble.record import (
     LEAST,
     MILLION,
     STATISTICS,
+    TOTAL,
     expect_ensemble,
     juxtaposition,
 )
-from geosurf.ensemble.tables import quantile_text
 from geosurf.errors import InputError
 from geosurf.measure.volumetrics import COLUMNS, FLUIDS
 from geosurf.model.base import Noun
@@ -32,7 +34,6 @@ from geosurf.model.units import INCLUDE, INTERVALS
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import pandas
-    import xarray
 
 LABELS = ("unit", "zone", "region", "block", "contact", "fluid")  # of each unit
 FLUIDS_IN_PLACE = ("stoiip", "giip")
@@ -52,12 +53,12 @@ class Ensemble(Noun):
 
     Parameters
     ----------
-    data : xarray.Dataset
+    data : xr.Dataset
         See `run_ensemble`.
 
     Attributes
     ----------
-    data : xarray.Dataset
+    data : xr.Dataset
 
     Examples
     --------
@@ -71,7 +72,7 @@ class Ensemble(Noun):
     (True, 20)
     """
 
-    def __init__(self, data: xarray.Dataset) -> None:
+    def __init__(self, data: xr.Dataset) -> None:
         expect_ensemble(data, "Ensemble")
         self.data = data
 
@@ -124,7 +125,7 @@ class Ensemble(Noun):
     def sums(
         self, by: str | Sequence[str] = (), of: str | None = None, include: str = "reservoir",
         **where: Any,
-    ) -> xarray.DataArray:  # fmt: skip
+    ) -> xr.DataArray:  # fmt: skip
         """
         Return the sums of each realisation that was built.
 
@@ -139,7 +140,7 @@ class Ensemble(Noun):
 
         Returns
         -------
-        xarray.DataArray
+        xr.DataArray
             (realisation, by ...); 0 where there is no unit.
 
         Raises
@@ -160,7 +161,7 @@ class Ensemble(Noun):
     def quantiles(
         self, by: str | Sequence[str] | None = None, of: str | None = None,
         include: str = "reservoir", exceeded: Sequence[float] = EXCEEDED, **where: Any,
-    ) -> xarray.Dataset:  # fmt: skip
+    ) -> xr.Dataset:  # fmt: skip
         """
         Return P90, P50 and P10 of sums, their mean and the base case.
 
@@ -175,7 +176,7 @@ class Ensemble(Noun):
 
         Returns
         -------
-        xarray.Dataset
+        xr.Dataset
             Over `by`: ``P90``, ``P50``, ``P10``, ``mean``, ``sd``, ``base``, and ``present``: share
             of the realisations in which the sum is above 0. ``attrs["n"]`` counts realisations that
             were built, ``attrs["failed"]`` the others.
@@ -209,7 +210,7 @@ class Ensemble(Noun):
 
     def convergence(
         self, of: str | None = None, include: str = "reservoir", **where: Any
-    ) -> xarray.Dataset:
+    ) -> xr.Dataset:
         """
         Return how P90, P50, P10 and the mean of a sum settle with the number of realisations.
 
@@ -220,7 +221,7 @@ class Ensemble(Noun):
 
         Returns
         -------
-        xarray.Dataset
+        xr.Dataset
             Over ``n``, from 2 to all that were built: ``P90``, ``P50``, ``P10``, ``mean`` and
             ``standard_error`` of the mean.
 
@@ -249,7 +250,7 @@ class Ensemble(Noun):
 
     def tornado(
         self, of: str | None = None, include: str = "reservoir", **where: Any
-    ) -> xarray.Dataset:
+    ) -> xr.Dataset:
         """
         Return how strongly each uncertain input moves a sum, the strongest first.
 
@@ -260,7 +261,7 @@ class Ensemble(Noun):
 
         Returns
         -------
-        xarray.Dataset
+        xr.Dataset
             Over ``parameter``: ``rank_correlation`` (Spearman, -1 to 1), and ``low`` and ``high``:
             the mean of the fifth of the realisations with its lowest and highest values.
             ``attrs["noise"]``: smaller rank correlations may be chance.
@@ -303,13 +304,13 @@ class Ensemble(Noun):
 
     def answer(
         self, of: str | None = None, include: str = "reservoir", **where: Any
-    ) -> xarray.DataArray:
+    ) -> xr.DataArray:
         """Return one sum of each realisation: by default the first of `answers`."""
         if of is None and not where:
             of, where = self.answers[0]
         return self.sums((), of, include, **where)
 
-    def juxtaposition(self, include: str = "reservoir") -> xarray.Dataset:
+    def juxtaposition(self, include: str = "reservoir") -> xr.Dataset:
         """
         Return how likely zones face each other across each fault, and over what area.
 
@@ -320,7 +321,7 @@ class Ensemble(Noun):
 
         Returns
         -------
-        xarray.Dataset
+        xr.Dataset
             Over ``pair``, with ``fault``, ``zone_plus`` and ``zone_minus``: ``probability``, the
             share of the realisations in which the area is above 0, and ``P90``, ``P50``, ``P10``
             and ``mean`` of the area [m2].
@@ -516,7 +517,7 @@ class Ensemble(Noun):
             )
         return str(of)
 
-    def _part(self, include: str, where: Mapping[str, Any]) -> xarray.Dataset:
+    def _part(self, include: str, where: Mapping[str, Any]) -> xr.Dataset:
         """Data of the units that count."""
         if not is_word(include, INCLUDE):
             raise InputError(f"include is {include!r}; it must be one of {', '.join(INCLUDE)}.")
@@ -571,7 +572,7 @@ def open_ensemble(store: str | os.PathLike[str]) -> Ensemble:
     opened = xr.open_zarr(path, consolidated=False, chunks=None, mask_and_scale=False)
     # Sums of single batches are for continuing only.
     hidden = [name for name in opened.data_vars if str(name).startswith("batch_")]
-    result: xarray.Dataset = opened.drop_vars(hidden).load()
+    result: xr.Dataset = opened.drop_vars(hidden).load()
     opened.close()
     for name in [*result.variables]:
         if result[name].dtype.kind == "T":  # texts of Zarr: as other results have them
@@ -608,7 +609,7 @@ def _keys(by: Any) -> tuple[str, ...]:
 
 
 def _summed(
-    part: xarray.Dataset, values: np.ndarray, keys: Sequence[str], regions: Sequence[str]
+    part: xr.Dataset, values: np.ndarray, keys: Sequence[str], regions: Sequence[str]
 ) -> tuple[np.ndarray, dict[str, Any], np.ndarray]:
     """
     Sum the columns (n, unit) of units with the same labels.
@@ -657,3 +658,73 @@ def _ranks(values: np.ndarray) -> np.ndarray:
     # Equal values share the mean of their ranks.
     last = np.cumsum(count)
     return (last - 0.5 * (count + 1.0))[inverse]
+
+
+# ---- tables ----------------------------------------
+# Tables of an ensemble, for people and for spreadsheets.
+
+
+def quantile_csv(ensemble: Any, by: Sequence[str], include: str = "reservoir") -> str:
+    """
+    Return quantiles of all columns as text with commas.
+
+    Parameters
+    ----------
+    ensemble : Ensemble
+    by : sequence of str
+    include : {"reservoir", "all"}
+
+    Returns
+    -------
+    str
+        One row for each column and sum that is not 0 everywhere; ``n`` and ``failed`` count
+        realisations.
+    """
+    file = io.StringIO()
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow([*by, "quantity", "units", *STATISTICS, "n", "failed"])
+    for of in ensemble.columns:
+        for labels, found in ensemble.rows(of, include, [by]):
+            # repr() keeps all digits.
+            numbers = [repr(found[key]) for key in STATISTICS]
+            units = ensemble.data[of].attrs["units"]
+            writer.writerow([*labels, of, units, *numbers, ensemble.n_built, ensemble.n_failed])
+    return file.getvalue()
+
+
+def realisations_csv(ensemble: Any, include: str = "reservoir") -> str:
+    """Return one row for each realisation and region as text: rock by fluid, and drawn numbers."""
+    data, keys = ensemble.data, ["realisation", "region"]
+    frame = ensemble.to_dataframe("region", include).set_index(keys)
+    parts = ensemble.to_dataframe(("region", ensemble.parts), include)
+    rock = parts.pivot_table("bulk", keys, ensemble.parts, sort=False, dropna=False).fillna(0.0)
+    for k, name in enumerate(word for word in rock.columns if word):
+        frame.insert(k + 1, f"bulk {name}", rock[name].where(frame.bulk.notna()))
+    units = {name: data[name.partition(" ")[0]].attrs["units"] for name in frame.columns}
+    frame = frame.rename(columns={name: f"{name} [{unit}]" for name, unit in units.items()})
+    drawn = data.drawn.to_pandas()
+    drawn.columns = [
+        f"{name} [{unit}]"
+        for name, unit in zip(data.parameter.values, data.parameter_unit.values, strict=True)
+    ]
+    return frame.reset_index().join(drawn, on="realisation").to_csv(index=False)
+
+
+def quantile_text(ensemble: Any, include: str = "reservoir") -> str:
+    """Return P90, P50 and P10 by region and fluid for the console: oil and gas in place first."""
+    asked = [of for of, _ in ensemble.answers]
+    lines = [f"{counted(ensemble.n_built, 'realisation')}, {ensemble.n_failed} failed"]
+    for of in dict.fromkeys([*asked, "bulk"]):
+        rows = [
+            (" ".join(labels) or TOTAL[include], found)
+            for labels, found in ensemble.rows(of, include)
+            if not labels or found["P10"] or found["base"]  # others are in the files
+        ]
+        head = ensemble.name(of)
+        width = max(len(head), *(len(label) for label, _ in rows))
+        lines += ["", f"{head:<{width}}" + "".join(f"{key:>12}" for key in STATISTICS[:3])]
+        for label, found in rows:
+            # Millions, as in messages.
+            numbers = "".join(f"{found[key] / MILLION:12.3f}" for key in STATISTICS[:3])
+            lines.append(f"{label:<{width}}{numbers}")
+    return "\n".join([*lines, *filter(None, [ensemble.left_out(include)])])

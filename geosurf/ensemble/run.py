@@ -13,8 +13,9 @@ import numpy as np
 
 from geosurf.conventions import counted, is_whole
 from geosurf.ensemble.change import check_seed
-from geosurf.ensemble.models import OWN_NUMBERS, BuiltModel, SceneModel
+from geosurf.ensemble.models import OWN_NUMBERS, BuiltModel, ScenarioModel, SceneModel
 from geosurf.ensemble.on_dask import (
+    Workers,
     check_workers,
     give_plan,
     require_extra,
@@ -22,12 +23,9 @@ from geosurf.ensemble.on_dask import (
     workers_for,
 )
 from geosurf.ensemble.plan import Plan, uncertainties
-from geosurf.ensemble.record import Record
+from geosurf.ensemble.record import Record, Rock
 from geosurf.ensemble.results import Ensemble, open_ensemble
-from geosurf.ensemble.rock import Rock
-from geosurf.ensemble.scenario_model import ScenarioModel
 from geosurf.ensemble.store import EnsembleStore, is_finished
-from geosurf.ensemble.worker_processes import Workers
 from geosurf.errors import GeometryError, GeosurfWarning, InputError
 from geosurf.model.expected import flag_of, path_of
 from geosurf.scenario.keys import Scenario

@@ -4,23 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_matrix
 
 from geosurf.conventions import counted, is_number
-from geosurf.ensemble.change import Change, Given, Uncertainty, names_among
+from geosurf.ensemble.change import (
+    Change,
+    Given,
+    HorizonData,
+    Named,
+    PreparedNumber,
+    Uncertainty,
+    names_among,
+)
 from geosurf.ensemble.fields import Covariance, FieldGrid, GaussianField
-from geosurf.ensemble.horizon_data import HorizonData
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.measure.velocity import DATUM, ELSEWHERE, is_by_name
-from geosurf.model import FluidContact, TriSurface
+from geosurf.model import FluidContact, Lattice, TriSurface
 from geosurf.model.distributions import (
     TAIL,
     Constant,
     Discrete,
-    Distribution,
     Normal,
     OfScipy,
     Triangular,
@@ -30,6 +37,7 @@ from geosurf.model.distributions import (
 )
 from geosurf.model.tops import tops_of
 from geosurf.report.page import number
+from geosurf.sheets import EllipticThrow
 from geosurf.warning import warn
 
 # ---- described ----------------------------------------
@@ -146,7 +154,7 @@ def _number(value: float) -> str:
 
 
 @dataclass(frozen=True)
-class ContactLevel:
+class ContactLevel(Named):
     """
     A fluid contact at an uncertain elevation.
 
@@ -177,6 +185,7 @@ class ContactLevel:
     shift: Any = None
     name: str = ""
 
+    what = "contact"
     unit = "m"
 
     def __post_init__(self) -> None:
@@ -184,12 +193,7 @@ class ContactLevel:
         if (self.elevation is None) == (self.shift is None):
             raise InputError(f"{self.parameter}: give either elevation= or shift=.")
 
-    @property
-    def parameter(self) -> str:
-        """Name of the parameter."""
-        return self.name or of_names("contact", self.contact)
-
-    def prepare(self, given: Given) -> PreparedContact:
+    def prepare(self, given: Given) -> PreparedNumber:
         """Check names and distribution."""
         names_among(self.contact, tuple(given.contacts), "fluid contact")
         value = given.contacts[self.contact]
@@ -201,31 +205,16 @@ class ContactLevel:
                 "in place of elevation=."
             )
         found = distribution_of(self.elevation if absolute else self.shift, self.parameter)
-        return PreparedContact(self.parameter, self.contact, found, absolute)
+        return PreparedNumber(self.parameter, found, self._move)
 
-
-@dataclass(frozen=True)
-class PreparedContact:
-    """A `ContactLevel` of a given model."""
-
-    parameter: str
-    contact: str
-    level: Distribution
-    absolute: bool
-
-    def reach(self) -> float:
-        """Return how far horizons may move [m]."""
-        return 0.0
-
-    def apply(self, change: Change) -> None:
+    def _move(self, change: Change, level: float) -> None:
         """Move the contact."""
-        level = change.numbers[self.parameter] = change.draws.number(self.parameter, self.level)
         # As other uncertainties have left it, else as given.
         value = change.contacts.get(self.contact, change.given.contacts[self.contact])
 
         def at(old: Any) -> Any:
             """The new place of one contact: a number, or a surface."""
-            if self.absolute:
+            if self.elevation is not None:
                 return level
             # A level contact is a number, a gridded one moves node by node.
             if is_number(old):
@@ -262,7 +251,7 @@ def _count(value: Any) -> int:
 
 
 @dataclass(frozen=True)
-class VelocityFactor:
+class VelocityFactor(Named):
     """
     Velocities that are all multiplied by the same number.
 
@@ -286,14 +275,10 @@ class VelocityFactor:
     by: Any
     name: str = ""
 
+    what = "velocity"
     unit = "1"
 
-    @property
-    def parameter(self) -> str:
-        """Name of the parameter."""
-        return self.name or of_names("velocity", self.names)
-
-    def prepare(self, given: Given) -> PreparedVelocity:
+    def prepare(self, given: Given) -> PreparedNumber:
         """Check names and distribution."""
         if given.velocity is None:
             raise InputError(f"{self.parameter}: the model was not given in time, with velocities.")
@@ -301,28 +286,15 @@ class VelocityFactor:
         known = tuple(name for name in known if name != DATUM)
         names = names_among(self.names, known, "entry of velocity")
         by = distribution_of(self.by, self.parameter)
-        return PreparedVelocity(self.parameter, names, by, given.deepest)
+        # As a place at the floor of the model moves.
+        reach = given.deepest * max(abs(by.quantile(p) - 1.0) for p in (TAIL, 1.0 - TAIL))
+        return PreparedNumber(self.parameter, by, partial(_multiply, names), reach)
 
 
-@dataclass(frozen=True)
-class PreparedVelocity:
-    """A `VelocityFactor` of a given model."""
-
-    parameter: str
-    names: tuple[str, ...]
-    by: Distribution
-    deepest: float
-
-    def reach(self) -> float:
-        """Return how far horizons may move [m]: as a place at the floor of the model."""
-        ends = (self.by.quantile(p) for p in (TAIL, 1.0 - TAIL))
-        return self.deepest * max(abs(end - 1.0) for end in ends)
-
-    def apply(self, change: Change) -> None:
-        """Multiply the velocities."""
-        factor = change.numbers[self.parameter] = change.draws.number(self.parameter, self.by)
-        for name in self.names:
-            change.velocity[name] = change.velocity.get(name, 1.0) * factor
+def _multiply(names: Sequence[str], change: Change, factor: float) -> None:
+    """Multiply velocities."""
+    for name in names:
+        change.velocity[name] = change.velocity.get(name, 1.0) * factor
 
 
 # ---- depths ----------------------------------------
@@ -333,14 +305,8 @@ TOPS = "tops"
 FAR = 6.0  # standard deviations: no field of a few million nodes leaves them
 
 
-def of_names(what: str, names: Any) -> str:
-    """Name a parameter after the surfaces that it changes."""
-    listed = (names,) if isinstance(names, str) else tuple(names)
-    return f"{what} {', '.join(listed)}".strip()
-
-
 @dataclass(frozen=True)
-class DepthShift:
+class DepthShift(Named):
     """
     Horizons that move up or down as a whole, all by the same length.
 
@@ -363,42 +329,25 @@ class DepthShift:
     by: Any
     name: str = ""
 
+    what = "depth shift"
     unit = "m"
 
-    @property
-    def parameter(self) -> str:
-        """Name of the parameter."""
-        return self.name or of_names("depth shift", self.horizons)
-
-    def prepare(self, given: Given) -> PreparedShift:
+    def prepare(self, given: Given) -> PreparedNumber:
         """Check names and distribution."""
         # Names are checked once, not in every realisation.
         names = names_among(self.horizons, given.horizon_names, "horizon")
-        return PreparedShift(self.parameter, names, distribution_of(self.by, self.parameter))
+        by = distribution_of(self.by, self.parameter)
+        return PreparedNumber(self.parameter, by, partial(_lift, names), reach_of(by))
+
+
+def _lift(names: Sequence[str], change: Change, length: float) -> None:
+    """Move horizons, all by the same length."""
+    for name in names:
+        change.lift(name, length)
 
 
 @dataclass(frozen=True)
-class PreparedShift:
-    """A `DepthShift` of a given model."""
-
-    parameter: str
-    horizons: tuple[str, ...]
-    by: Distribution
-
-    def reach(self) -> float:
-        """Return how far horizons may move [m]."""
-        return reach_of(self.by)
-
-    def apply(self, change: Change) -> None:
-        """Move the horizons."""
-        # One number for all horizons: they move together.
-        length = change.numbers[self.parameter] = change.draws.number(self.parameter, self.by)
-        for name in self.horizons:
-            change.lift(name, length)
-
-
-@dataclass(frozen=True)
-class DepthError:
+class DepthError(Named):
     """
     An error of horizons that is correlated in the map: a Gaussian field with mean 0.
 
@@ -432,12 +381,8 @@ class DepthError:
     picks: Any = TOPS
     name: str = ""
 
+    what = "depth error"
     unit = "m"
-
-    @property
-    def parameter(self) -> str:
-        """Name of the parameter."""
-        return self.name or of_names("depth error", self.horizons)
 
     def prepare(self, given: Given) -> PreparedError:
         """Check names, choose the lattice of the field, and locate the picks."""
@@ -538,8 +483,9 @@ class PreparedError:
     field: GaussianField
     there: np.ndarray
 
+    @property
     def reach(self) -> float:
-        """Return how far horizons may move [m]."""
+        """How far horizons may move [m]."""
         # Known errors move the field by about as much; twice that is on the safe side.
         largest = float(np.abs(self.field.values).max(initial=0.0))
         return FAR * float(self.field.covariance.sd) + 2.0 * largest
@@ -584,3 +530,311 @@ def _rows(corners: np.ndarray, shares: np.ndarray, n: int, weights: Any) -> Any:
     rows = csr_matrix((shares.ravel(), corners.ravel(), indptr), shape=(len(corners), n))
     # Through the lattice of the field where it is another one.
     return rows if weights is None else (rows @ weights).tocsr()
+
+
+# ---- faults ----------------------------------------
+# Uncertain faults of a scene: throw, position and dip.
+
+
+# ---- throws ----------------------------------------
+# Uncertain throw of faults, for horizons that are continuous before they are torn.
+
+
+@dataclass(frozen=True)
+class Throw(Named):
+    """
+    The throw of a fault, for horizons that are still continuous; see `throw_horizon`.
+
+    Parameters
+    ----------
+    fault : str
+    throw : distribution, float, or what `throw_horizon` takes, optional
+        [m], negative for a reverse fault. Left out: as the scenario has it.
+    factor : distribution or float, optional
+        By which a throw that is a profile, a map or an ellipse is multiplied.
+    name : str, optional
+        Of the parameter in all results; default ``"throw F1"``.
+
+    Raises
+    ------
+    InputError
+        If neither `throw` nor `factor` is given.
+
+    Notes
+    -----
+    List the youngest fault first. Each throw acts on all horizons of the scene.
+
+    Examples
+    --------
+    >>> Throw("F1", 30.0).parameter
+    'throw F1'
+    """
+
+    fault: str
+    throw: Any = None
+    factor: Any = None
+    name: str = ""
+
+    what = "throw"
+
+    def __post_init__(self) -> None:
+        if self.throw is None and self.factor is None:
+            raise InputError(f"{self.parameter}: give throw= [m], or factor=.")
+
+    @property
+    def unit(self) -> str:
+        """Unit of the parameter."""
+        return "m" if self.factor is None else "1"
+
+    def prepare(self, given: Given) -> PreparedNumber:
+        """Check names and distribution."""
+        names_among(self.fault, given.fault_names, "fault")
+        name = self.parameter
+        # A factor multiplies a form that is given here, or the one of the scenario.
+        if self.factor is not None:
+            by = distribution_of(self.factor, f"{name}: factor")
+        else:  # a shape is certain: its number is 1
+            by = distribution_of(1.0 if _is_shape(self.throw) else self.throw, name)
+        # Throw moves horizons relative to the base case, which has the median.
+        middle = by.quantile(0.5)
+        reach = max(abs(by.quantile(p) - middle) for p in (TAIL, 1.0 - TAIL))
+        if self._multiplies and self.throw is not None:
+            reach *= largest_throw(self.throw)
+        return PreparedNumber(name, by, self._set, reach)
+
+    @property
+    def _multiplies(self) -> bool:
+        """Whether the number is a factor of a throw in another form."""
+        return self.factor is not None or _is_shape(self.throw)
+
+    def _set(self, change: Change, by: float) -> None:
+        """Set the throw."""
+        change.throws[self.fault] = Factor(by, self.throw) if self._multiplies else by
+
+
+@dataclass(frozen=True)
+class Factor:
+    """A throw in any form, or the one of a scenario (None), to be multiplied."""
+
+    by: float
+    shape: Any = None
+
+    def of(self, shape: Any) -> Any:
+        """Return the throw: its own form, or else the one that is given."""
+        return times(shape if self.shape is None else self.shape, self.by)
+
+
+def _is_shape(throw: Any) -> bool:
+    """Whether a throw is a profile, a map, a function or an ellipse: no number."""
+    # Forms of `throw_horizon` other than a number.
+    if isinstance(throw, EllipticThrow | np.ndarray | list | tuple) or hasattr(throw, "dims"):
+        return True
+    # Distributions can be called for quantiles; plain functions are throws.
+    return callable(throw) and not hasattr(throw, "quantile") and not hasattr(throw, "ppf")
+
+
+def times(throw: Any, factor: float) -> Any:
+    """Return a throw of any form, multiplied by a factor.
+
+    Examples
+    --------
+    >>> times(EllipticThrow(40.0), 0.5).largest, times([[0.0, 10.0], [900.0, 30.0]], 2.0).tolist()
+    (20.0, [[0.0, 20.0], [900.0, 60.0]])
+    """
+    if isinstance(throw, EllipticThrow):
+        return replace(throw, largest=throw.largest * factor)
+    if is_number(throw):
+        return float(throw) * factor
+    # An array keeps its coordinates.
+    if hasattr(throw, "dims"):
+        return throw * factor
+    if callable(throw):
+        return _Times(throw, factor)
+    # Pairs of distance and throw: only the second column is multiplied.
+    return np.asarray(throw, dtype=np.float64) * np.array([1.0, factor])
+
+
+@dataclass(frozen=True)
+class _Times:
+    """A function of the distance along strike, multiplied; other processes can be sent it."""
+
+    throw: Callable[[Any], Any]
+    factor: float
+
+    def __call__(self, along: Any) -> Any:
+        return self.factor * self.throw(along)
+
+
+def largest_throw(throw: Any) -> float:
+    """Return the largest throw of any form [m]; 0 for a function, whose values are not known.
+
+    Examples
+    --------
+    >>> largest_throw([[0.0, 10.0], [900.0, -30.0]])
+    30.0
+    """
+    if isinstance(throw, EllipticThrow):
+        return abs(float(throw.largest))
+    if is_number(throw):
+        return abs(float(throw))
+    # Its values are not known ahead.
+    if callable(throw) and not hasattr(throw, "dims"):
+        return 0.0
+    values = throw.values if hasattr(throw, "dims") else np.asarray(throw, dtype=np.float64)[:, 1]
+    return float(np.nanmax(np.abs(values)))
+
+
+# ---- fault moves ----------------------------------------
+# Uncertain faults: moved across their strike, or turned about it.
+
+
+@dataclass(frozen=True)
+class FaultShift(Named):
+    """
+    Faults that move across their mean strike.
+
+    Parameters
+    ----------
+    faults : str or sequence of str
+        Each moves by the same length, across its own strike. Empty: all.
+    by : distribution or float
+        Horizontal distance [m], positive towards the hanging wall.
+    name : str, optional
+        Of the parameter in all results; default ``"position F1"``.
+
+    Examples
+    --------
+    >>> FaultShift("F1", 25.0).parameter
+    'position F1'
+    """
+
+    faults: str | Sequence[str]
+    by: Any
+    name: str = ""
+
+    what = "position"
+    unit = "m"
+
+    def prepare(self, given: Given) -> PreparedNumber:
+        """Check names and distribution."""
+        names = names_among(self.faults, given.fault_names, "fault")
+        by = distribution_of(self.by, self.parameter)
+        # Horizons are cut elsewhere, but none of their data move.
+        return PreparedNumber(self.parameter, by, partial(_move_faults, shifted, names))
+
+
+@dataclass(frozen=True)
+class FaultDip(Named):
+    """
+    Faults that turn about their mean strike, through their middle.
+
+    Parameters
+    ----------
+    faults : str or sequence of str
+        Each turns by the same angle, about its own strike. Empty: all.
+    by : distribution or float
+        Change of dip [degrees], positive steeper.
+    name : str, optional
+        Of the parameter in all results; default ``"dip F1"``.
+
+    Examples
+    --------
+    >>> FaultDip("F1", -5.0).parameter
+    'dip F1'
+    """
+
+    faults: str | Sequence[str]
+    by: Any
+    name: str = ""
+
+    what = "dip"
+    unit = "degree"
+
+    def prepare(self, given: Given) -> PreparedNumber:
+        """Check names and distribution."""
+        names = names_among(self.faults, given.fault_names, "fault")
+        by = distribution_of(self.by, self.parameter)
+        # A fault turned past the vertical would swap its walls.
+        if reach_of(by) >= 90.0:
+            raise InputError(f"{self.parameter}: a dip cannot change by 90 degrees or more.")
+        return PreparedNumber(self.parameter, by, partial(_move_faults, turned, names))
+
+
+def _move_faults(
+    moved: Callable[[TriSurface, float], TriSurface],
+    names: Sequence[str],
+    change: Change,
+    by: float,
+) -> None:
+    """Move faults, each about its own strike, as it has been moved so far."""
+    for name in names:
+        change.faults[name] = moved(change.fault(name), by)
+
+
+def shifted(fault: TriSurface, by: float) -> TriSurface:
+    """Return a fault, moved across its mean strike [m].
+
+    Examples
+    --------
+    >>> from geosurf.synthetic import tilted_planes
+    >>> from geosurf.triangulate import triangulate_fault
+    >>> fault = triangulate_fault(tilted_planes(n=5).faults["F1"], name="F1")
+    >>> away = shifted(fault, 10.0).vertices - fault.vertices
+    >>> np.hypot(*away[:, :2].T).round(9).tolist()[:2], float(np.ptp(away[:, 2]))
+    ([10.0, 10.0], 0.0)
+    """
+    across, _ = _across_and_middle(fault)
+    return _mapped(fault, lambda x: x + by * np.array([*across, 0.0]))
+
+
+def turned(fault: TriSurface, by: float) -> TriSurface:
+    """Return a fault, made steeper by an angle [degrees] about its mean strike."""
+    across, middle = _across_and_middle(fault)
+    # Positive angles are steeper: the normal turns towards the horizontal.
+    cosine, sine = np.cos(np.radians(by)), np.sin(np.radians(by))
+    away = np.array([*across, 0.0])
+
+    def turn(x: np.ndarray) -> np.ndarray:
+        """Points, turned in the plane of `across` and the vertical."""
+        # Across strike and up from the middle: strike itself does not change.
+        flat, high = (x - middle) @ away, x[..., 2] - middle[2]
+        step = (cosine - 1.0) * flat + sine * high
+        made: np.ndarray = x + step[..., None] * away
+        made[..., 2] = middle[2] - sine * flat + cosine * high
+        return made
+
+    return _mapped(fault, turn)
+
+
+def _across_and_middle(fault: TriSurface) -> tuple[np.ndarray, np.ndarray]:
+    """Horizontal direction into the hanging wall (2,), and the middle of the area (3,)."""
+    # The mean normal, weighted by area, is the dip direction of the fault as a whole.
+    corners = fault.vertices[fault.triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = np.linalg.norm(normals, axis=1)
+    total = normals.sum(axis=0)
+    length = float(np.hypot(total[0], total[1]))
+    # A horizontal fault has no strike to turn about.
+    if not length > 1e-9 * float(np.linalg.norm(total)):
+        raise InputError(
+            f"fault {fault.name!r} is horizontal on average and has no strike, so that it cannot "
+            "be moved or turned. Leave it out of the uncertainties."
+        )
+    middle = (corners.mean(axis=1) * area[:, None]).sum(axis=0) / area.sum()
+    return total[:2] / length, middle
+
+
+def _mapped(fault: TriSurface, way: Any) -> TriSurface:
+    """A fault with all its points moved; one from a grid stays one."""
+    # A fault from a grid stays a grid.
+    lattice = fault.lattice
+    if lattice is None:
+        made = TriSurface(fault.name, "fault", way(fault.vertices), fault.triangles)
+    else:
+        # Rotated nodes have two-dimensional coordinates, whatever the grid had before.
+        nodes = np.stack([*lattice.horizontal(), lattice.elevation], axis=-1)
+        x, y, z = np.moveaxis(way(nodes), -1, 0)
+        grid = Lattice(x, y, z, lattice.rising, lattice.reverse)
+        made = TriSurface(fault.name, "fault", lattice=grid)
+    made.crs = fault.crs
+    return made

@@ -14,8 +14,7 @@ from scipy.ndimage import distance_transform_edt, uniform_filter
 from geosurf.conventions import CONVERSION_ERRORS, is_number
 from geosurf.errors import InputError, InvariantError
 from geosurf.grid import pillars as at_corners
-from geosurf.grid.barriers import Below, faults_between, own_side
-from geosurf.grid.follow import follow_faults
+from geosurf.grid.follow import Below, faults_between, follow_faults, own_side
 from geosurf.grid.pillars import Layers, Pillars, vertical_pillars
 from geosurf.measure.columns import cross_columns
 from geosurf.model import TriSurface, Units

@@ -22,10 +22,9 @@ of the error. All functions take `n`, nodes per side, and `offset`.
 
 from geosurf.synthetic.domes import dome_and_flat_fault, egg_box, listric
 from geosurf.synthetic.export import FieldTruth, field_export
-from geosurf.synthetic.faulted_planes import faulted
 from geosurf.synthetic.field import faulted_reservoir
 from geosurf.synthetic.hills import hills, noisy, waves
-from geosurf.synthetic.planar import graben, tilted_planes
+from geosurf.synthetic.planar import faulted, graben, tilted_planes
 from geosurf.synthetic.torn_horizon import torn
 from geosurf.synthetic.world import World
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import wraps
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, ParamSpec
+from typing import Any, ParamSpec
 
 import numpy as np
 import xarray as xr
@@ -15,9 +15,6 @@ import xarray as xr
 from geosurf.conventions import FAULT_DIMS, HORIZON_DIMS, is_number, is_whole
 from geosurf.errors import InputError
 from geosurf.model.expected import listed, number_of
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
 
 Box = tuple[float, float, float, float, float, float]
 Offset = tuple[float, float, float]
@@ -31,9 +28,9 @@ class World:
     Attributes
     ----------
     name : str
-    horizons : dict of str to xarray.DataArray
+    horizons : dict of str to xr.DataArray
         Youngest first; elevation [m], positive up.
-    faults : dict of str to xarray.Dataset
+    faults : dict of str to xr.Dataset
         `easting`, `northing`, `elevation` [m] over ``(down_dip, along_strike)``.
     box : (west, east, south, north, bottom, top)
         [m]
@@ -55,8 +52,8 @@ class World:
     """
 
     name: str
-    horizons: dict[str, xarray.DataArray]
-    faults: dict[str, xarray.Dataset]
+    horizons: dict[str, xr.DataArray]
+    faults: dict[str, xr.Dataset]
     box: Box
     truth: dict[str, Any] = field(default_factory=dict)
     formula: str = ""
@@ -136,7 +133,7 @@ def make_horizon(
     n: int,
     height: Callable[[np.ndarray, np.ndarray], np.ndarray],
     offset: Offset,
-) -> xarray.DataArray:
+) -> xr.DataArray:
     """Sample ``elevation = height(x, y)`` on n x n nodes over the box; x, y without offset."""
     if n < 2:
         raise InputError(f"n is {n}: a grid needs two nodes per side. Give n=2 or more.")
@@ -162,7 +159,7 @@ def make_horizon(
 
 def make_fault(
     name: str, x: np.ndarray, y: np.ndarray, z: np.ndarray, offset: Offset
-) -> xarray.Dataset:
+) -> xr.Dataset:
     """Return a fault Dataset from nodes (n_down_dip, n_along_strike)."""
     parts = zip(("easting", "northing", "elevation"), np.broadcast_arrays(x, y, z), strict=True)
     ds = xr.Dataset(

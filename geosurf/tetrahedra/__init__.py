@@ -1,8 +1,7 @@
 """Fill sealed units with tetrahedra: one conforming mesh with the unit of each.
 
 ===================  ==================================================================
-mesh_units.py        `mesh_units`: the steps from units to a mesh
-boundary.py          faces between units, each once, with the units on its two sides
+mesh_units.py        `mesh_units`: from the faces between units to a mesh
 tetgen_process.py    what the process of TetGen runs
 ===================  ==================================================================
 """

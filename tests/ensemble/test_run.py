@@ -17,15 +17,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.arrangement.threads import n_threads
-from geosurf.ensemble import (
-    ContactLevel,
-    DepthError,
-    DepthShift,
-    Normal,
-    Uniform,
-    on_dask,
-    worker_processes,
-)
+from geosurf.ensemble import ContactLevel, DepthError, DepthShift, Normal, Uniform, on_dask
 from geosurf.ensemble import store as store_room
 from geosurf.ensemble.on_dask import check_workers
 from geosurf.ensemble.plan import Plan
@@ -104,8 +96,8 @@ def test_worker_processes_give_the_same_bytes(tmp_path, truth):
 def test_workers_of_long_ensembles_start_with_the_base_case_and_end_with_the_call(
     tmp_path, truth, monkeypatch, sent
 ):
-    started, start = [], worker_processes._start
-    monkeypatch.setattr(worker_processes, "_start", lambda: started.append(start()) or started[-1])
+    started, start = [], on_dask._start
+    monkeypatch.setattr(on_dask, "_start", lambda: started.append(start()) or started[-1])
     monkeypatch.setattr(on_dask, "_MANY", 8)
     plan_start, before = Plan.start, []
 
@@ -129,7 +121,7 @@ def test_workers_of_long_ensembles_start_with_the_base_case_and_end_with_the_cal
 
 
 def test_no_worker_starts_for_few_realisations_or_contacts_alone(monkeypatch):
-    monkeypatch.setattr(worker_processes, "_start", lambda: pytest.fail("a worker has started"))
+    monkeypatch.setattr(on_dask, "_start", lambda: pytest.fail("a worker has started"))
     run(7, workers=2)
     run(60, uncertain=UNCERTAIN[2:], maps=None, workers=2)
 
@@ -142,7 +134,7 @@ def test_another_process_builds_once_what_does_not_change(monkeypatch):
     monkeypatch.setattr(Graph, "_rebuilt", lambda *given: built.append(1) or rebuilt(*given))
     here = [plan.run(k).amounts for k in range(n)]
     assert not built
-    there = pickle.loads(worker_processes.dumps(plan))
+    there = pickle.loads(on_dask.dumps(plan))
     assert [there.run(k).amounts for k in range(n)] == here
     assert len(built) == 1
 
@@ -480,7 +472,7 @@ def test_the_base_case_of_a_torn_field_is_torn_once(monkeypatch):
 
     # the frame is the one that the torn scene has, taller by the reach
     *sides, bottom, top = scene.box
-    reach = plan.prepared[0].reach()
+    reach = plan.prepared[0].reach
     base = plan.scene(None)
     assert base.box == (*sides, bottom - reach, top + reach)
     assert np.array_equal(base.aoi, scene.aoi) if scene.aoi is not None else base.aoi is None

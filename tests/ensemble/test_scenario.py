@@ -11,8 +11,8 @@ import pytest
 import geosurf as gs
 from geosurf.cli import main
 from geosurf.ensemble import ContactLevel, DepthShift, FaultShift, Triangular, Uniform
+from geosurf.ensemble.models import ScenarioModel
 from geosurf.ensemble.run import planned
-from geosurf.ensemble.scenario_model import ScenarioModel
 from geosurf.errors import InputError, ScenarioError
 from geosurf.scene.given import frame_of
 from geosurf.sheets import tear

@@ -5,7 +5,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.errors import InputError
-from geosurf.grid.barriers import Below
+from geosurf.grid.follow import Below
 from geosurf.grid.pillars import limited
 
 SIZE = 4000.0

@@ -12,7 +12,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.errors import InputError
-from geosurf.synthetic.faulted_planes import _KINDS, _LEVELS, _movement
+from geosurf.synthetic.planar import _KINDS, _LEVELS, _movement
 from tests.measure.test_closures import X, Y, grid, upright
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*beside the reservoir rests on cut-offs")

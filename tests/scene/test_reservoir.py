@@ -189,7 +189,7 @@ def test_a_sealed_model_keeps_it_and_the_regions(scene, tmp_path, suffix):
 
 def test_ensembles_answer_for_it(scene):
     from geosurf.ensemble import ContactLevel, Uniform
-    from geosurf.ensemble.tables import quantile_text
+    from geosurf.ensemble.results import quantile_text
 
     level = ContactLevel("OWC", shift=Uniform(-9.0, 9.0))
     result = gs.run_ensemble(scene, 10, uncertain=[level], progress=False)

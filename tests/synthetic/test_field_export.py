@@ -9,8 +9,7 @@ from scipy.spatial import cKDTree
 import geosurf as gs
 from geosurf.errors import InputError
 from geosurf.synthetic import field_export
-from geosurf.synthetic.export.geology import OUTLINE, STEP
-from geosurf.synthetic.export.truth import inside, quadrature
+from geosurf.synthetic.export.geology import OUTLINE, STEP, inside, quadrature
 from geosurf.synthetic.torn_horizon import exists, side_of
 
 VARIANTS = ("grids", "points", "network")

@@ -11,8 +11,17 @@ import pytest
 import geosurf as gs
 from geosurf.errors import DependencyError, GeometryError, InputError, InvariantError
 from geosurf.model import TetMesh, Units
-from geosurf.tetrahedra.boundary import Boundary, boundary_of, with_parts
-from geosurf.tetrahedra.mesh_units import FACES, N_ORDER, fill, flat_parts, refined, regions_of
+from geosurf.tetrahedra.mesh_units import (
+    FACES,
+    N_ORDER,
+    Boundary,
+    boundary_of,
+    fill,
+    flat_parts,
+    refined,
+    regions_of,
+    with_parts,
+)
 
 MODULE = importlib.import_module("geosurf.tetrahedra.mesh_units")
 

@@ -1,8 +1,8 @@
 """A whole field as other programs export it, with its truth.
 
 ==============  ===================================================================
-geology.py      faults and horizons by formulas, in the frame of the grids
-truth.py        `FieldTruth`: elevations, cut-offs, throw, volumes
+geology.py      faults and horizons by formulas, in the frame of the grids, and `FieldTruth`:
+                elevations, cut-offs, throw, volumes
 formats.py      bytes of the files
 ==============  ===================================================================
 """
@@ -29,8 +29,7 @@ from geosurf.synthetic.export.formats import (
     scenario_of,
     sticks_of,
 )
-from geosurf.synthetic.export.geology import ORIGIN, ROTATION, STEP, geology_of
-from geosurf.synthetic.export.truth import FieldTruth
+from geosurf.synthetic.export.geology import ORIGIN, ROTATION, STEP, FieldTruth, geology_of
 from geosurf.synthetic.world import check_count
 
 __all__ = ["FieldTruth", "field_export"]

@@ -15,13 +15,15 @@ from geosurf.synthetic.export.geology import (
     OUTLINE,
     SHAPE,
     STEP,
+    FieldTruth,
     Geology,
     Horizon,
     branch_ends,
+    cutoff_line,
+    distance_from,
     reach,
     to_world,
 )
-from geosurf.synthetic.export.truth import FieldTruth, cutoff_line, distance_from
 from geosurf.synthetic.torn_horizon import DATUM, Fault, exists, side_of, single_valued
 
 # ---- scenario ----------------------------------------
