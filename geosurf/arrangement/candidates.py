@@ -147,7 +147,7 @@ def shared_box(
 
 
 def fit_voxels(
-    boxes_a: np.ndarray, boxes_b: np.ndarray, size: float | None = None, coarser: float = 1.0
+    boxes_a: np.ndarray, boxes_b: np.ndarray, size: float | None = None
 ) -> VoxelGrid | None:
     """Voxels for two sets of boxes, or None where they are apart.
 
@@ -158,8 +158,6 @@ def fit_voxels(
     size : float, optional
         Edge of the voxels [m]. Default: fitted, so that the larger surface has
         about one face for two voxels, and no voxel is much smaller than a face.
-    coarser : float
-        The fitted edge is multiplied by this.
 
     Returns
     -------
@@ -179,7 +177,7 @@ def fit_voxels(
 
         # the limit is for sizes that users choose; rounding up an axis may double the number
         wanted = min(wanted, 0.45 * _MOST_VOXELS)
-        size = coarser * max(face, _size_for(extent, wanted))
+        size = max(face, _size_for(extent, wanted))
     size = float(size)
 
     # Boxes that meet in a point have no extent.
@@ -195,20 +193,6 @@ def fit_voxels(
             f"{_MOST_VOXELS}. Choose a larger voxel_size, or leave it out."
         )
     return VoxelGrid(bounds, size, shape.astype(np.int64), rows_a, rows_b)
-
-
-def equal_voxels(boxes: np.ndarray, n_voxel: int) -> tuple[np.ndarray, float, np.ndarray]:
-    """Bounds (6,) of some boxes, and the edge [m] and shape (3,) of about `n_voxel` voxels there.
-
-    Examples
-    --------
-    >>> equal_voxels(np.array([[0, 0, 0, 4.0, 4, 4]]), 8)[1:]
-    (2.0, array([2, 2, 2]))
-    """
-    bounds = _bounds_of(boxes)
-    extent = bounds[3:] - bounds[:3]
-    size = _size_for(extent, n_voxel) or max(float(extent.max()), 1.0)
-    return bounds, size, np.maximum(np.ceil(extent / size), 1.0).astype(np.int64)
 
 
 def _size_for(extent: np.ndarray, n_voxel: float) -> float:

@@ -24,7 +24,7 @@ import numpy as np
 from geosurf.arrangement.arrange import Children, cut_contacts
 from geosurf.arrangement.search import ULP, Contacts, find_contacts
 from geosurf.arrangement.threads import map_threads, n_threads
-from geosurf.arrangement.triangles import crossing_pairs, near_triangles
+from geosurf.arrangement.triangles import crossing_pairs
 from geosurf.conventions import place
 from geosurf.errors import GeosurfError, RoundingError, SurfaceError
 from geosurf.kernels.contacts.packed_contact import on_boundaries
@@ -294,10 +294,6 @@ def crossing_faces(contacts: Contacts, children: Children) -> np.ndarray:
     touched = np.zeros(len(children.x), dtype=bool)
     touched[pieces[suspect]] = True
     suspect[: len(t)] |= touched[t].any(axis=1)
-
-    # Others that are apart from all suspects cannot cross them.
-    close = suspect | near_triangles(children.x, pieces[suspect], pieces)
-    pieces, face, suspect = pieces[close], face[close], suspect[close]
 
     # Twins of an overlap would cross in their whole area: each triangle once.
     once = _once(pieces, suspect)

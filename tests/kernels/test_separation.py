@@ -13,6 +13,7 @@ from geosurf.arrangement import triangles
 from geosurf.arrangement.triangles import crossing_pairs
 from geosurf.kernels.contacts.triangle_contact import FIRST_CODE, N_COLUMN, N_CORNER, meet_pairs
 from geosurf.kernels.exact.predicates import frame_of
+from geosurf.kernels.lattices.lattice_corners import build_list_tree, survey_list
 from geosurf.kernels.search.separation import undecided_pairs
 from tests import oracles
 
@@ -111,12 +112,9 @@ def test_neighbours_of_a_bent_grid_are_never_asked_about_exactly():
     x = np.stack([gx, gy, z], axis=2).reshape(-1, 3)
     a = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
     t = np.concatenate([np.stack([a, a + 1, a + n + 1], 1), np.stack([a, a + n + 1, a + n], 1)])
-    boxes = np.concatenate([x[t].min(axis=1), x[t].max(axis=1)], axis=1)
-    pairs = np.empty((9, 2), dtype=np.int64)
-    whole = np.array([0, len(t)]), np.arange(len(t))
-    bounds = np.concatenate([boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)])
-    one = bounds, 1000.0, np.ones(3, dtype=np.int64)
-    assert undecided_pairs(x, t, len(t), np.full(len(t), -1), boxes, *one, *whole, 0, 1, pairs) == 0
+    boxes, codes, _, _ = survey_list(x, t)
+    given = x, t, len(t), np.full(len(t), -1), boxes, *build_list_tree(boxes, codes), 0, len(t)
+    assert undecided_pairs(*given, np.empty((9, 2), dtype=np.int64)) == 0
     assert len(crossing_pairs(x, t)) == 0
     x[:, 2] = 0.0
     assert len(crossing_pairs(x, t)) == 0
@@ -161,10 +159,29 @@ def test_any_number_of_threads_finds_the_same_pairs(seed, monkeypatch):
     t = np.concatenate([rng.permuted(np.arange(600).reshape(200, 3)), [[0, 30, 60]]])
     area = np.linalg.norm(np.cross(x[t[:, 1]] - x[t[:, 0]], x[t[:, 2]] - x[t[:, 0]]), axis=1)
     t = t[area > 0]
-    monkeypatch.setattr(triangles, "_MANY", 0)
+    monkeypatch.setattr(triangles, "_EACH", 1)
     found = []
     for n in ("1", "2", "5"):
         monkeypatch.setenv("GEOSURF_THREADS", n)
         found.append(crossing_pairs(x, t, t[:40]).tolist())
     assert found[0] == found[1] == found[2]
     assert len(found[0]) > 100
+
+
+def test_walls_of_a_turned_area_ask_few_triangles():
+    """Two upright walls across a plane of small triangles: pairs follow the walls' length."""
+    n = 60
+    a = np.arange(n * n)
+    x = np.stack([a % n, a // n, 0.01 * (a % 7)], axis=1).astype(float)
+    cell = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
+    low = np.stack([cell, cell + 1, cell + n], axis=1)
+    high = np.stack([cell + 1, cell + n + 1, cell + n], axis=1)
+    wall = np.array(
+        [[0, 30, -9], [59, 31.5, -9], [30, 30, 9], [30, 0, -9], [31, 59, -9], [29, 30, 9.0]]
+    )
+    x = np.concatenate([x, wall])
+    t = np.concatenate([low, high, n * n + np.arange(6).reshape(2, 3)])
+    pairs = triangles._near_pairs(x, t, len(t), np.full(len(t), -1))
+    walls = (pairs >= len(t) - 2).any(axis=1).sum()
+    assert n < walls < 12 * n
+    assert len(triangles.crossing_pairs(x, t)) > n

@@ -14,7 +14,7 @@ one, none                 separated if the plane half-way between them separates
 Notation
     x, t     corners and triangles
     boxes    lower and upper corner of each triangle
-    bounds, size, shape, offsets, filled   voxels and the triangles of each, as in `voxels`
+    order, nodes, levels   a tree over them, as in `tree`
     graph    number of the graph over the map that each triangle is a part of, -1 for none: two
              parts of one graph meet in common corners and edges only
 """
@@ -25,162 +25,7 @@ import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
 from geosurf.kernels.exact.predicates import TINY, filtered_side, plane_terms
-from geosurf.kernels.search.tree import append_pair, boxes_apart
-from geosurf.kernels.search.voxels import _cell, _cell_range
-
-# ---- large triangles ----------------------------------------
-# Candidate pairs of triangles that are far larger than the others: only those along their plane.
-#
-# The box of a wall of a model covers the whole map, although the wall is a plane. So voxels that
-# its plane misses are skipped, and so are triangles that are certainly separated from it
-# (`separation`). Floats decide, with rounding bounds on the safe side: no pair that is left out
-# can meet.
-#
-# The voxels are those of `voxels`, filled with the triangles that are not large.
-
-
-LARGER = 1.0 + 1e-6  # voxels are enlarged a little, on the safe side
-
-
-@scalar
-def _misses(p, bounds, size, i, j, k):
-    """Whether a plane certainly misses a voxel."""
-    # Distance of the centre from the plane against the half-diagonal along its normal.
-    h = 0.5 * size * LARGER
-    s = reach = 0.0
-    for axis in range(3):
-        at = i if axis == 0 else (j if axis == 1 else k)
-        d = bounds[axis] + (at + 0.5) * size - p[6 + axis]
-        s += p[axis] * d
-        # The half-diagonal along the normal, and the rounding of the plane.
-        reach += abs(p[axis]) * h + ROUNDING * p[3 + axis] * (abs(d) + h)
-    return abs(s) > reach
-
-
-@scalar
-def _steepest(p):
-    """The axis along which a normal is longest."""
-    axis = 0
-    for k in range(1, 3):
-        if abs(p[k]) > abs(p[axis]):
-            axis = k
-    return axis
-
-
-@scalar
-def _passed(p, bounds, size, axis, at, span):
-    """First and last voxel along an axis that a plane may pass, given the two other indices in
-    `at`; a few more, and all of `span` where the plane has no direction.
-    """
-    first, last = span[axis], span[3 + axis]
-    if not abs(p[axis]) > 0.0:
-        return first, last
-    h = 0.5 * size * LARGER
-    s, reach = 0.0, 0.0
-    for k in range(3):
-        # the farthest voxel along the axis bounds the rounding of all of them
-        d = bounds[k] + (at[k] + 0.5) * size - p[6 + k]
-        far = abs(d)
-        if k == axis:
-            far = abs(bounds[k] - p[6 + k]) + (last + 1) * size
-        else:
-            s += p[k] * d
-        reach += abs(p[k]) * h + 4.0 * ROUNDING * p[3 + k] * (far + h)
-
-    # |s + normal * d| <= reach, as an interval of d; then of voxels, one more at each end
-    middle = (-s / p[axis] + p[6 + axis] - bounds[axis]) / size - 0.5
-    half = reach / (abs(p[axis]) * size) + 1.0
-    if not (abs(middle) < 1e9 and half < 1e9):
-        return first, last
-    return max(first, int(np.floor(middle - half))), min(last, int(np.ceil(middle + half)))
-
-
-@scalar
-def _is_beside(x, t, f, p, bounds, size, axis, at):
-    """Whether a triangle, seen along an axis, certainly misses a column of voxels.
-
-    Wide triangles are often slivers across their box: a side of them parts them from most of it.
-    """
-    u, v = (axis + 1) % 3, (axis + 2) % 3
-    h = 0.5 * size * LARGER
-    pu, pv = bounds[u] + (at[u] + 0.5) * size, bounds[v] + (at[v] + 0.5) * size
-    turn = 1.0 if p[axis] > 0.0 else -1.0
-    for i in range(3):
-        one, two = t[f, i], t[f, (i + 1) % 3]
-        du, dv = x[two, u] - x[one, u], x[two, v] - x[one, v]
-        eu, ev = pu - x[one, u], pv - x[one, v]
-        reach = (abs(du) + abs(dv)) * h
-        reach += ROUNDING * (abs(du) * (abs(ev) + h) + abs(dv) * (abs(eu) + h))
-        if turn * (du * ev - dv * eu) < -reach:
-            return True
-    return False
-
-
-@scalar
-def _append(pairs, n, a, b):
-    """Append a pair, lower row first; the array, twice as long where it was full, and the count."""
-    if n == pairs.shape[0]:
-        pairs = np.concatenate((pairs, np.empty_like(pairs)))
-    pairs[n, 0], pairs[n, 1] = min(a, b), max(a, b)
-    return pairs, n + 1
-
-
-@entry("d2 l2 d2 l1 d1 d l1 l1 l1 -> l2")
-def large_triangle_pairs(x, t, boxes, large, bounds, size, shape, offsets, filled):
-    """Pairs (n, 2) of large triangles with others that may meet; lower row first, each once."""
-    pairs = np.empty((64, 2), dtype=np.int64)
-    n = 0
-    # The last large triangle that each triangle was compared with.
-    seen = np.full(t.shape[0], -1, dtype=np.int64)
-    span, cell = np.empty(6, dtype=np.int64), np.zeros(3, dtype=np.int64)
-    p, common = np.empty(9), np.empty((2, 9), dtype=np.int64)
-    for r in range(large.shape[0]):
-        a = large[r]
-        plane_of(x, t, a, p)
-
-        # Large triangles among each other: all pairs.
-        for other in range(r):
-            if not (
-                boxes_apart(boxes, a, boxes, large[other])
-                or is_beside_plane(x, t, p, a, large[other])
-                or separated_triangles(x, t, a, large[other], common)
-            ):
-                pairs, n = _append(pairs, n, a, large[other])
-
-        # The others: only in voxels that the plane passes.
-        # The box of a large triangle covers many voxels, its plane passes few of them.
-        _cell_range(boxes, a, bounds, size, shape, span)
-        axis = _steepest(p)
-        u, v = (axis + 1) % 3, (axis + 2) % 3
-        sharp = abs(p[axis]) > ROUNDING * p[3 + axis]  # else its sides may turn either way
-        for one in range(span[u], span[3 + u] + 1):
-            for two in range(span[v], span[3 + v] + 1):
-                cell[u], cell[v] = one, two
-                if sharp and _is_beside(x, t, a, p, bounds, size, axis, cell):
-                    continue
-                low, high = _passed(p, bounds, size, axis, cell, span)
-                for three in range(low, high + 1):
-                    cell[axis] = three
-                    i, j, k = cell[0], cell[1], cell[2]
-                    voxel = (i * shape[1] + j) * shape[2] + k
-                    first, last = offsets[voxel], offsets[voxel + 1]
-                    if first == last or _misses(p, bounds, size, i, j, k):
-                        continue
-                    for at in range(first, last):
-                        b = filled[at]
-
-                        # A triangle fills several voxels; it is tested once.
-                        if seen[b] == a:
-                            continue
-                        seen[b] = a
-                        if not (
-                            boxes_apart(boxes, a, boxes, b)
-                            or is_beside_plane(x, t, p, a, b)
-                            or separated_triangles(x, t, a, b, common)
-                        ):
-                            pairs, n = _append(pairs, n, a, b)
-    return pairs[:n].copy()
-
+from geosurf.kernels.search.tree import FAN, LEAF, append_pair, boxes_apart, extent
 
 # Rounding errors relative to the sum of magnitudes: below 8 units (2**-53) for three products of
 # differences, below 16 for six products of three factors.
@@ -403,173 +248,59 @@ def is_beside_plane(x, t, p, a, b):
 
 
 @scalar
-def _load_voxel(boxes, bounds, size, shape, graph, filled, low, high, at, near, marks):
-    """What is asked of each pair of triangles of a voxel, side by side: boxes, graphs, and for each
-    axis whether the box begins in this voxel (bits 1, 2, 4): each pair is tested in one voxel only.
-    """
-    for s in range(low, high):
-        of = filled[s]
-        for k in range(6):
-            near[k, s - low] = boxes[of, k]
-        bits = 0
-        for axis in range(3):
-            begins = _cell(boxes[of, axis], bounds[axis], size, shape[axis]) == at[axis]
-            bits |= int(begins) << axis
-        marks[0, s - low], marks[1, s - low] = bits, graph[of]
+def _box_off_plane(p, boxes, i):
+    """Whether a box is certainly on one side of a plane."""
+    low = high = size = 0.0
+    for k in range(3):
+        one, two = boxes[i, k] - p[6 + k], boxes[i, 3 + k] - p[6 + k]
+        low += min(p[k] * one, p[k] * two)
+        high += max(p[k] * one, p[k] * two)
+        size += p[3 + k] * max(abs(one), abs(two))
+    return size > TINY and max(low, -high) > ROUNDING * size
 
 
-@scalar
-def _meeting(near, marks, i, n, hits):
-    """Places behind i whose boxes meet that of i here; how many.
-
-    The common box begins here if one of the two does, on each axis; and two parts of one
-    single-valued surface are separated in the map. Without branches: few of them are predicted.
-    """
-    x0, y0, z0, x1, y1, z1 = near[0, i], near[1, i], near[2, i], near[3, i], near[4, i], near[5, i]
-    bits, graph = marks[0, i], marks[1, i]
-    count = 0
-    for j in range(i + 1, n):
-        hits[count] = j
-        meets = (near[0, j] <= x1) & (x0 <= near[3, j]) & (near[1, j] <= y1) & (y0 <= near[4, j])
-        meets = meets & (near[2, j] <= z1) & (z0 <= near[5, j])
-        meets = meets & ((bits | marks[0, j]) == 7) & ((graph < 0) | (marks[1, j] != graph))
-        count += int(meets)
-    return count
-
-
-@scalar
-def _is_one_graph(graph, filled, low, high):
-    """Whether all triangles of a voxel are parts of one graph."""
-    first = graph[filled[low]]
-    if first < 0:
-        return False
-    for s in range(low + 1, high):
-        if graph[filled[s]] != first:
-            return False
-    return True
-
-
-@entry("d2 l2 l l1 d2 d1 d l1 l1 l1 l l l2* -> l")
-def undecided_pairs(
-    x, t, n_first, graph, boxes, bounds, size, shape, offsets, filled, first, last, pairs
-):
+@entry("d2 l2 l l1 d2 l1 d2 l2 l l l2* -> l")
+def undecided_pairs(x, t, n_first, graph, boxes, order, nodes, levels, first, last, pairs):
     """Pairs of triangles that are not certainly separated, lower row first; their number.
 
-    Of voxels from `first` up to `last`. They are written up to capacity. Triangles from row
-    `n_first` on are not compared with each other.
+    Of triangles at the places from `first` up to `last` in the order of the tree. They are written
+    up to capacity. Triangles from row `n_first` on are not compared with each other.
     """
-    common, at = np.empty((2, 9), dtype=np.int64), np.empty(3, dtype=np.int64)
-    most = 0
-    for voxel in range(first, last):
-        most = max(most, offsets[voxel + 1] - offsets[voxel])
-    near, marks = np.empty((6, most)), np.empty((2, most), dtype=np.int64)
-    hits = np.empty(most + 1, dtype=np.int64)
-    p, of = np.empty(9), -1  # the plane of a triangle, once for all that are near it
+    common, stack = np.empty((2, 9), dtype=np.int64), np.empty((64 * FAN, 2), dtype=np.int64)
+    p, n_all = np.empty(9), t.shape[0]
     n = 0
-    for voxel in range(first, last):
-        low, high = offsets[voxel], offsets[voxel + 1]
-        # Most voxels next to no fault hold one surface only; rows are increasing in a voxel.
-        if high - low < 2 or filled[low] >= n_first or _is_one_graph(graph, filled, low, high):
+    for s in range(first, last):
+        a = order[s]
+        if a >= n_first:
             continue
-        # A pair belongs to the voxel of the lower corner of the common box.
-        at[2] = voxel % shape[2]
-        at[1] = voxel // shape[2] % shape[1]
-        at[0] = voxel // (shape[1] * shape[2])
-        _load_voxel(boxes, bounds, size, shape, graph, filled, low, high, at, near, marks)
-        for s in range(low, high):
-            a = filled[s]
-            if a >= n_first:
-                break
-            for hit in range(_meeting(near, marks, s - low, high - low, hits)):
-                b = filled[low + hits[hit]]
-                if of != a:
-                    plane_of(x, t, a, p)
-                    of = a
-                if is_beside_plane(x, t, p, a, b) or separated_triangles(x, t, a, b, common):
+        plane_of(x, t, a, p)
+        begin = s + 1 if n_first == n_all else 0  # each pair from its first place
+        width = extent(boxes, a)
+        stack[0, 0], stack[0, 1] = nodes.shape[0] - 1, levels.shape[0] - 1
+        top = 1
+        while top > 0:
+            top -= 1
+            node, level = stack[top, 0], stack[top, 1]
+            # The box of a large triangle meets many nodes, its plane passes few of them.
+            if extent(nodes, node) < width and _box_off_plane(p, nodes, node):
+                continue
+            at = node - levels[level, 0]
+            if level > 0:
+                size, below = LEAF * FAN ** (level - 1), levels[level - 1, 0]
+                low = max(at * FAN, begin // size)
+                for k in range(low, min((at + 1) * FAN, levels[level - 1, 2])):
+                    if not boxes_apart(boxes, a, nodes, below + k):
+                        stack[top, 0], stack[top, 1] = below + k, level - 1
+                        top += 1
+                continue
+            for k in range(max(at * LEAF, begin), min((at + 1) * LEAF, n_all)):
+                b = order[k]
+                if (b < n_first and k <= s) or (graph[a] >= 0 and graph[b] == graph[a]):
                     continue
-                n = append_pair(pairs, n, a, b)
+                if not (
+                    boxes_apart(boxes, a, boxes, b)
+                    or is_beside_plane(x, t, p, a, b)
+                    or separated_triangles(x, t, a, b, common)
+                ):
+                    n = append_pair(pairs, n, min(a, b), max(a, b))
     return n
-
-
-# ---- marked voxels ----------------------------------------
-# Which triangles may meet some few others: those in the voxels that the few pass.
-#
-# A triangle that meets another one has a point in common with it, and this point is in one voxel.
-# So the voxels of the few are marked, and all triangles without a marked voxel are apart from
-# them. The search costs one pass over the others, and no memory for each of them.
-#
-# Notation
-#     x, t     corners and triangles
-#     boxes    lower and upper corner of each of the few
-#     marks    whether the few pass a voxel, (n_voxel,), as `voxels` numbers them
-
-
-_WIDE = 64  # voxels in its box, from which a triangle is followed along its plane, or not tested
-
-
-@scalar
-def _mark_along_plane(x, t, f, bounds, size, shape, span, marks):
-    """Mark the voxels of a box that the plane of a triangle passes, and a few more."""
-    p, at = np.empty(9), np.zeros(3, dtype=np.int64)
-    plane_of(x, t, f, p)
-    axis = _steepest(p)
-    u, v = (axis + 1) % 3, (axis + 2) % 3
-    for one in range(span[u], span[3 + u] + 1):
-        for two in range(span[v], span[3 + v] + 1):
-            at[u], at[v] = one, two
-            low, high = _passed(p, bounds, size, axis, at, span)
-            for three in range(low, high + 1):
-                at[axis] = three
-                marks[(at[0] * shape[1] + at[1]) * shape[2] + at[2]] = True
-
-
-@scalar
-def _n_voxel(span):
-    """Number of voxels from the first to the last along all axes."""
-    return (span[3] - span[0] + 1) * (span[4] - span[1] + 1) * (span[5] - span[2] + 1)
-
-
-@scalar
-def _has_mark(marks, shape, span):
-    """Whether a voxel from the first to the last along all axes is marked."""
-    for i in range(span[0], span[3] + 1):
-        for j in range(span[1], span[4] + 1):
-            row = (i * shape[1] + j) * shape[2]
-            for k in range(span[2], span[5] + 1):
-                if marks[row + k]:
-                    return True
-    return False
-
-
-@entry("d2 l2 d2 d1 d l1 -> b1")
-def mark_voxels(x, t, boxes, bounds, size, shape):
-    """Whether triangles pass each voxel; some more voxels of wide ones."""
-    marks = np.zeros(shape[0] * shape[1] * shape[2], dtype=np.bool_)
-    span = np.empty(6, dtype=np.int64)
-    for f in range(t.shape[0]):
-        _cell_range(boxes, f, bounds, size, shape, span)
-        if _n_voxel(span) > _WIDE:
-            _mark_along_plane(x, t, f, bounds, size, shape, span, marks)
-            continue
-        for i in range(span[0], span[3] + 1):
-            for j in range(span[1], span[4] + 1):
-                for k in range(span[2], span[5] + 1):
-                    marks[(i * shape[1] + j) * shape[2] + k] = True
-    return marks
-
-
-@entry("d2 l2 d1 d l1 b1 -> b1")
-def have_marks(x, t, bounds, size, shape, marks):
-    """Whether the box of each triangle reaches a marked voxel; wide ones inside the bounds do."""
-    out = np.zeros(t.shape[0], dtype=np.bool_)
-    box, span = np.empty((1, 6)), np.empty(6, dtype=np.int64)
-    for f in range(t.shape[0]):
-        meets = True
-        for axis in range(3):
-            p, q, r = x[t[f, 0], axis], x[t[f, 1], axis], x[t[f, 2], axis]
-            box[0, axis], box[0, 3 + axis] = min(p, min(q, r)), max(p, max(q, r))
-            meets &= box[0, axis] <= bounds[3 + axis] and bounds[axis] <= box[0, 3 + axis]
-        if meets:
-            _cell_range(box, 0, bounds, size, shape, span)
-            out[f] = _n_voxel(span) > _WIDE or _has_mark(marks, shape, span)
-    return out

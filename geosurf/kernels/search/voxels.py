@@ -55,17 +55,6 @@ def _cell_range(boxes, i, bounds, size, shape, out):
         out[3 + axis] = _cell(boxes[i, 3 + axis], bounds[axis], size, shape[axis])
 
 
-def are_wide(
-    boxes: np.ndarray, rows: np.ndarray, size: float, shape: np.ndarray, most: float
-) -> np.ndarray:
-    """Whether some boxes hold more than so many voxels."""
-    n = np.ones(len(rows))
-    for axis in range(3):
-        step = np.floor((boxes[rows, 3 + axis] - boxes[rows, axis]) / size) + 1.0
-        n *= np.minimum(step, float(shape[axis]))
-    return n > most
-
-
 @entry("d2 l1 d1 d l1 -> l1 l1")
 def fill_voxels(boxes, rows, bounds, size, shape):
     """Triangles of each voxel: offsets (n_voxel + 1,), and rows voxel by voxel."""
