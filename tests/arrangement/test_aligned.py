@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from geosurf import TriSurface, intersect_surfaces, rebuild_surfaces
 from geosurf.arrangement.search import ULP, find_contacts
-from geosurf.arrangement.tree import needed, of_one_map, pairs_of_one_map, tree_of
+from geosurf.arrangement.tree import needed, pairs_of_one_map, tree_of
 from geosurf.model import Lattice
 
 BYTES = ("local", "triangles", "surface_of_triangle", "parent_of_triangle", "patch_of_triangle")
@@ -93,12 +93,6 @@ def test_results_are_the_voxels_to_the_byte(surfaces):
     assert_one_result(surfaces)
 
 
-@settings(max_examples=15, deadline=None)
-@given(of_one_map_horizons(n_row=3, n_col=4, n=3))
-def test_three_at_once(surfaces):
-    assert_one_result(surfaces)
-
-
 @pytest.mark.parametrize("turned", [False, True])
 @pytest.mark.parametrize("holes", [0, 40])
 def test_blocks_and_their_rims(rng, turned, holes):
@@ -141,59 +135,3 @@ def test_near_pairs_above_one_triangle_are_kept(surfaces):
     by_voxels = find_contacts((one, lifted), method="voxels")
     near = by_voxels.key_of_face[by_voxels.near]
     assert {tuple(row) for row in near.tolist()} <= listed(one, lifted)
-
-
-def test_only_one_map_is_taken(rng):
-    """Another corner, another shape or another turn: the trees' own walk."""
-    z = rng.uniform(size=(5, 6))
-    one = horizon("A", z)
-    others = [
-        horizon("B", z, corner=(0.5, 0)),
-        horizon("B", z[:, :5]),
-        horizon("B", z, turned=True),
-    ]
-    assert not any(of_one_map(one, other) for other in others)
-    assert of_one_map(one, horizon("B", z + 0.25))
-
-
-def map_heights(lattice):
-    """Signed areas and heights of all triangles in the map, the slow way."""
-    x, y = lattice.horizontal()
-    corners = np.stack([x.ravel(), y.ravel()], axis=1)
-    c = corners[lattice.corners_of_keys(np.arange(2 * (x.shape[0] - 1) * (x.shape[1] - 1)))]
-    u, v = c[:, 1] - c[:, 0], c[:, 2] - c[:, 0]
-    area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
-    sides = np.stack([u, v, v - u])
-    return area, np.abs(area) / np.linalg.norm(sides, axis=2).max(axis=0)
-
-
-@settings(max_examples=80, deadline=None)
-@given(st.integers(0, 2**32 - 1), st.floats(0.0, 1.0), st.booleans())
-def test_what_counts_as_a_graph_does_not_fold(seed, wild, rising):
-    rng = np.random.default_rng(seed)
-    x, y = np.meshgrid(np.arange(5.0), np.arange(4.0))
-    shear = np.array([[1.0, rng.uniform(-2, 2)], [0.0, 10.0 ** rng.uniform(-3, 3)]])
-    x, y = np.einsum("ij,jkl->ikl", TURN @ shear, np.stack([x, y]))
-    x, y = (part + wild * rng.uniform(-0.2, 0.2, x.shape) for part in (x, y))
-    lattice = Lattice(x, y, np.zeros(x.shape), rising=rising)
-    area, height = map_heights(lattice)
-    if lattice.is_graph:
-        assert (area > 0).all() or (area < 0).all()
-        assert lattice.map_height <= height.min()
-    elif wild == 0.0:
-        raise AssertionError("a sheared lattice is a graph")
-
-
-def test_folds_and_rings_are_no_graphs():
-    t = np.linspace(0.0, 2.0 * np.pi, 9)
-    ring = (
-        np.cos(t)[None, :] * np.array([[1.0], [2.0]]),
-        np.sin(t)[None, :] * np.array([[1.0], [2.0]]),
-    )
-    fold = np.meshgrid([0.0, 1.0, 2.0, 1.5, 3.0], [0.0, 1.0])
-    upright = np.meshgrid(np.arange(4.0), np.zeros(3))
-    for x, y in (ring, fold, upright):
-        assert not Lattice(x, y, np.zeros(x.shape)).is_graph
-        assert Lattice(x, y, np.zeros(x.shape)).map_height == 0.0
-    assert not Lattice([0.0, 1.0, 1.0], [0.0, 1.0], np.zeros((2, 3))).is_graph
-    assert Lattice([2.0, 1.0, -1.0], [0.0, 1.0], np.zeros((2, 3))).is_graph

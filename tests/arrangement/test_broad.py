@@ -54,54 +54,6 @@ def test_a_surface_with_itself(a, size):
     assert_all_once(a, a, size, same=True)
 
 
-@pytest.mark.parametrize("size", SIZES)
-@pytest.mark.parametrize("flat_axes", [(2,), (0, 2), (0, 1, 2)])
-def test_flat_boxes(rng, size, flat_axes):
-    """Level horizons, lines and points: voxels have no height to divide."""
-    low = rng.integers(0, 8, (40, 3)).astype(float)
-    box = np.hstack([low, low + rng.integers(0, 3, (40, 3))])
-    for axis in flat_axes:
-        box[:, axis] = box[:, 3 + axis] = 5.0
-    cost = assert_all_once(box[:20], box[20:], size)
-    assert cost["pairs"] > 0
-
-
-@pytest.mark.parametrize("size", SIZES)
-def test_one_huge_face_and_many_small_ones(rng, size):
-    low = rng.uniform(0, 20, (300, 3))
-    small = np.hstack([low, low + rng.uniform(0, 1, (300, 3))])
-    huge = np.array([[-1e6, -1e6, 9.0, 1e6, 1e6, 9.5], [5.0, 5.0, 5.0, 6.0, 6.0, 6.0]])
-    assert_all_once(huge, small, size)
-    assert_all_once(small, huge, size)
-
-
-@pytest.mark.parametrize("size", SIZES)
-def test_utm(rng, size):
-    low = rng.integers(0, 12, (200, 3)) * 0.7 + [456_000.3, 6_780_000.1, -2_000.9]
-    box = np.hstack([low, low + rng.integers(0, 3, (200, 3)) * 0.7])
-    assert assert_all_once(box[:100], box[100:], size)["pairs"] > 0
-
-
-def test_boxes_apart_cost_nothing():
-    a = np.array([[0.0, 0, 0, 1, 1, 1]])
-    for axis in range(3):
-        b = a.copy()
-        b[:, [axis, 3 + axis]] += 1.5
-        pairs, cost = candidate_pairs(a, b)
-        assert len(pairs) == 0
-        assert cost == {"voxels": 0, "pairs": 0}
-
-
-def test_only_faces_near_the_other_surface_are_candidates():
-    """A small fault in a large horizon: the global box is cut to where both are."""
-    top = grid("Top", np.zeros((41, 41)))
-    small = sheet("F1", [(20.3, 20.2, -1), (20.3, 21.1, -1), (20.3, 21.1, 1), (20.3, 20.2, 1)])
-    a, b = (triangle_boxes(s.vertices, s.triangles) for s in (top, small))
-    pairs, _ = candidate_pairs(a, b)
-    assert len(np.unique(pairs[:, 0])) <= 4 * 2
-    assert len(top.triangles) == 3200
-
-
 def test_voxels_that_would_fill_the_memory_are_refused():
     a = np.array([[0.0, 0, 0, 1000, 1000, 1000]])
     with pytest.raises(InputError, match=r"voxel_size = 0\.001 m gives 1e\+18.*larger voxel_size"):

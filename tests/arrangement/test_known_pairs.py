@@ -68,19 +68,3 @@ def test_a_far_surface_makes_rounding_coarser(voxel_size):
         assert_same(search(surfaces, stored, **options), search(surfaces, **options))
         slips |= {one.slip for one in stored.values()}
     assert len(slips) == 2
-
-
-def test_what_is_known_is_not_searched(monkeypatch):
-    from geosurf.arrangement import candidates
-
-    surfaces = [
-        grid(name, np.full((4, 4), float(k)) + 0.1 * np.eye(4)) for k, name in enumerate("ABC")
-    ]
-    surfaces.append(sheet("F", [(1.3, -1, -9), (1.3, 7, -9), (1.3, 7, 9), (1.3, -1, 9)]))
-    stored = {}
-    search(surfaces, stored)
-    monkeypatch.setattr(candidates.tree, "candidate_pairs", None)
-    monkeypatch.setattr(candidates, "pairs_of_grids", None)
-    assert len(search(surfaces, stored).rows) > 0
-    with pytest.raises(TypeError):
-        search(surfaces)

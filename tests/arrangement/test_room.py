@@ -10,10 +10,9 @@ import pytest
 
 from geosurf import intersect_surfaces
 from geosurf.arrangement import search, threads
-from geosurf.conventions import memory
 from geosurf.errors import InputError
 from tests import laws
-from tests.growth import fan, grid, seam
+from tests.growth import grid, seam
 from tests.strategies import soup
 
 LIMITED = pytest.mark.skipif(sys.platform != "linux", reason="limits of memory are those of Linux")
@@ -69,16 +68,6 @@ def test_points_along_a_line_beyond_what_is_free_are_an_error(monkeypatch):
     monkeypatch.setattr(threads, "free_memory", lambda: 400_000)
     with pytest.raises(InputError, match=r"'A' has .* points and segments that lie along one line"):
         intersect_surfaces(seam(30), self_intersections=True)
-
-
-def test_nothing_is_asked_of_the_system_for_usual_scenes(monkeypatch):
-    monkeypatch.setattr(threads, "free_memory", None)
-    assert intersect_surfaces([fan(300)], self_intersections=True).n_curve == 0
-
-
-@LIMITED
-def test_what_is_free_is_known():
-    assert 0 < memory.free_memory() < 1 << 50
 
 
 def test_parts_of_the_pairs_make_one_answer(monkeypatch):

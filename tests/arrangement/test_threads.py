@@ -6,7 +6,6 @@ import os
 import signal
 import threading
 import time
-import weakref
 from functools import partial
 from threading import Barrier, Event
 
@@ -14,10 +13,10 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.arrangement import arrange, find_contacts, search, threads
+from geosurf.arrangement import search, threads
 from geosurf.arrangement.threads import in_turn, map_threads, spare_threads
 from geosurf.errors import InputError
-from tests.strategies import grid, sheet, soup
+from tests.strategies import grid, sheet
 
 NAMES = ("local", "triangles", "surface_of_triangle", "parent_of_triangle", "patch_of_triangle")
 
@@ -33,31 +32,6 @@ def test_same_bytes_for_any_number_of_threads(monkeypatch, rng):
     for other in found[1:]:
         for name in NAMES:
             assert getattr(other, name).tobytes() == getattr(found[0], name).tobytes()
-
-
-@pytest.mark.parametrize("most", [0, arrange._MOST_CROSSINGS])  # little room: it has to grow
-@pytest.mark.parametrize("seed", range(4))
-def test_faces_cut_in_parts_have_the_points_of_one_call(monkeypatch, seed, most):
-    """Triangles with small whole coordinates: many points are made by several faces, or twice."""
-    monkeypatch.setattr(arrange, "_RECORDS_OF_A_THREAD", 1)
-    monkeypatch.setattr(arrange, "_MOST_CROSSINGS", most)
-    rng = np.random.default_rng(seed)
-    corners = rng.integers(0, 7, (3, 14, 3, 3)).astype(float)
-    flat = np.cross(corners[:, :, 1] - corners[:, :, 0], corners[:, :, 2] - corners[:, :, 0])
-    surfaces = [
-        soup(name, some[area.any(axis=1)])
-        for name, some, area in zip("ABC", corners, flat, strict=True)
-    ]
-    contacts = find_contacts(surfaces)
-    found = []
-    for n in (1, 2, 3, 7):
-        monkeypatch.setenv("GEOSURF_THREADS", str(n))
-        found.append(arrange.cut_contacts(contacts))
-    assert len(found[0].d) > len(contacts.d) + 20  # points where segments cross
-    for other in found[1:]:
-        for name in ("x", "d", "triangles", "parent", "cut", "doubtful"):
-            assert getattr(other, name).tobytes() == getattr(found[0], name).tobytes(), name
-        assert other.collisions == found[0].collisions
 
 
 @pytest.mark.parametrize("n", ["1", "2", "4"])
@@ -101,32 +75,6 @@ def test_rows_are_done_once_and_the_first_error_is_raised(monkeypatch, n):
     with pytest.raises(ValueError, match="5"):
         map_threads(inner, [(k,) for k in range(9)])
     assert {0, 1, 2, 3, 4} <= set(done)
-
-
-def test_threads_wait_for_the_next_call(monkeypatch):
-    """No call begins threads of its own; what it was given goes with it, a busy thread or not."""
-    monkeypatch.setenv("GEOSURF_THREADS", "2")
-    monkeypatch.setattr(threads, "_waiting", threads.Threads())
-    map_threads(abs, [(1,), (2,)])
-    known = set(threading.enumerate())
-    release, begun = Event(), Event()
-
-    def busy(wait):
-        if wait:
-            begun.set()
-            release.wait()
-
-    other = threading.Thread(target=map_threads, args=(busy, [(True,), (False,)]))
-    other.start()
-    begun.wait()
-    rows = [(np.ones(3),), (np.ones(3),)]
-    gone = weakref.ref(rows[0][0])
-    assert len(map_threads(np.sum, rows)) == 2  # while the only other thread is busy
-    assert set(threading.enumerate()) - {other} <= known
-    del rows
-    assert gone() is None
-    release.set()
-    other.join()
 
 
 def test_an_interrupt_while_a_thread_starts_leaves_nothing_behind(monkeypatch):

@@ -5,16 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from hypothesis import strategies as st
 
-from geosurf import TriSurface, rebuild_surfaces
+from geosurf import rebuild_surfaces
 from geosurf.arrangement.search import find_contacts
-from geosurf.arrangement.tree import candidate_pairs, pairs_of_some, tree_of
+from geosurf.arrangement.tree import candidate_pairs, tree_of
 from geosurf.errors import SurfaceError
-from geosurf.kernels.lattices.lattice_corners import build_list_tree, survey_list
 from geosurf.kernels.search.voxels import triangle_boxes
-from geosurf.model import Lattice
-from tests.strategies import faulted_worlds, grid, sheet, soup, soups
+from tests.strategies import faulted_worlds, soup, soups
 
 BYTES = ("local", "triangles", "surface_of_triangle", "parent_of_triangle", "patch_of_triangle")
 
@@ -55,19 +52,6 @@ def test_a_surface_with_itself(surfaces):
     assert all(a < b for a, b in found)
 
 
-@settings(max_examples=30, deadline=None)
-@given(soups(most=12), st.integers(0, 2**12 - 1))
-def test_some_triangles_of_a_surface_with_all_of_it(surfaces, bits):
-    one = surfaces[0]
-    some = np.array([bits >> k & 1 == 1 for k in range(one.n_triangle)])
-    touching, near = meeting(one, one, same=True)
-    rows, cost = pairs_of_some(one, tree_of(one), some)
-    found = {tuple(pair) for pair in rows.tolist()}
-    assert cost["pairs"] == len(found) == len(rows)
-    assert {(a, b) for a, b in touching if some[a] or some[b]} <= found <= near
-    assert all(a < b and (some[a] or some[b]) for a, b in found)
-
-
 @settings(max_examples=25, deadline=None)
 @given(faulted_worlds())
 def test_trees_and_voxels_give_the_same_bytes(world):
@@ -94,49 +78,3 @@ def test_no_pair_is_lost_where_products_are_near_to_underflow(power):
         one, two = soup("A", corners[::2]), soup("B", corners[1::2])
         touching, _ = meeting(one, two)
         assert touching <= pairs_of(one, two)
-
-
-def test_the_tree_of_a_grid_is_that_of_its_survey(rng):
-    """Whatever asks, and however often: no copy, and none for another diagonal."""
-    lattice = Lattice(np.arange(50.0), np.arange(40.0), rng.normal(size=(40, 50)))
-    nodes = lattice.survey.nodes
-    top = TriSurface("Top", "horizon", lattice=lattice)
-    twin = TriSurface("Top", "horizon", lattice=lattice.turned_as(not lattice.rising, None))
-    assert tree_of(top) is tree_of(top)
-    assert tree_of(top).nodes is tree_of(twin).nodes is nodes
-
-
-def test_a_huge_flat_face_reaches_only_what_its_plane_passes(rng):
-    top = grid("Top", rng.uniform(0, 1, (65, 65)))
-    fault = sheet("F1", [(10.3, -1, -40), (10.3, 65, -40), (55.1, 65, 40), (55.1, -1, 40)])
-    by_voxels = find_contacts([top, fault], method="voxels").cost
-    by_tree = find_contacts([top, fault], method="tree").cost
-    assert by_tree["pairs_meeting"] == by_voxels["pairs_meeting"] > 60
-    assert by_tree["pairs_tested"] < by_voxels["pairs_tested"] / 10
-
-
-def test_a_fault_of_one_cell_reaches_no_more_than_its_two_triangles(rng):
-    axis = np.arange(129.0)
-    z = Lattice(axis, axis, rng.uniform(0, 1, (129, 129)))
-    top = TriSurface("Top", "horizon", lattice=z)
-    nodes = np.array([[[10.3, -1, -40], [60.3, 130, -40]], [[55.1, -1, 40], [99.1, 130, 40.0]]])
-    cell = TriSurface("F1", "fault", lattice=Lattice(*np.moveaxis(nodes, 2, 0), True, False))
-    pair = TriSurface("F1", "fault", cell.vertices, cell.triangles)
-    costs = [find_contacts([top, fault]).cost for fault in (cell, pair)]
-    assert costs[0]["pairs_tested"] == costs[1]["pairs_tested"] > 100
-    assert costs[0]["nodes"] <= 2 * costs[1]["nodes"]
-
-
-@pytest.mark.parametrize("n", [1, 7, 8, 9, 64, 65, 513])
-def test_every_triangle_is_in_its_leaf_and_every_node_in_its_parent(rng, n):
-    x = rng.integers(0, 50, (3 * n, 3)).astype(float)
-    t = rng.permutation(3 * n).reshape(-1, 3)
-    boxes, codes, _, _ = survey_list(x, t)
-    np.testing.assert_array_equal(boxes, triangle_boxes(x, t))
-    order, nodes, levels = build_list_tree(boxes, codes)
-    np.testing.assert_array_equal(order, np.argsort(codes, kind="stable"))
-    assert levels[-1].tolist() == [len(nodes) - 1, 1, 1]
-    for k, row in enumerate(order):
-        assert (nodes[k // 8, :3] <= boxes[row, :3]).all()
-        assert (nodes[k // 8, 3:] >= boxes[row, 3:]).all()
-    np.testing.assert_array_equal(nodes[-1], [*boxes[:, :3].min(0), *boxes[:, 3:].max(0)])

@@ -12,19 +12,8 @@ from hypothesis import strategies as st
 from geosurf import TriSurface
 from geosurf.arrangement import tree
 from geosurf.arrangement.search import find_contacts
-from geosurf.arrangement.tree import Tree, apart
-from geosurf.kernels.contacts.axis_grids import NEEDS_EXACT, cells_in_interval
-from geosurf.kernels.contacts.packed_contact import (
-    code_of,
-    in_plane,
-    n_corners,
-    on_boundaries,
-    pack_contacts,
-    pack_decided,
-)
-from geosurf.kernels.contacts.triangle_contact import FACE
+from geosurf.kernels.contacts.axis_grids import NEEDS_EXACT
 from geosurf.kernels.exact.constructed_points import lpi_in_doubles
-from geosurf.kernels.meshes.mesh import number_below, number_in_place
 from geosurf.model import Lattice
 
 
@@ -144,60 +133,6 @@ def watched(function, seen):
     return call
 
 
-@settings(max_examples=60, deadline=None)
-@given(st.lists(st.integers(0, 200), max_size=60))
-def test_numbers_of_keys_are_their_ranks(keys):
-    keys = np.array(keys, dtype=np.int64)
-    expected = np.unique(keys, return_inverse=True)
-    for found, right in zip(number_below(keys, 201), expected, strict=True):
-        np.testing.assert_array_equal(found, right.reshape(-1))
-
-
-@pytest.mark.parametrize("limit", [2000, 10**14])
-def test_keys_in_some_columns_of_a_table_become_their_ranks(rng, limit):
-    table = rng.integers(0, limit, (300, 3))
-    keys, number = np.unique(table[:, :2], return_inverse=True)
-    last = table[:, 2].copy()
-    np.testing.assert_array_equal(number_in_place(table, 2, limit), keys)
-    np.testing.assert_array_equal(table, np.column_stack([number.reshape(-1, 2), last]))
-
-
-def test_few_keys_of_many_are_sorted():
-    found, number = number_below(np.array([10**14, 5, 10**14]), 10**15)
-    assert (found.tolist(), number.tolist()) == ([5, 10**14], [1, 0, 1])
-
-
-def codes(rows):
-    """Codes of the corners of packed contacts, int64 (n, 6); -1 where there are no more."""
-    each = zip(rows[:, 2].tolist(), n_corners(rows).tolist(), strict=True)
-    found = [[code_of(how, k) if k < n else -1 for k in range(6)] for how, n in each]
-    return np.array(found, dtype=np.int64).reshape(-1, 6)
-
-
-def test_contacts_are_packed_and_unpacked(rng):
-    n = rng.integers(0, 7, 200)
-    code = np.where(np.arange(6) < n[:, None], rng.integers(0, 128, (200, 6)), -1)
-    rows = np.column_stack([rng.integers(0, 99, (200, 2)), rng.integers(0, 2, (200, 2)), n, code])
-    found = pack_contacts(rows)
-    np.testing.assert_array_equal(found[:, :2], rows[:, :2])
-    np.testing.assert_array_equal(in_plane(found), rows[:, 2] == 1)
-    np.testing.assert_array_equal(n_corners(found), n)
-    np.testing.assert_array_equal(codes(found), code)
-    inside = ((code >= 0) & (((code >> 3 & 7) >= FACE) | ((code & 7) >= FACE))).any(axis=1)
-    np.testing.assert_array_equal(on_boundaries(found), (n < 3) & ~inside)
-    assert 10 < on_boundaries(found).sum() < (n < 3).sum()
-    two = (n == 2) & (rows[:, 2] == 0) & (rows[:, 3] == 1) & (code[:, :2].max(axis=1) < 64)
-    two = np.concatenate([rows[two], [[4, 7, 0, 1, 2, 30, 63, -1, -1, -1, -1]]])
-    given = np.column_stack([two[:, :2], 64 * two[:, 5] + two[:, 6]])
-    is_new, codes_of = rng.random(len(given)) < 0.8, np.full(len(given), -7)
-    given[::3, 2] = -1
-    waiting = pack_decided(given, is_new, -1, codes_of)
-    expected = np.where(is_new & (given[:, 2] >= 0), pack_contacts(two)[:, 2], -7)
-    np.testing.assert_array_equal(codes_of, expected)
-    np.testing.assert_array_equal(waiting, np.flatnonzero(is_new & (given[:, 2] < 0)))
-    assert len(np.unique(pack_contacts(rows)[:, 2])) == len(np.unique(rows[:, 2:], axis=0))
-
-
 def test_points_that_doubles_place_are_the_next_doubles(rng):
     sure = 0
     for size in (1.0, 30.0, 1e3):
@@ -221,50 +156,3 @@ def test_points_that_doubles_place_are_the_next_doubles(rng):
             assert place == right
             sure += 1
     assert sure > 30
-
-
-@pytest.mark.parametrize(("low", "high"), [(np.nan, np.nan), (np.nan, 3.0), (3.0, np.nan)])
-@pytest.mark.parametrize("pace", [0.2, np.inf])
-def test_a_cell_without_a_place_asks_for_cells_that_exist(low, high, pace):
-    """All four nodes of a cell may lack an easting and have an elevation; tiny steps have no pace.
-
-    A guess from what is not a number is no row of anything.
-    """
-    axis = np.arange(6.0)
-    first, last = cells_in_interval(axis, 5, pace, low, high)
-    assert 0 <= first <= 5
-    assert 0 <= last <= 5
-
-
-def test_trees_whose_boxes_do_not_meet_are_apart(rng):
-    """Touching boxes meet; a surface without triangles is apart from all, itself included."""
-    corners = rng.integers(0, 4, (12, 3)) * 1.0
-    boxes = np.hstack([corners, corners + rng.integers(0, 3, (12, 3))])
-    none = np.empty(0)
-    trees = [
-        Tree((none, none, none), none, none, none, nodes, none)
-        for nodes in [*boxes[:, None, :], np.empty((0, 6))]
-    ]
-    far = apart(trees)
-    for i, j in np.ndindex(12, 12):
-        meet = all(
-            boxes[i, k] <= boxes[j, 3 + k] and boxes[j, k] <= boxes[i, 3 + k] for k in range(3)
-        )
-        assert far[i, j] != meet
-    assert far[12].all()
-    assert far[:, 12].all()
-    assert 0 < far.sum() < far.size
-
-
-@given(
-    st.lists(st.integers(1, 40), min_size=1, max_size=9), st.integers(-9, 90), st.integers(0, 50)
-)
-def test_cells_that_reach_an_interval_are_those_of_asking_each(steps, low, size):
-    """Whole numbers, so that intervals end on nodes; guesses by a mean step are often far off."""
-    axis = np.concatenate([[0.0], np.cumsum(steps)])
-    n, high = len(steps), low + size
-    ends = [i for i in range(n) if axis[i + 1] >= low]
-    begins = [i for i in range(n) if axis[i] <= high]
-    expected = (ends[0] if ends else n, begins[-1] + 1 if begins else 0)
-    for pace in (n / axis[-1], 1.0 / steps[0], 0.0, 7.0):
-        assert cells_in_interval(axis, n, pace, float(low), float(high)) == expected

@@ -5,30 +5,26 @@ from __future__ import annotations
 import json
 import math
 import re
-import subprocess
-import zipfile
 from dataclasses import asdict, replace
 from html.parser import HTMLParser
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import benchmarks
-from benchmarks import child, measure, page, peers, plots, reached, targets, tasks, truth
+from benchmarks import child, measure, peers, reached, targets, tasks, truth
 from benchmarks.__main__ import main
 from benchmarks.distance import distance_to_segments, hausdorff
-from benchmarks.installed import Installed, installed, place_of, prepare_start, unpack
+from benchmarks.installed import Installed
 from benchmarks.jobs import Job, Result, run_jobs
 from benchmarks.judge import judge
 from benchmarks.measure import Measuring
-from benchmarks.scenes import SCENES, make_setting
-from benchmarks.starts import IMPORTS
+from benchmarks.scenes import make_setting
 from benchmarks.stats import exponent
 from geosurf import Scene, intersect_surfaces, synthetic
 from geosurf.cli.console import OUR_FAULT
-from geosurf.errors import InputError, OutputError
+from geosurf.errors import InputError
 from geosurf.synthetic.hills import _WAVY_BOX as WAVES_BOX
 from geosurf.synthetic.hills import _east_of
 from geosurf.synthetic.hills import _wavy_height as _height
@@ -105,13 +101,6 @@ def test_errors_shrink_with_the_cells(without_processes):
     assert 10 < rough["volume_error"] / smooth["volume_error"] < 25
 
 
-def test_a_tolerance_is_measured_on_the_largest_model():
-    jobs = [j for j in benchmarks.tables.error_jobs(Measuring(), [1e4, 1e6]) if j.options]
-    dialled = [job for job in jobs if "tolerance" in job.options]
-    assert {job.options["tolerance"] for job in dialled} == set(benchmarks.tables.TOLERANCES)
-    assert {(job.task, job.size) for job in dialled} == {("units", 1e6)}
-
-
 # ---- processes ---------------------------------------------------------------------------
 
 
@@ -142,42 +131,6 @@ def test_a_crash_takes_nothing_else_down(tmp_path, monkeypatch):
     assert floor.peak_bytes > floor.extra_bytes >= 0
     [hung] = run_jobs([Job("hang", "S1", 1000, "broken", warm=False)], limit=3)
     assert hung.error == "over 3 s"
-
-
-def test_who_gave_up_is_not_asked_for_more(monkeypatch):
-    asked = []
-
-    def late(jobs, **settings):
-        asked.extend(jobs)
-        return [Result(job, error="over 9 s") for job in jobs]
-
-    monkeypatch.setattr(measure, "run_jobs", late)
-    monkeypatch.setattr(peers, "find_spec", lambda name: name)
-    run = Measuring()
-    rows = run.rows([run.job("curve", "S1", size, "vtk") for size in (1e4, 1e5, 1e9)])
-    assert [row["error"] for row in rows] == [
-        "over 9 s", "gave up at 1e4", "not asked beyond 3e6 triangles"
-    ]  # fmt: skip
-    assert [job.size for job in asked] == [1e4]
-    assert run.wrong == []
-    [row] = run.rows([run.job("curve", "S1", 1e4)])
-    assert row["error"] == "over 9 s"
-    assert run.wrong == ["S1 1e4: curve: over 9 s"]
-
-
-def test_memory_is_that_of_the_call():
-    def use(setting, options):
-        np.ones(20_000_000).sum()
-
-    task = tasks.Task(lambda s, o: s, use, lambda s, r: {})
-    tasks.TASKS["hungry"] = task
-    try:
-        found = child.measure(asdict(Job("hungry", "S1", 1000, repeats=1, budget=0, warm=False)))
-    finally:
-        del tasks.TASKS["hungry"]
-    if not Path("/proc/self/clear_refs").exists():
-        pytest.skip("the peak of memory cannot be reset here")
-    assert 150e6 < found["extra_bytes"] < 180e6
 
 
 # ---- right and wrong ---------------------------------------------------------------------
@@ -258,23 +211,6 @@ def test_truth_knows_touching_planes():
     assert length == pytest.approx(math.fsum(steps), rel=1e-12)
 
 
-def test_what_is_wrong_is_said():
-    job = Job("split", "S1", 1e4)
-    right = {"length": 5.0, "segments": 3, "area_error": 1e-16, "box_error": 0.0, "closed": True}
-    known = {"length": 5.0 + 1e-8, "segments": 3, "units": 6}
-    assert judge(Result(job, [1.0], answer=right), known) == []
-    for change, said in (
-        ({"length": 5.1}, "length 5.100 m, true 5.000 m"),
-        ({"segments": 4}, "4 segments, true 3"),
-        ({"units": 5}, "5 units, true 6"),
-        ({"area_error": 1e-3}, "areas off by 1.0e-03"),
-        ({"closed": False}, "a unit is open"),
-        ({"box_error": 1e-9}, "volumes off the box by 1.0e-09"),
-        ({"zone_error": 1e-9}, "volumes off the zones between the grids by 1.0e-09"),
-    ):
-        assert judge(Result(job, [1.0], answer=right | change), known) == [said]
-
-
 def test_a_wrong_answer_of_ours_ends_with_4(without_processes, monkeypatch, capsys, tmp_path):
     def wrong(jobs, **settings):
         results = here(jobs)
@@ -326,13 +262,6 @@ def test_an_installed_peer_answers(peer):
             assert wrong == [f"{known['segments'] - 1} segments, true {known['segments']}"]
         else:
             assert wrong == []
-
-
-def test_versions_of_peers_are_known_without_an_import():
-    assert peers.find_peer("vtk").version
-    assert peers.Peer("none", "no_such_module", "none").version == ""
-    with pytest.raises(InputError, match=r"no peer is called 'vkt'.*Did you mean 'vtk'"):
-        peers.find_peer("vkt")
 
 
 # ---- targets -------------------------------------------------------------------------------
@@ -393,46 +322,6 @@ def test_a_target_is_met_or_not(monkeypatch, name, asked, ratio, met):
     assert measured(monkeypatch, seconds, target, 0.5)["met"] is None
 
 
-@pytest.mark.parametrize(("imports", "met"), [(0.4, True), (0.6, False)])
-def test_a_target_may_ask_for_a_part_of_the_time(monkeypatch, imports, met):
-    """The start of a run: what is asked is the processor time of imports, not the whole."""
-    target = targets.select(["start of a run"])[0]
-    monkeypatch.setattr(reached, "installed", lambda: Installed("", "from sources"))
-    run = fixed(lambda job: 9.0)
-
-    def with_parts(jobs, **settings):
-        found = run(jobs, **settings)
-        for one in found:
-            one.answer["cpu_seconds_of_parts"] = {IMPORTS: imports, "work": 5.0}
-        return found
-
-    monkeypatch.setattr(measure, "run_jobs", with_parts)
-    [row] = reached.target_table(Measuring(), 1.0, [target.name])["rows"]
-    assert row["met"] is met
-    assert row["asked"] == "500 ms at most for imports and kernels"
-    assert "imports and kernels" in row["theirs"]
-
-
-@pytest.mark.parametrize(("asked", "met"), [(0.9, True), (0.7, False)])
-def test_a_target_of_growth(monkeypatch, asked, met):
-    target = replace(targets.select(["exponent"])[0], asked=asked)
-    row = measured(monkeypatch, lambda job: 1e-6 * job.size**0.8, target)
-    assert row["ratio"] == pytest.approx(0.8)
-    assert row["met"] is met
-
-
-def test_a_target_without_its_peer_says_how_to_get_it(monkeypatch):
-    target = replace(targets.select(["split"])[0], asked=2.0)
-    monkeypatch.setattr(measure, "run_jobs", fixed(lambda job: 1.0))
-    monkeypatch.setattr(measure, "known_truth", lambda *scene: {})
-    monkeypatch.setattr(peers, "find_spec", lambda name: None)
-    monkeypatch.setattr(targets, "TARGETS", (target,))
-    [row] = reached.target_table(Measuring())["rows"]
-    assert (row["ratio"], row["met"]) == (None, None)
-    assert row["why"] == "not installed: pip install -r benchmarks/requirements.txt"
-    assert row["ours"]
-
-
 def test_targets_are_measured(without_processes, monkeypatch, capsys):
     """The rows with scenes of their own, at a hundredth of their size."""
     monkeypatch.setattr(reached, "installed", lambda: Installed("", "from sources"))
@@ -453,96 +342,7 @@ def test_targets_are_measured(without_processes, monkeypatch, capsys):
     assert rows["memory"]["ratio"] >= 1.0
 
 
-@pytest.mark.parametrize(("extra", "met"), [(4, True), (6, False)])
-def test_memory_is_told_with_the_inputs(monkeypatch, extra, met):
-    def found(jobs, **settings):
-        return [
-            Result(job, [1.0], [0.0], input_bytes=10, extra_bytes=extra, n_triangle=1)
-            for job in jobs
-        ]
-
-    monkeypatch.setattr(measure, "run_jobs", found)
-    [row] = reached.target_table(Measuring(), names=["memory"])["rows"]
-    assert row["ratio"] == 1.0 + extra / 10
-    assert row["met"] is met
-
-
-def test_a_first_start_finds_nothing_from_before(tmp_path):
-    """A wheel is unpacked, and what is started comes out of it and not out of the sources."""
-    wheel, site = tmp_path / "geosurf-0-py3-none-any.whl", tmp_path / "site"
-    with zipfile.ZipFile(wheel, "w") as held:
-        held.writestr("geosurf/__init__.py", "import geosurf.part\n")
-        held.writestr("geosurf/part.py", "")
-    unpack(wheel, site)
-    second = prepare_start({"site": str(site)})
-    assert place_of(second) == site
-    assert list(site.rglob("*.pyc"))
-    first = prepare_start({"site": str(site), "first": True})
-    place = first.folder / "site"
-    assert not list(place.rglob("*.pyc"))
-    assert not Path(first.environment["GEOSURF_CACHE_DIR"]).exists()
-    assert place_of(first) == place
-    assert list(place.rglob("*.pyc"))
-
-
-def test_where_no_wheel_can_be_built_the_sources_are_timed_and_named(monkeypatch):
-    def fails(root, out):
-        raise subprocess.CalledProcessError(1, "pip", stderr="much\nno C compiler\n")
-
-    monkeypatch.setattr("benchmarks.installed.build_wheel", fails)
-    found = installed.__wrapped__()
-    assert found == Installed("", "from sources, no wheel: no C compiler")
-
-
-# throw dies over five cells there, less than the trends of the audit
-@pytest.mark.filterwarnings("ignore:Fault 'F.' has a throw")
-def test_a_time_that_stands_alone_is_judged_by_tips_and_says_its_parts(without_processes):
-    run = measure.Measuring()
-    [row] = reached.target_table(run, 0.002, ["sheets"])["rows"]
-    assert row["ours"] != ""
-    assert row["why"] == ""
-    assert run.wrong == []
-    answer = row["measured"][0]["answer"]
-    assert answer["tips"] == 12
-    assert answer["throw"] == pytest.approx(60, abs=8)
-    row["measured"][0]["answer"] = {"cpu_seconds_of_parts": {"cut": 2.0, "units": 0.5}}
-    run.rows = lambda jobs: row["measured"]
-    [again] = reached.target_table(run, 0.002, ["drogon model"])["rows"]
-    assert again["theirs"] == "cut 2 s, units 500 ms"
-
-
 FULL = targets.FULL_SIZE
-
-
-def test_crossing_chords_all_cross():
-    setting = make_setting("crossing chords", 20)
-    found = tasks.TASKS["split, from arrays"].answer(
-        setting, tasks.TASKS["split, from arrays"].run(setting.surfaces(), {})
-    )
-    # in the face each chord is cut by those of the other comb that it meets
-    curves = intersect_surfaces(setting.surfaces())
-    face = [c for c, pair in zip(curves.curves, curves.surfaces_of_curve, strict=True) if 0 in pair]
-    assert len(face) == 20
-    assert found["segments"] > 20
-    assert found["area_error"] < 1e-12
-
-
-def test_drogon_is_ten_surfaces(shared, monkeypatch):
-    monkeypatch.setenv("GEOSURF_SHARED", str(shared))
-    setting = make_setting("drogon", 0)
-    assert [role for role, _, _ in setting.sources] == ["horizon"] * 4 + ["fault"] * 6
-
-
-def test_drogon_says_where_it_should_be(tmp_path, monkeypatch):
-    monkeypatch.setenv("GEOSURF_SHARED", str(tmp_path))
-    with pytest.raises(InputError, match=r"data: the four horizons.*not there. Set GEOSURF_SHARED"):
-        make_setting("drogon", 0)
-
-
-def test_who_waited_is_marked():
-    row = {"error": "", "wrong": [], "seconds": 0.2, "cpu_seconds": 0.19}
-    assert page._state(row) == "right"
-    assert page._state(row | {"cpu_seconds": 0.1}) == "right; waited for the core"
 
 
 # ---- words, plots, worlds ------------------------------------------------------------------
@@ -565,45 +365,6 @@ def test_what_cannot_be_asked_is_refused_before_anything_runs(options, said, cap
     assert re.search(said, capsys.readouterr().err)
 
 
-def test_unknown_scenes_and_tasks():
-    with pytest.raises(InputError, match=r"no scene is called 'S9'; there are \['S1'"):
-        make_setting("S9", 1e3)
-    with pytest.raises(InputError, match=r"geosurf has no task 'curv'.*Did you mean 'curve'"):
-        child.find_task("", "curv")
-
-
-def test_a_folder_that_cannot_be_written_is_named(tmp_path):
-    (tmp_path / "file").write_text("")
-    settings = {"core": 0, "repeats": 1, "budget": 1, "limit": 1, "quick": False}
-    found = {"machine": benchmarks.machine(), "wrong": [], "tables": {}, "settings": settings}
-    with pytest.raises(OutputError, match=r"bench.json: cannot be written.*Choose another -o"):
-        benchmarks.write_bench(found, tmp_path / "file")
-    table = {"rows": [], "notes": []}
-    with pytest.raises(OutputError, match=r"x.png: cannot be written.*Choose another -o"):
-        plots.draw_questions(table, tmp_path / "file" / "x.png")
-
-
-def test_labels_are_moved_apart(rng):
-    for _ in range(50):
-        heights = np.sort(rng.uniform(0, 1, rng.integers(1, 9))).tolist()
-        moved = plots._apart(heights, 0.1)
-        assert (np.diff(moved) >= 0.1 - 1e-9).all()
-        assert np.mean(moved) == pytest.approx(np.mean(heights))
-
-
-def test_sizes_are_what_scenes_are_asked_for(monkeypatch):
-    for name in set(SCENES) - {"drogon", "drogon field", "parallel chords", "crossing chords"}:
-        count = sum(s.n_triangle for s in make_setting(name, 20_000).surfaces())
-        assert count == pytest.approx(20_000, rel=0.05), name
-    asked = []
-    monkeypatch.setattr(synthetic, "hills", lambda n, **words: asked.append((n, words)) or world)
-    world = synthetic.waves(3)
-    for name, scene in (("units", "block"), ("20 faults", "20 faults"), ("split S2", "S2")):
-        make_setting(scene, targets.select([name])[0].ours[2])
-    assert [n for n, _ in asked] == [401, 2237, 1001]
-    assert asked[1][1]["n_fault"] == 317
-
-
 def test_hills_are_cut_right_through():
     world = synthetic.hills(41, faults=3, horizons=2)
     scene = Scene(world.horizons, world.faults, world.box)
@@ -617,21 +378,6 @@ def test_hills_are_cut_right_through():
     )
     gap = synthetic.hills(9, horizons=3, noise=10).horizons
     assert float((gap["H1"] - gap["H2"]).min()) > 190
-
-
-@pytest.mark.parametrize(
-    ("options", "said"),
-    [
-        ({"n_fault": 1}, "n_fault is 1: a fault needs two nodes per side. Give 2 or more"),
-        ({"faults": 21}, "faults is 21, expected 0 to 20"),
-        ({"horizons": 0}, "horizons is 0, expected 1 to 3"),
-        ({"shape": "cone"}, "shape is 'cone', expected 'listric' or 'plane'"),
-        ({"noise": 11.0}, "noise is 11.0 m, expected 0 to 10"),
-    ],
-)
-def test_hills_refuse(options, said):
-    with pytest.raises(InputError, match=said):
-        synthetic.hills(9, **options)
 
 
 def test_waves_truth_found_a_second_time():

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
-from benchmarks.formats import hostile, page, peers
+from benchmarks.formats import hostile, page
 from benchmarks.formats.damaged import damaged_rows
 from benchmarks.formats.round_trips import Row, reader, round_trips
-from benchmarks.formats.subjects import difference, mesh_of, points_of
+from benchmarks.formats.subjects import mesh_of, points_of
 from geosurf.write.registry import WRITERS
 
 # one suffix for each function that writes; NetCDF takes long, and its round trips are tested
@@ -60,15 +59,3 @@ def test_law_damaged_files_read_as_before_or_are_refused(tmp_path, suffix):
     found = damaged_rows([row for row in rows if row.suffix == suffix and row.files])
     assert found
     assert all(before and refused and not wrong for _, _, before, refused, wrong in found)
-
-
-def test_differences_are_those_of_places():
-    here = np.array([[5e5, 6e6, -1700.0], [5e5 + 1, 6e6, -1700.0]])
-    assert difference(here, here[::-1]) == 0.0
-    assert difference(here, here + np.array([0, 0, 0.25])) == pytest.approx(0.25)
-    assert difference(here, here[:1]) == pytest.approx(1.0)
-    assert difference(here, here[:0]) == np.inf
-
-
-def test_without_interpreters_there_is_no_peer(tmp_path):
-    assert peers.Peers([], tmp_path).knowing(".ts") == []

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections import Counter
-
 import numpy as np
 import pytest
 
 import geosurf as gs
-from benchmarks.random_networks import GROUPS, network_of, random_network
-from benchmarks.torn_fields import Row, fields_table
+from benchmarks.random_networks import network_of
 from benchmarks.torn_networks import FAMILIES, Errors, Outcome, networks_table, run_network
 
 
@@ -26,12 +23,6 @@ def test_a_network_is_the_world_of_the_same_faults(kind):
         assert gap.max() < 1e-6
 
 
-def test_a_network_is_drawn_again_by_its_number():
-    one, two = (random_network("lambda", np.random.default_rng(3), 0) for _ in range(2))
-    np.testing.assert_array_equal(one.horizon.values, two.horizon.values)
-    assert set(GROUPS) < set(FAMILIES)
-
-
 def test_a_network_is_judged_and_listed():
     found = run_network(FAMILIES.index("X"), seed=1)
     assert found.is_built
@@ -42,14 +33,3 @@ def test_a_network_is_judged_and_listed():
     assert "| **all** | 3 | 2 | 0 | 1 | 0 | 6 | " in table
     assert "2 of 3 |" in table  # a tear that ends early is wrong, however small its error
     assert "REFUSED open at 'F1'" in table
-
-
-def test_rows_of_fields_are_counted():
-    rows = [
-        Row("a", "as picked", 2.0, "Top", remedies=Counter({"fault extended": 2}), throws={"F": 9}),
-        Row("a", "as picked", 2.0, "Base", refused="no"),
-    ]
-    table = fields_table(rows)
-    assert "| a | as picked | 1 of 2 | 1 | 1 | 0 | 0.0 | 0.0 | 0 |" in table
-    assert "fault extended 2" in table
-    assert "F 9" in table

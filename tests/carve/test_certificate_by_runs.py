@@ -14,7 +14,7 @@ from geosurf import Lattice, Scene, TriSurface, build_walls, carve_units, rebuil
 from geosurf.carve.certificate import certify, certify_repeated, same_bytes
 from geosurf.carve.certificate.certify import checks_by_runs
 from geosurf.carve.shells import _Carved
-from geosurf.errors import InputError, OpenUnitError
+from geosurf.errors import OpenUnitError
 from geosurf.kernels.lattices.strips import FIRST, LAST, ROW
 from geosurf.model import Patches, Units
 from tests.rebuild.worlds import boxed_world
@@ -244,17 +244,6 @@ def test_a_wrong_volume_and_a_wrong_area(model):
         object.__setattr__(made[1][next(iter(units))], name, 1.0)
         fast = checks_by_runs(*made)
         assert [c.name for c in fast if not c.passed] == ["volumes add up to the box"]
-
-
-def test_a_model_that_is_stored_is_sound(model):
-    fast = checks_by_runs(*built(*model))
-    assert fast is not None
-    assert all(check.passed for check in fast)
-
-
-def test_an_unknown_way_is_an_error(model):
-    with pytest.raises(InputError, match="by is 'rows'; expected one of"):
-        certify(*model, by="rows")
 
 
 def test_a_scene_lists_no_triangles_for_its_certificate():

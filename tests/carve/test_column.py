@@ -17,7 +17,7 @@ from geosurf.carve import clipped
 from geosurf.carve.certificate import certify
 from geosurf.carve.clipped import heights_at
 from geosurf.conventions import volume_text
-from geosurf.errors import InputError, OpenUnitError
+from geosurf.errors import InputError
 from geosurf.model import RULES, Unit, Units
 from tests import laws
 from tests.strategies import BOX, grid, sheet, shuffled
@@ -52,32 +52,6 @@ def by_zone(units):
 A, B, C = plane("A", 2, 2), plane("B", 1, 5), plane("C", 3, 1)
 
 
-# integrals over x from 0 to 4 of what A, B and C become
-@pytest.mark.parametrize(
-    ("column", "left"),
-    [
-        ({}, (8, 7.5, 6.5)),
-        ({"A": "erosional"}, (8, 7.5, 6.5)),
-        ({"B": "erosional"}, (8, 7.5, 6.5)),
-        ({"B": "base"}, (12.5, 12, 20 / 3)),
-        ({"C": "base"}, (9, 9, 8)),
-        ({"B": "discontinuous"}, (12.5, 12, 20 / 3)),
-        ({"A": "erosional", "B": "base"}, (8, 7.5, 6.5)),
-        ({"A": "erosional", "C": "base"}, (8, 8, 7)),
-    ],
-    ids=str,
-)
-def test_three_planes_under_each_rule(column, left):
-    found = by_zone(carve([A, B, C], column))
-    tops = [4 * 8.0, *left, 4 * -4.0]
-    for zone, upper, lower in zip(
-        ("above A", "A/B", "B/C", "below C"), tops[:-1], tops[1:], strict=True
-    ):
-        # a zone of no thickness is no unit at all
-        assert found.get(zone, 0.0) == pytest.approx(4 * (upper - lower), rel=1e-12, abs=1e-12)
-        assert (zone in found) == (upper > lower)
-
-
 def clips(units):
     return {(c.horizon, c.by): c for c in units.report["clipped"]}
 
@@ -101,58 +75,6 @@ def test_what_is_clipped_is_told_with_place_and_amount():
     assert found["C", "A"].volume == pytest.approx(4 * (20 / 3 - 6.5), rel=1e-12)
     assert str(clip).startswith("B is clipped by A (erosional): 17 m² of it and 18 m³ in one")
     assert "up to 3 m thick at (E 4," in str(clip)
-
-
-def test_onlap_is_told_of_the_younger_one():
-    found = clips(carve([A, B], {"B": "base"}))
-    assert list(found) == [("A", "B")]
-    clip = found["A", "B"]
-    assert (clip.rule, clip.area, clip.thickness) == ("base", pytest.approx(12.0), 3.0)
-    assert clip.volume == pytest.approx(18.0, rel=1e-12)
-
-
-def test_who_prints_units_is_told_what_is_clipped():
-    units = carve([A, B])
-    assert repr(units).endswith("; horizons cross (1 pair): report['clipped']>")
-    assert str(units).splitlines()[-1] == str(units.report["clipped"][0])
-    assert "clipped" not in repr(carve([A])) + str(carve([A]))
-
-
-def test_horizons_in_order_are_not_clipped():
-    assert carve([plane("A", 5, 6), plane("B", 5, 2)]).report["clipped"] == ()
-    assert carve([plane("A", 5, 6)], {"A": "erosional"}).report["clipped"] == ()
-
-
-def test_clipped_pieces_are_in_no_shell():
-    units = carve([A, B, C], {"A": "erosional"})
-    for name, kept in (("A", 16.0), ("B", 4 * math.sqrt(2)), ("C", 8 * math.sqrt(1.25))):
-        area = 0.0
-        for unit in units.values():
-            mine = unit.surface_of_triangle == unit.surface_names.index(name)
-            a, b, c = (unit.local[unit.triangles[mine, k]] for k in range(3))
-            area += 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
-        assert area == pytest.approx(2 * kept, rel=1e-12), name  # seen from both sides
-    assert units["above A"].bounded_by == ("A", "west", "east", "south", "north", "top")
-
-
-def test_a_wedge_ends_in_a_curve():
-    """The pinch-out is shared vertices along a line; no vertex of the wedge lies beyond."""
-    wedge = carve([A, B])["A/B"]
-    assert wedge.volume == pytest.approx(2.0, rel=1e-12)
-    tip = wedge.local[wedge.local[:, 0] == 1.0]
-    assert wedge.local[:, 0].max() == 1.0
-    assert set(tip[:, 2]) == {2.0}
-    assert {0.0, 4.0} <= set(tip[:, 1])
-
-
-def test_coinciding_horizons_under_each_rule():
-    """Zero thickness in the west, a wedge in the east; nothing is out of order."""
-    top = grid("Top", np.full((4, 4), 2.0), spacing=2.0, corner=(-1.0, -1.0))
-    base = grid("Base", np.tile([2.0, 2.0, 0.0, 0.0], (4, 1)), spacing=2.0, corner=(-1.0, -1.0))
-    for first, second in itertools.product(RULES, repeat=2):
-        units = carve([top, base], {"Top": first, "Base": second})
-        assert units["Top/Base"].volume == pytest.approx(16.0)
-        assert units.report["clipped"] == ()
 
 
 def test_what_is_clipped_is_measured_when_somebody_looks(monkeypatch):
@@ -204,27 +126,6 @@ def strip(name, west, east, z):
     return TriSurface(name, "horizon", corners, [[0, 1, 2], [0, 2, 3]])
 
 
-def test_a_horizon_may_end_in_what_is_eroded():
-    """B is known up to x = 2 only, where A has cut it off from x = 1 on."""
-    units = carve([A, strip("B", -1, 2, (0, 3))], {"A": "erosional"})
-    assert units["A/B"].volume == pytest.approx(2.0, rel=1e-12)
-    (clip,) = units.report["clipped"]
-    assert clip.area == pytest.approx(4 * math.sqrt(2), rel=1e-12)
-    assert (clip.volume, clip.thickness) == (0.0, 0.0)  # nobody knows what B would have been
-    assert 1.0 < clip.place[0] < 2.0
-
-
-def test_a_horizon_may_end_below_its_base():
-    """The younger A ends inside the older B, onto which it laps at x = 1."""
-    short = strip("A", -1, 2, (2, 2))
-    units = carve([short, B], {"B": "base"})
-    assert units["A/B"].volume == pytest.approx(2.0, rel=1e-12)
-    with pytest.raises(OpenUnitError, match=r"leak around horizon 'A': 4 m of its rim") as caught:
-        carve([short, plane("B", -1, 1)], {"B": "base"})
-    assert caught.value.surfaces == ("A",)
-    assert caught.value.place == pytest.approx((2.0, 2.0, 2.0))
-
-
 # --------------------------------------------------------------------- remnants
 def test_remnants_are_named_by_size_then_place_however_surfaces_are_shuffled():
     rng = np.random.default_rng(4)
@@ -262,22 +163,6 @@ def test_remnants_are_named_by_size_then_place_however_surfaces_are_shuffled():
     assert str(remnants[0]).startswith(
         f"{remnants[0].name}: {volume_text(remnants[0].volume)} at (E "
     )
-
-
-def test_equal_remnants_are_numbered_from_the_west():
-    """Base lies above Top but for three troughs across, two of them alike."""
-    z = np.full((9, 11), 2.0)
-    z[:, 2], z[:, 5], z[:, 8] = 0.0, 0.5, 0.0
-    base = grid("Base", z, spacing=0.5, corner=(-0.5, -0.5))
-    top = grid("Top", np.full((9, 11), 1.0), spacing=0.5, corner=(-0.5, -0.5))
-    units = carve([top, base], box=(0.0, 4.0, 0.0, 3.0, -4.0, 8.0))
-    found = {u.block: (u.local[:, 0].mean(), u.volume) for u in units.values() if u.zone_index == 1}
-    assert list(found) == ["whole", "whole #2", "whole #3"]
-    middles = [x for x, _ in found.values()]
-    assert middles == pytest.approx([0.5, 3.5, 2.0], abs=0.2)
-    assert [v for _, v in found.values()] == pytest.approx([0.75, 0.75, 0.25])
-    assert [r.name for r in units.remnants()] == ["Top/Base whole #2", "Top/Base whole #3"]
-    assert units.remnants(min_volume=0.8)[0].name == "Top/Base"
 
 
 # ---------------------------------------------------------- whole numbers, by columns
@@ -412,17 +297,6 @@ def test_refusals():
         Scene({"A": A, "B": B}, column={"A": "erosion"})
     with pytest.raises(InputError, match=r"must be a mapping \{horizon: rule\}, not list"):
         Scene({"A": A, "B": B}, column=["erosional"])
-
-
-def test_a_scene_remembers_what_a_rule_does_not_touch():
-    scene = Scene({"A": A, "B": B}, box=BOX, column={"A": "erosional"})
-    assert scene.column == {"A": "erosional", "B": "conformable"}
-    first = scene.units
-    twin = scene.replace(column={"B": "base"})
-    assert twin.units["above A"].volume < first["above A"].volume
-    assert [s.outcome for s in twin.steps if s.stage == "rebuild"] == ["from memory"]
-    assert [s.outcome for s in twin.steps if s.stage == "carve"] == ["ran"]
-    assert scene.replace(horizons={"A": None}).column == {"B": "conformable"}
 
 
 def test_heights_against_all_triangles():

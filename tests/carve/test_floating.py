@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from geosurf import Scene, TriSurface, build_walls, carve_units, rebuild_surfaces
+from geosurf import TriSurface, build_walls, carve_units, rebuild_surfaces
 from geosurf.carve.cells import find_cells, place_floating
 from geosurf.carve.measures import AREA
 from geosurf.carve.zones import owned_by
@@ -22,7 +22,6 @@ pytestmark = pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
 
 BOX = (0.0, 8.0, 0.0, 8.0, -4.0, 4.0)
 CORNER = [(0, 0), (8, 0), (0, 8)]  # x + y <= 8: half of the box, 32 m2 and 8 m high
-ELL = [(0, 0), (8, 0), (8, 2), (2, 2), (2, 8), (0, 8)]
 
 # squares around (6, 6, 0), beyond the slanted wall, and upright or flat as rays run
 BEYOND = {
@@ -60,52 +59,6 @@ def level(name, z, beyond=None):
 
 
 # ------------------------------------------------------------------ beyond the walls
-@pytest.mark.parametrize("axis", BEYOND)
-@pytest.mark.parametrize("turned", [False, True])
-def test_a_fault_beyond_the_walls_changes_nothing(axis, turned):
-    fault = sheet("F1", BEYOND[axis][:: -1 if turned else 1], (2, 2))
-    units = carve([level("Top", 1), fault])
-    assert volumes(units) == volumes(carve([level("Top", 1)]))
-    assert volumes(units) == {"above Top": 96.0, "below Top": 160.0}
-    assert units.report["slits"] == {}
-
-
-@pytest.mark.parametrize("axis", BEYOND)
-def test_with_no_horizon_it_is_the_only_piece_beside_the_walls(axis):
-    fault = sheet("F1", BEYOND[axis])
-    scene = Scene({}, {"F1": fault}, BOX, aoi=CORNER)
-    assert volumes(scene.units) == {"box": 256.0}
-    nothing = {"slits": {}, "clipped": (), "without_contact": {}, "outside": ("F1",), "thin": ()}
-    assert scene.units.report == {**nothing, "cells": 1}
-    assert scene.check().ok
-
-
-@pytest.mark.parametrize("axis", BEYOND)
-def test_in_the_notch_of_a_concave_area(axis):
-    """Rays meet the outer sides of walls, or nothing, as their axes are."""
-    units = carve([sheet("F1", BEYOND[axis]), sheet("F2", moved(BEYOND[axis], (-2, -2, 0)))], ELL)
-    assert volumes(units) == {"box": 28.0 * 8.0}
-    assert units.report["slits"] == {}
-
-
-def test_closed_faults_beyond_the_walls_hold_no_unit():
-    shells = [closed("Out", (5, 5, -2), (7.5, 7.5, 2)), closed("In", (5.5, 5.5, -1), (7, 7, 1))]
-    units = carve(shells)
-    assert volumes(units) == {"box": 256.0}
-    assert units.report["cells"] == 1
-
-
-@pytest.mark.parametrize("offset", [(0, 0, 0), (1, 0, 0), (0, 0, 1), (0.5, 0.25, 0.5)])
-def test_two_faults_beyond_the_walls_that_touch_or_do_not(offset):
-    faults = [sheet("F1", BEYOND["x"]), sheet("F2", moved(BEYOND["y"], offset))]
-    for order in (faults, faults[::-1]):
-        assert volumes(carve(order)) == {"box": 256.0}
-
-
-def test_islands_of_a_horizon_beyond_the_walls_change_nothing():
-    for z in (-2.0, 3.0):
-        island = [(5, 5, z), (7, 5, z), (7, 7, z), (5, 7, z)]
-        assert volumes(carve([level("Top", 1, island)])) == {"above Top": 96.0, "below Top": 160.0}
 
 
 def test_a_horizon_beyond_the_walls_is_told():
@@ -118,19 +71,6 @@ def test_a_horizon_beyond_the_walls_is_told():
 
 
 # ------------------------------------------------------------- inside, across, both
-@pytest.mark.parametrize("axis", BEYOND)
-def test_inside_the_area_it_is_a_slit(axis):
-    units = carve([sheet("F1", moved(BEYOND[axis], (-4, -4, 0)))])
-    assert volumes(units) == {"box": 256.0}
-    assert units.report["slits"] == {"F1": pytest.approx(4.0)}
-
-
-@pytest.mark.parametrize(("axis", "area"), [("x", 2.0), ("y", 2.0), ("z", 2.0)])
-def test_across_the_wall_the_part_inside_is_a_slit(axis, area):
-    """The slanted wall halves squares around (4, 4, 0)."""
-    units = carve([sheet("F1", moved(BEYOND[axis], (-2, -2, 0)))])
-    assert volumes(units) == {"box": 256.0}
-    assert units.report["slits"] == {"F1": pytest.approx(area)}
 
 
 def test_side_by_side_nested_inside_and_beyond():

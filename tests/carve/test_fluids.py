@@ -71,35 +71,6 @@ def test_each_block_has_its_own_level():
     assert certificate.ok, str(certificate)
 
 
-def test_above_between_and_below_from_the_top_down():
-    scene = scene_of({"GOC": 3.5, "OWC": {"F1-": 1.25, "elsewhere": 2.0}})
-    plain = scene_of({})
-    units = [u for u in scene.units.values() if u.zone == "Top/Base" and u.block == "F1+"]
-    assert [u.contact for u in units] == ["above GOC", "GOC/OWC", "below OWC"]
-    for block in ("F1+", "F1-"):
-        parts = [v for (b, _), v in volumes(scene).items() if b == block]
-        assert sum(parts) == pytest.approx(volumes(plain)[block, ""], rel=1e-12)
-    found = volumes(scene)
-    assert found["F1-", "below OWC"] == pytest.approx(4 * 0.25, rel=1e-12)
-    # the top is above the gas-oil contact from x = 1 on
-    assert ("F1-", "above GOC") not in found
-    assert found["F1+", "above GOC"] == pytest.approx(4 * (3 * -0.5 + 15 / 4), rel=1e-12)
-
-
-def test_the_table_has_contacts_only_where_they_are_given():
-    assert "contact" not in scene_of({}).units.table.coords
-    volume = scene_of({"OWC": 2.0}).volumes
-    assert set(volume["contact"].values.tolist()) == {"above OWC", "below OWC"}
-    assert volume.attrs["units"] == "m3"
-    oil = volume[(volume["contact"] == "above OWC") & (volume["zone"] == "Top/Base")]
-    assert oil.sum().item() == pytest.approx(4 * (4 * 1.0 + 4.0), rel=1e-12)
-
-
-def test_a_block_without_a_contact_is_not_split():
-    found = volumes(scene_of({"OWC": {"F1-": 2.0}}))
-    assert set(found) == {("F1+", ""), ("F1-", "above OWC"), ("F1-", "below OWC")}
-
-
 def test_the_block_with_more_sides_counts():
     across = sheet("F2", [(-1, 2, -5), (5, 2, -5), (5, 2, 9), (-1, 2, 9)])
     contacts = {"OWC": {"F1+": 2.0, "F2+ F1+": 1.5, "elsewhere": 1.25}}
@@ -238,15 +209,6 @@ def test_a_contact_with_the_name_of_a_horizon_is_refused():
         carve_units(patches, contacts=contacts)
 
 
-def test_a_contact_without_its_surface_is_refused():
-    _, contacts = build_contacts({"OWC": 2.0}, BOX)
-    patches = rebuild_surfaces([TOP, BASE, *build_walls(BOX)])
-    with pytest.raises(
-        InputError, match=r"'OWC': the patches have no contact surface 'OWC'; .* \[\]"
-    ):
-        carve_units(patches, contacts=contacts)
-
-
 def test_surfaces_may_be_called_as_walls_are():
     """A horizon 'top' and a contact 'bottom' are not the walls of these names, in any order."""
     extra, contacts = build_contacts({"bottom": 2.0}, BOX)
@@ -259,67 +221,7 @@ def test_surfaces_may_be_called_as_walls_are():
     assert orientation(patches, two, "top").total_area == pytest.approx(16.0 * np.hypot(1, 0.5))
 
 
-def test_walls_are_not_contacts():
-    """Carving without contacts does not see the surface, except as one that parts nothing."""
-    extra, contacts = build_contacts({"OWC": 2.0}, BOX)
-    patches = rebuild_surfaces([TOP, BASE, *extra, *build_walls(BOX)])
-    assert len(carve_units(patches)) == 3
-    assert len(carve_units(patches, contacts=contacts)) == 4
-
-
-def test_blocks_between_faults_that_cross_below_a_horizon():
-    """An X pair: the lower wedge holds no piece of Top, and all around it lies below."""
-    one = sheet("F1", [(-2, -1, -4), (-2, 5, -4), (8, 5, 6), (8, -1, 6)])  # z = x - 2
-    two = sheet("F2", [(6, -1, -4), (6, 5, -4), (-4, 5, 6), (-4, -1, 6)])  # z = 2 - x
-    scene = Scene({"Top": level("Top", 1)}, {"F1": one, "F2": two}, (0, 4, 0, 4, -3, 7))
-    laws.assert_volumes_add_up(scene.units, scene.box)
-    below = {u.block: u.volume for u in scene.units.values() if u.zone == "below Top"}
-    assert sorted(below.values()) == pytest.approx([4.0, 14.0, 14.0, 32.0])
-    # where it may be above as well as below, nothing is guessed: Top ends at the faults
-    left = TriSurface("Top", "horizon", [[-1, -1, 1], [1, -1, 1], [1, 5, 1], [-1, 5, 1]], [[0, 1, 2], [0, 2, 3]])  # fmt: skip  # noqa: E501
-    words = r"cannot determine whether \(E .* lies above or below horizon 'Top': the horizon"
-    with pytest.raises(OpenUnitError, match=words) as caught:
-        scene.replace(horizons={"Top": left}).units  # noqa: B018
-    assert caught.value.surfaces == ("Top",)
-
-
 # ------------------------------------------------------------ blocks by sides of faults
-def test_a_block_is_one_in_zones_that_its_fault_has_left():
-    """F1 dips out of the box below Base: there the block has no name, and is F1+ all the same."""
-    one = sheet(
-        "F1", [(-2, -1, 8), (-2, 5, 8), (4, 5, 2), (4, -1, 2)]
-    )  # x + z = 6, to x = 4, z = 2
-    plain = scene_of({}, (one,))
-    names = {u.name: u.fault_sides for u in plain.units.values()}
-    assert names["below Base"] == ("F1-",)  # wholly below the fault
-    scene = scene_of({"OWC": {"F1-": 0.5}}, (one,), reservoir=ZONES)
-    assert {u.contact for u in scene.units.values() if u.zone == "below Base"} == {
-        "above OWC", "below OWC"
-    }  # fmt: skip
-    assert set(scene.units.report["without_contact"]) == {"OWC"}
-    left = scene.units.report["without_contact"]["OWC"]
-    assert left == tuple(n for n, on in names.items() if on == ("F1+",))
-
-
-def two_uprights():
-    """F1 at x = 1 and F2 at x = 3: three blocks, of which the last does not touch F1."""
-    return UPRIGHT, sheet("F2", [(3, -1, -5), (3, 5, -5), (3, 5, 9), (3, -1, 9)])
-
-
-def test_what_lies_beyond_another_fault_is_on_the_same_side():
-    scene = scene_of({"OWC": {"F1+": 2.0}}, two_uprights())
-    found = volumes(scene)
-    assert found["F2+", "below OWC"] == pytest.approx(4.0, rel=1e-12)  # no way but through F1
-    assert found["F1+ F2-", "below OWC"] == pytest.approx(8.0, rel=1e-12)
-    assert found["F1-", ""] == pytest.approx(9.0, rel=1e-12)
-    assert scene.units.report["without_contact"] == {"OWC": ("Top/Base F1-",)}
-    every = scene.replace(reservoir=ZONES).units.report["without_contact"]
-    assert every == {"OWC": ("above Top F1-", "Top/Base F1-", "below Base F1-")}
-    assert [u.block for u in scene.units.on("F1+") if u.zone == "Top/Base"] == [
-        "F1+ F2-", "F1+ F2-", "F2+", "F2+"
-    ]  # fmt: skip
-    with pytest.raises(InputError, match=r"no unit is on 'F3\+'\. The sides of faults are \["):
-        scene.units.on("F3+")
 
 
 def test_a_run_says_what_a_contact_leaves_out():
@@ -332,28 +234,6 @@ def test_a_run_says_what_a_contact_leaves_out():
     table = left_out_table(scene.units)
     assert table.rows == (("OWC", "above Top F1-, Top/Base F1-, below Base F1-"),)
     assert contacts_left_out(scene_of({"OWC": 2.0})) == []
-
-
-def test_sides_that_bound_a_block_count_more_than_those_far_away():
-    found = volumes(scene_of({"OWC": {"F1+": 2.0, "F2+": 1.5}}, two_uprights()))
-    assert found["F2+", "below OWC"] == pytest.approx(2.0, rel=1e-12)
-    assert found["F1+ F2-", "below OWC"] == pytest.approx(8.0, rel=1e-12)
-    both = volumes(scene_of({"OWC": {"F1+": 2.0, "F1+ F2+": 1.25}}, two_uprights()))
-    assert both["F2+", "below OWC"] == pytest.approx(1.0, rel=1e-12)
-
-
-def test_around_a_fault_that_dies_there_is_no_side():
-    """F1 ends upwards inside the upper zone: only below it has sides, and nothing is guessed."""
-    short = sheet("F1", [(1, -1, -5), (1, 5, -5), (1, 5, 2), (1, -1, 2)])
-    with pytest.raises(InputError, match=r"'F1\+' has no unit in Top/Base\. Name the zones of"):
-        scene_of({"OWC": {"F1+": -1.0}}, (short,))
-    scene = scene_of({"OWC": {"F1+": -1.0}}, (short,), reservoir=ZONES)
-    names = {u.name: u.fault_sides for u in scene.units.values()}
-    assert names["Top/Base"] == names["above Top"] == ()
-    assert names["below Base F1+ above OWC"] == ("F1+",)
-    assert scene.units.report["without_contact"] == {
-        "OWC": ("above Top", "Top/Base", "below Base F1-")
-    }
 
 
 @settings(max_examples=12)

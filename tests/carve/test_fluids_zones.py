@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from geosurf import FluidContact, Scene, carve_units, rebuild_surfaces
 from geosurf.errors import InputError, OpenUnitError
-from geosurf.scenario.execute import contacts_left_out
 from tests import laws
 from tests.carve.test_fluids import (
     BASE,
@@ -87,33 +86,6 @@ def test_each_zone_has_its_own_level_and_each_block_in_it():
     }  # fmt: skip
 
 
-def test_a_zone_may_be_said_within_a_block():
-    one = scene_of({"OWC": {"F1+": FluidContact(1.5, zones="Middle/Base"), "elsewhere": 1.25}})
-    two = scene_of(
-        {"OWC": [FluidContact(1.5, zones="Middle/Base", block="F1+"), FluidContact(1.25)]}
-    )
-    assert [(u.name, u.volume) for u in one.units.values()] == [
-        (u.name, u.volume) for u in two.units.values()
-    ]
-    assert volumes(one, "Middle/Base")["F1+", "below OWC"] == pytest.approx(12 * 0.5)
-    assert volumes(one, "Middle/Base")["F1-", "below OWC"] == pytest.approx(4 * 0.25)
-    parted = {
-        "OWC": {
-            "F1+": [FluidContact(2.5, zones="Top/Middle"), FluidContact(1.5, zones="Middle/Base")]
-        }
-    }
-    assert split(scene_of(parted)) == {("Top/Middle", "F1+"), ("Middle/Base", "F1+")}
-
-
-def test_what_is_left_out_on_purpose_is_no_oversight():
-    """Units of zones that are not named are not listed; blocks of named zones are."""
-    assert contacts_left_out(scene_of({"OWC": FluidContact(1.5, zones="Middle/Base")})) == []
-    scene = scene_of({"OWC": FluidContact(1.5, zones="Middle/Base", block="F1+")})
-    assert scene.units.report["without_contact"] == {"OWC": ("Middle/Base F1-",)}
-    (note,) = contacts_left_out(scene)
-    assert "does not split Middle/Base F1-: it is not given for their blocks" in note
-
-
 def test_a_grid_need_not_reach_zones_that_are_not_named():
     """A grid that ends inside a zone leaks where it counts, and nowhere else."""
     part = tilted("level", 2, 3)
@@ -170,14 +142,6 @@ def test_a_block_that_has_nothing_of_a_zone_is_refused():
         InputError, match=r"block 'F1\+' has no unit in Top/Middle. Leave the zones"
     ):
         scene_of({"OWC": FluidContact(0.0, zones="Top/Middle", block="F1+")}, (short,))
-
-
-def test_refusals_of_a_contact_itself():
-    for zones in (3, [3], [""], {"Top/Base": 1}):
-        with pytest.raises(InputError, match=r"`zones` is .*Give names of zon"):
-            FluidContact(1.5, zones=zones)
-    with pytest.raises(InputError, match=r"`block` is 3\. Give sides of faults"):
-        FluidContact(1.5, block=3)
 
 
 @settings(max_examples=12)

@@ -31,25 +31,10 @@ def both(name, one, two):
     return TriSurface(name, one.role, vertices, triangles)
 
 
-def test_a_horizon_may_be_wound_either_way():
-    top, base = level("Top", 3, n=4), level("Base", 1)
-    expected = volumes(carve(top, base))
-    assert expected == {"above Top": 80.0, "Top/Base": 32.0, "below Base": 80.0}
-    assert volumes(carve(turned_over(top), base)) == expected
-    assert volumes(carve(turned_over(top), turned_over(base))) == expected
-
-
 def test_a_fault_that_is_turned_over_exchanges_its_sides():
     fault = upright("F1", 1)
     assert volumes(carve(fault)) == {"box F1-": 48.0, "box F1+": 144.0}
     assert volumes(carve(turned_over(fault))) == {"box F1+": 48.0, "box F1-": 144.0}
-
-
-def test_a_unit_around_the_end_of_a_fault_is_on_neither_side():
-    """F1 goes on through F2 and ends beyond: there it parts nothing, and names nothing."""
-    across = sheet("F2", [(-1, 2, -5), (5, 2, -5), (5, 2, 9), (-1, 2, 9)])
-    found = volumes(carve(upright("F1", 1, y=(-1, 3)), across))
-    assert found == {"box F1- F2+": 24.0, "box F1+ F2+": 72.0, "box F2-": 96.0}
 
 
 def scissors(y, shift, x=2.0, z=2.0):
@@ -85,15 +70,6 @@ def test_a_unit_that_sees_both_sides_of_a_fault_is_on_neither():
         for block in ("F1+ F2+", "F1- F2+", "F2-")
     }
     assert sum(unit.volume for unit in units.values()) == pytest.approx(units.box_volume)
-
-
-@pytest.mark.parametrize("x", [0.5, 3])
-def test_a_slit_of_a_fault_takes_no_side_from_the_unit_that_holds_it(x):
-    """A piece of F1 floats in a block that another piece of it bounds."""
-    piece = upright("F1", x, y=(1, 2), z=(0, 1))
-    units = carve(both("F1", upright("F1", 1), piece))
-    assert volumes(units) == {"box F1-": 48.0, "box F1+": 144.0}
-    assert units.report["slits"] == {"F1": pytest.approx(1.0)}
 
 
 @pytest.mark.parametrize("larger", [0, 1])
@@ -145,28 +121,6 @@ def test_faults_that_coincide_have_a_side_each(one, two, turned):
     expected = {f"box {' '.join(east)}": (144.0, east), f"box {' '.join(west)}": (48.0, west)}
     assert sound(faults) == expected
     assert sound(faults[::-1]) == expected
-
-
-@pytest.mark.parametrize("fault", ["F1", "F2", "F3"])
-def test_turning_one_of_the_faults_that_coincide_exchanges_its_own_sides(fault):
-    faults = [wall("F1", *SOUTH), wall("F2", *ALL), wall("F3", *NORTH, turned=True)]
-    faults += [upright("F4", 2.0), level("Top", 2)]
-    before = sound(faults)
-    after = sound([turned_over(f) if f.name == fault else f for f in faults])
-    assert after == {
-        other_side(name, fault): (volume, tuple(other_side(side, fault) for side in on))
-        for name, (volume, on) in before.items()
-    }
-    assert all(fault in name for name in before if "F1" in name)
-
-
-def test_faults_that_coincide_leave_a_slit_each():
-    """Both end inside; what F2 has beyond F1 is its own."""
-    faults = [wall("F1", -1, 2), wall("F2", -1, 3, turned=True)]
-    for surfaces in (faults, faults[::-1]):
-        units = carve(*surfaces)
-        assert {name: unit.fault_sides for name, unit in units.items()} == {"box": ()}
-        assert units.report["slits"] == pytest.approx({"F1": 24.0, "F2": 36.0})
 
 
 @pytest.mark.parametrize("turned", [False, True])

@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from geosurf import TriSurface, build_walls, carve_units, rebuild_surfaces
+from geosurf import TriSurface, build_walls, rebuild_surfaces
 from geosurf.carve import outside
 from geosurf.carve.cells import find_cells
 from geosurf.carve.outside import NO_HIT, Rays
-from geosurf.errors import GeosurfError
-from tests.growth import islands
 
 WALLS = (0, 10, 0, 10, -10, 0)
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
@@ -63,24 +61,6 @@ def test_floats_leave_to_fractions_what_they_cannot_tell(monkeypatch):
     found = Rays(x, np.arange(9).reshape(3, 3)).shoot(np.arange(3), np.arange(3))
     assert found.tolist() == [[0, 3], [2, 5], [4, NO_HIT]]
     assert asked == [0, 1, 2]
-
-
-def test_islands_are_asked_once_each_by_floats(monkeypatch):
-    """All pieces in two calls, whatever their number, and none by fractions."""
-    patches = rebuild_surfaces([islands(900), *build_walls(WALLS)])
-    calls, shoot = [], Rays.shoot
-
-    def counted(self, starts, *given):
-        calls.append(len(starts))
-        return shoot(self, starts, *given)
-
-    monkeypatch.setattr(Rays, "shoot", counted)
-    monkeypatch.setattr(Rays, "_exactly", None)
-    with pytest.raises(GeosurfError, match="'H'"):
-        carve_units(patches)
-    assert max(calls) > 500
-    assert len(calls) <= 3
-    assert sum(calls) <= max(calls) + 2
 
 
 def test_what_is_not_seen_holds_nothing():

@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 
 from geosurf import Scene, build_walls, carve_units, rebuild_surfaces
 from geosurf.carve.certificate import certify
-from geosurf.carve.units import homes_of_slivers
 from geosurf.errors import InputError
 from geosurf.measure import juxtaposition_table
 from geosurf.model import Unit, Units
@@ -122,21 +121,6 @@ def test_the_order_of_surfaces_does_not_matter(surfaces, seed):
             other.volume, other.fault_sides, set(other.bounded_by),
         )  # fmt: skip
         assert unit.triangles.tobytes() == other.triangles.tobytes()
-
-
-def test_slivers_that_touch_only_slivers_follow_their_cluster():
-    """A row of units 0-1-2-3, of which the middle ones and one at the end are slivers."""
-    faces = {(0, 1): [0], (1, 2): [1], (2, 3): [2]}
-    area = np.array([[1.0], [5.0], [9.0]])
-    assert homes_of_slivers(faces, area, 4, {1, 2, 3}, range(4)) == [0, 0, 0, 0]
-    assert homes_of_slivers(faces, area, 4, {1, 2}, range(4)) == [0, 0, 3, 3]
-    assert homes_of_slivers(faces, area, 5, {4}, range(5)) == [0, 1, 2, 3, 4]  # touches nothing
-
-    # of equal areas, the first name: rounding does not decide
-    faces = {(0, 1): [0], (1, 2): [1]}
-    area = np.array([[1.0 / 3.0], [np.nextafter(1.0 / 3.0, 1.0)]])
-    assert homes_of_slivers(faces, area, 3, {1}, [0, 1, 2])[1] == 0
-    assert homes_of_slivers(faces, area, 3, {1}, [2, 1, 0])[1] == 2
 
 
 # ---------------------------------------------------------------- a world with known slivers
@@ -281,9 +265,3 @@ def replace_volume(unit):
 def test_wrong_values_are_refused(value, words):
     with pytest.raises(InputError, match=words):
         wedge(slivers=value)
-
-
-def test_a_limit_above_all_units_is_refused():
-    with pytest.raises(InputError, match=r"all 6 units are below 1000 m³, .*'below Base F1-'"):
-        wedge(slivers={"min_volume": 1000.0, "merge": True}).units  # noqa: B018
-    assert len(wedge(slivers=1000.0).units.slivers) == 6  # listing them is fine

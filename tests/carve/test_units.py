@@ -97,14 +97,6 @@ def test_curved_worlds_converge_with_order_two(make):
     assert ((ratios > 3.3) & (ratios < 4.8)).all(), (errors, ratios)
 
 
-def test_noisy_volumes_lie_in_their_bounds():
-    world = synthetic.noisy(n=9)
-    units = Scene(world.horizons, world.faults, world.box).units
-    laws.assert_volumes_add_up(units, world.box)
-    for (zone, sides), (low, high) in world.truth["volume_bounds"].items():
-        assert low <= units[zone, " ".join(sides)].volume <= high
-
-
 @settings(max_examples=40)
 @given(faulted_worlds())
 def test_zones_of_small_worlds_have_the_volumes_of_prisms(surfaces):
@@ -170,28 +162,7 @@ def test_zones_and_blocks_have_names():
         units["Top"]
 
 
-def test_two_faults_that_cross_make_four_blocks():
-    two = sheet("F2", [(-1, 2, -5), (5, 2, -5), (5, 2, 9), (-1, 2, 9)])
-    units = carve([level("Top", 3), upright("F1", 1), two])
-    found = {unit.block: unit.volume for unit in units.values() if unit.zone_index == 0}
-    assert set(found) == {"F1+ F2+", "F1+ F2-", "F1- F2+", "F1- F2-"}
-    assert sorted(found.values()) == [10.0, 10.0, 30.0, 30.0]
-
-
 # ------------------------------------------------------- faults that end, float
-def test_a_fault_that_dies_inside_does_not_split():
-    units = carve([level("Top", 3), upright("F1", 2, y=(-1, 2))])
-    assert volumes(units) == {"above Top": 80.0, "below Top": 112.0}
-    # 2 m along strike and 12 m high
-    assert units.report["slits"] == {"F1": pytest.approx(24.0)}
-
-
-def test_a_floating_fault_is_a_slit():
-    units = carve([level("Top", 3), upright("F1", 2, y=(1, 3), z=(4, 6))])
-    assert volumes(units) == {"above Top": 80.0, "below Top": 112.0}
-    assert units.report["slits"] == {"F1": 4.0}
-    for unit in units.values():
-        laws.assert_oriented(unit.local, unit.triangles)
 
 
 def shell(name, low, high):
@@ -201,15 +172,6 @@ def shell(name, low, high):
     faces = np.concatenate([w.triangles + 4 * i for i, w in enumerate(walls)])
     vertices, number = np.unique(corners, axis=0, return_inverse=True)
     return TriSurface(name, "fault", vertices, number.reshape(-1)[faces])
-
-
-def test_a_closed_fault_inside_a_unit():
-    units = carve([level("Top", 0), shell("Salt", (1, 1, 2), (3, 3, 5))])
-    assert volumes(units) == {
-        "above Top Salt+": 128.0 - 12.0, "above Top Salt-": 12.0, "below Top": 64.0
-    }  # fmt: skip
-    outer = units["above Top", "Salt+"]
-    assert outer.area == pytest.approx(2 * 16 + 4 * 32 + 2 * 4 + 4 * 6)
 
 
 def test_floating_pieces_that_see_only_each_other():
@@ -223,21 +185,6 @@ def test_floating_pieces_that_see_only_each_other():
     box = (-1, 4, -1, 4, -1, 4)
     for order in itertools.permutations(faults):
         assert volumes(carve(order, box)) == {"box": 125.0}
-
-
-def test_shells_inside_shells():
-    outer, inner = shell("Out", (0.5, 0.5, 1), (3.5, 3.5, 7)), shell("In", (1, 1, 2), (3, 3, 5))
-    units = carve([level("Top", 0), outer, inner])
-    assert sorted(u.volume for u in units.values() if u.zone_index == 0) == [12.0, 42.0, 74.0]
-
-
-def test_a_closed_fault_through_a_horizon():
-    units = carve([level("Top", 3), shell("Salt", (1, 1, 2), (3, 3, 5))])
-    found = {(u.zone, u.block): u.volume for u in units.values()}
-    assert found == {
-        ("above Top", "Salt+"): 72.0, ("above Top", "Salt-"): 8.0,
-        ("below Top", "Salt+"): 108.0, ("below Top", "Salt-"): 4.0,
-    }  # fmt: skip
 
 
 # --------------------------------------------------------------------- horizons
@@ -257,12 +204,6 @@ def test_a_horizon_with_a_hole_leaks():
     assert max(abs(x - 2.5), abs(y - 2.5)) == 0.5
     assert z == 3.0
     assert "Shrink the box" in words
-
-
-def test_a_horizon_that_does_not_reach_leaks():
-    short = grid("Top", np.full((2, 2), 3.0), spacing=3.0, corner=(-1.0, -1.0))
-    with pytest.raises(OpenUnitError, match=r"horizon 'Top': 4 m of its rim"):
-        carve([short])
 
 
 def test_two_zones_of_one_name_are_refused():
@@ -295,29 +236,6 @@ def test_crossing_horizons_are_clipped_and_told():
     assert clip.volume == pytest.approx(4 * 4.5)
     assert clip.thickness == 3.0
     assert clip.place[0] == 4.0
-
-
-def test_horizons_that_coincide_over_an_area():
-    """Zero thickness in the west, a wedge in the east."""
-    top = grid("Top", np.tile([2.0, 2.0, 2.0, 2.0], (4, 1)), spacing=2.0, corner=(-1.0, -1.0))
-    base = grid("Base", np.tile([2.0, 2.0, 0.0, 0.0], (4, 1)), spacing=2.0, corner=(-1.0, -1.0))
-    units = carve([top, base])
-    # 2 m deep from x = 3 on, a ramp from x = 1
-    assert volumes(units) == pytest.approx(
-        {"above Top": 96.0, "Top/Base": 4 * (2.0 + 2.0), "below Base": 96.0 - 16.0}
-    )
-    assert set(units["above Top"].bounded_by) >= {"Top"}
-    assert units.report["clipped"] == ()
-
-
-def test_horizons_that_coincide_everywhere():
-    units = carve([level("Top", 2), level("Base", 2, n=5)])
-    assert volumes(units) == {"above Top": 96.0, "below Base": 96.0}
-
-
-def test_a_horizon_along_a_wall():
-    units = carve([level("Top", 3), level("Base", -4)])
-    assert volumes(units) == {"above Top": 80.0, "Top/Base": 112.0}
 
 
 def test_refusals():
@@ -367,28 +285,10 @@ def test_a_shift_by_utm_offsets_changes_no_byte(surfaces):
         assert a.volume == pytest.approx(b.volume, rel=1e-9)
 
 
-def test_a_table_of_all_units():
-    units = carve([level("Top", 3), level("Base", 1), upright("F1", 1)])
-    table = units.table
-    assert table["volume"].attrs["units"] == "m3"
-    assert table["volume"].sum().item() == units.volume == units.box_volume == 192.0
-    assert table["zone"].values.tolist() == [u.zone for u in units.values()]
-    assert units.volumes.identical(table["volume"])
-
-
 @settings(max_examples=10)
 @given(faulted_worlds())
 def test_map_areas_of_faces_are_those_of_all_triangles(surfaces):
     for unit in carve_units(rebuild_surfaces(surfaces)).values():
-        assert unit.map_area == pytest.approx(Unit.map_area.func(unit), rel=1e-14)
-
-
-@pytest.mark.parametrize("turned", [False, True])
-def test_map_areas_of_grids_are_those_of_all_triangles(turned):
-    world = synthetic.waves(n=21)
-    horizons = {k: h[::-1] if turned else h for k, h in world.horizons.items()}
-    units = Scene(horizons, world.faults, world.box).units
-    for unit in units.values():
         assert unit.map_area == pytest.approx(Unit.map_area.func(unit), rel=1e-14)
 
 

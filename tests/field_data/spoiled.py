@@ -412,36 +412,6 @@ def verdict_of(case: Callable[[], None]) -> tuple[str, str]:
 
 
 # ------------------------------------------------------------ what a library may do to us
-def goes_to_hdf5(seed: int) -> bool:
-    """Whether a case is a file that h5netcdf or netCDF4 will read."""
-    if KINDS[seed % len(KINDS)] is not spoiled_file:
-        return False
-    if not GOOD:
-        with tempfile.TemporaryDirectory() as folder:
-            GOOD.update({p.name: p.read_bytes() for p in whole_files(Path(folder))})
-    return str(np.random.default_rng([71, seed]).choice(sorted(GOOD))).endswith(".nc")
-
-
-def in_a_child(case: Callable[[], tuple[str, str]], seconds: float = 20.0) -> tuple[str, str]:
-    """
-    Run a case in a forked process, and say where it was if it hangs or crashes.
-
-    Parameters
-    ----------
-    case : callable
-        Returns a verdict and why it is so.
-    seconds : float
-        After so many it hangs.
-
-    Returns
-    -------
-    tuple of str
-        What `case` returned; else "hung in h5py", say, if a library of HDF5 was at work, and
-        "wrong" if anything else was.
-    """
-    told, stack, memory = forked(case, seconds)
-    word, _, why = told.partition("\n")
-    return (word, why) if told else at_fault(stack, "crashed" if memory else "hung")
 
 
 def forked(case: Callable[[], tuple[str, ...]], seconds: float) -> tuple[str, str, int]:
@@ -505,13 +475,6 @@ def run(case: Callable[[int], tuple[str, str]], arguments: list[str]) -> int:
     return int(done["wrong"] > 0)
 
 
-def apart(seed: int) -> tuple[str, str]:
-    """What becomes of a case, in a process of its own if a library of HDF5 reads it."""
-    if goes_to_hdf5(seed):
-        return in_a_child(lambda: what_becomes_of(seed))
-    return what_becomes_of(seed)
-
-
 if __name__ == "__main__":
     compile_all()
-    sys.exit(run(apart, sys.argv[1:]))
+    sys.exit(run(what_becomes_of, sys.argv[1:]))

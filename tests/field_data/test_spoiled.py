@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import faulthandler
-import signal
-import time
 import warnings
 
 import numpy as np
@@ -31,58 +28,6 @@ FOUND = {
 def test_spoiled_inputs_are_refused_by_name_or_used_rightly(seed):
     word, why = spoiled.what_becomes_of(seed)
     assert word in ("right", "refused"), f"{why}; {FOUND.get(seed, '')}"
-
-
-def hang():
-    time.sleep(60.0)
-    return "right", ""
-
-
-def crash():
-    signal.raise_signal(signal.SIGSEGV)  # of this thread: the watch's may not block it yet
-    return "right", ""
-
-
-def foreign():
-    raise ZeroDivisionError("one by none")
-
-
-def test_children_hand_back_what_they_found_and_hangs_are_not_waited_for():
-    assert spoiled.in_a_child(lambda: ("refused", "a\nb")) == ("refused", "a\nb")
-    assert spoiled.in_a_child(lambda: spoiled.verdict_of(foreign)) == (
-        "wrong", "ZeroDivisionError: one by none"
-    )  # fmt: skip
-    for case, what in ((hang, "hung"), (crash, "crashed")):
-        faulthandler.dump_traceback_later(60.0)  # as a run does for its other cases
-        word, why = spoiled.in_a_child(case, seconds=0.2)
-        assert word == "wrong"
-        assert why.startswith(f"{what} at test_spoiled.py:")
-
-
-def test_what_a_library_did_is_told_from_what_we_did():
-    stack = (
-        'Thread 0x1 (most recent call first):\n  File "{}", line 7 in open\n  File "b.py", line 8'
-    )
-    at = stack.format("/venv/lib/python3/site-packages/h5py/_hl/files.py")
-    assert spoiled.at_fault(at, "hung") == ("hung in h5py", "hung at files.py:7")
-    for ours in ("/venv/site-packages/numpy/lib/x.py", "/h5py.py", "geosurf/read/netcdf.py"):
-        assert spoiled.at_fault(stack.format(ours), "hung")[0] == "wrong"
-    assert spoiled.at_fault("", "crashed") == ("wrong", "crashed at ")
-
-
-def test_files_of_hdf5_are_known_by_their_seeds():
-    known = {seed for seed in range(60) if spoiled.goes_to_hdf5(seed)}
-    assert known
-    assert {seed % 5 for seed in known} <= {0, 2}
-    read = []
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(spoiled, "read", lambda path: read.append(path.suffix))
-        patch.setattr(spoiled, "use", lambda found: None)
-        for seed in range(60):
-            if spoiled.KINDS[seed % 5] is spoiled.spoiled_file:
-                read.clear()
-                spoiled.what_becomes_of(seed)
-                assert (read == [".nc"]) == (seed in known)
 
 
 def assert_written_is_read(name, found):

@@ -62,12 +62,6 @@ def test_relief_and_a_fault_along_lattice_lines(one, at, lean, n):
     assert_true(one, fault)
 
 
-@settings(max_examples=40)
-@given(soups(most=1))
-def test_single_triangles(pair):
-    assert_true(*pair)
-
-
 @settings(max_examples=25)
 @given(relief(), relief("Base"), st.randoms(use_true_random=False))
 def test_order_and_voxels_change_nothing(one, two, random):
@@ -96,24 +90,6 @@ def test_a_shift_by_utm_offsets_changes_nothing(one, two):
     assert other.origin.tolist() == offset.tolist()
 
 
-def test_an_open_curve():
-    top = grid("Top", np.zeros((5, 5)))
-    curves = assert_true(top, sheet("F1", [(1.5, -1, -1), (1.5, 9, -1), (1.5, 9, 1), (1.5, -1, 1)]))
-    assert curves.n_curve == 1
-    assert not curves.closed[0]
-    line = curves.points[curves.curves[0]]
-    assert {tuple(line[0]), tuple(line[-1])} == {(1.5, 0.0, 0.0), (1.5, 4.0, 0.0)}
-    assert curves.length == 4.0
-    assert curves.between("F1", "Top")[0].tolist() == line.tolist()
-
-
-def test_a_curve_that_ends_inside():
-    top = grid("Top", np.zeros((5, 5)))
-    corners = [(1.25, 1.5, -1), (1.25, 2.5, -1), (1.25, 2.5, 1), (1.25, 1.5, 1)]
-    curves = assert_true(top, sheet("F1", corners))
-    assert (curves.n_curve, curves.length) == (1, 1.0)
-
-
 def test_closed_curves_one_for_each_crest():
     z = np.zeros((9, 9))
     z[2::4, 2::4] = 2.0
@@ -139,22 +115,6 @@ def test_curves_that_branch():
     assert curves.points[node].tolist() == [[3.0, 3.0, 1.0]]
     assert curves.n_curve == 4
     assert all(node[0] in (curve[0], curve[-1]) for curve in curves.curves)
-
-
-def test_touching_points_stand_apart():
-    n = np.arange(7) - 3.0
-    bowl = grid("Top", n[None, :] ** 2 + n[:, None] ** 2 + 1.0)
-    curves = assert_true(bowl, sheet("Flat", LEVEL))
-    assert curves.n_curve == 0
-    (touch,) = curves.contacts
-    assert (touch.kind, touch.surfaces, touch.area) == ("point", (0, 1), 0.0)
-    assert touch.points.tolist() == [[3.0, 3.0, 1.0]]
-
-
-def test_a_touching_line_is_a_curve():
-    roof = grid("Top", np.abs(np.arange(7) - 3.0)[None, :] + np.ones((7, 1)))
-    curves = assert_true(roof, sheet("Flat", LEVEL))
-    assert (curves.n_curve, curves.length, len(curves.contacts)) == (1, 6.0, 0)
 
 
 def test_an_overlap_has_an_outline_and_an_area():
@@ -217,38 +177,6 @@ def test_a_surface_that_lies_on_itself_and_crosses_itself():
     assert curves.length == pytest.approx(outline + line + away, rel=1e-12)
 
 
-def test_two_overlaps_and_a_crossing_of_one_pair():
-    step = np.array([0.0, 0, 0, 1, 1, 0, -1])
-    one = grid("Top", np.tile(step, (3, 1)))
-    curves = assert_true(one, sheet("Flat", [(-1, -1, 0), (9, -1, 0), (9, 9, 0), (-1, 9, 0)]))
-    (touch,) = curves.contacts
-    assert touch.area == 4.0
-    # the outline of the overlap, and the line at x = 5
-    assert math.isclose(curves.length, 8.0 + 2.0)
-    assert sorted(curves.closed.tolist()) == [False, True]
-
-
-def test_a_strip_that_crosses_itself():
-    t = np.linspace(-1.5, 1.5, 12)
-    x, z = t**3 - t, 1.0 - t**2
-    nodes = np.array([(a, y, b) for y in (0.0, 1.0, 2.0) for a, b in zip(x, z, strict=True)])
-    faces = grid("s", np.zeros((3, 12))).triangles
-    strip = TriSurface("S", "surface", nodes, faces)
-    curves = intersect_surfaces([strip], self_intersections=True)
-    assert curves.surfaces_of_curve.tolist() == [[0, 0]]
-    line = curves.points[curves.curves[0]]
-    assert np.abs(line[:, 0]).max() < 1e-15  # by symmetry
-    np.testing.assert_allclose(sorted({*line[:, 1]})[:: len(line) - 1], [0.0, 2.0])
-    assert math.isclose(curves.length, 2.0, rel_tol=1e-12)
-
-
-@pytest.mark.parametrize("bend", [0.0, 0.5, 1.0])
-def test_a_surface_that_does_not_cross_itself(bend):
-    surface = grid("Top", bend * np.arange(25.0).reshape(5, 5) % 3)
-    curves = intersect_surfaces([surface], self_intersections=True)
-    assert (curves.n_curve, len(curves.segments), len(curves.contacts)) == (0, 0, 0)
-
-
 def test_three_surfaces_meet_in_a_point():
     top = grid("Top", np.tile(np.arange(5) / 4, (5, 1)))
     one = sheet("F1", [(1.625, -1, -2), (1.625, 9, -2), (1.625, 9, 4), (1.625, -1, 4)])
@@ -263,24 +191,6 @@ def test_three_surfaces_meet_in_a_point():
         assert [line.tolist() for line in together] == [
             alone.points[curve].tolist() for curve in alone.curves
         ]
-
-
-@pytest.mark.parametrize(("method", "kind"), [("voxels", "voxels"), ("tree", "nodes")])
-def test_cost_is_told(method, kind):
-    top, base = grid("Top", np.zeros((9, 9))), grid("Base", np.eye(9))
-    cost = intersect_surfaces([top, base], method=method).cost
-    assert set(cost) == {"voxels", "nodes", "candidate_faces", "pairs_tested", "pairs_meeting"}
-    assert {key for key in ("voxels", "nodes") if cost[key]} == {kind}
-    assert 0 < cost["pairs_meeting"] <= cost["pairs_tested"]
-    assert 0 < cost["candidate_faces"] <= 256
-
-
-def test_surfaces_apart_have_no_curves():
-    one, two = grid("Top", np.ones((3, 3))), grid("Base", np.zeros((3, 3)))
-    curves = intersect_surfaces([one, two])
-    assert (curves.n_curve, len(curves.points), len(curves.contacts)) == (0, 0, 0)
-    assert curves.cost["pairs_tested"] == 0
-    assert curves.length == 0.0
 
 
 def test_refusals():

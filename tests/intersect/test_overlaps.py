@@ -78,12 +78,6 @@ def test_closed_bodies_that_coincide_have_an_area_and_no_curve(weld):
     assert_exact([one, two])
 
 
-def test_a_body_in_the_corner_of_another_one():
-    curves, _ = assert_exact([body("A", 2.0), body("B", 1.0)])
-    areas = [c.area for c in curves.contacts if c.surfaces == (0, 1)]
-    assert areas == [3.0]
-
-
 @pytest.mark.parametrize("n", [2, 3, 4])
 def test_identical_surfaces_share_all_their_triangles(n, rng):
     """Corners permuted, triangles turned and in another order, some twice."""

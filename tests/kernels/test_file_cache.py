@@ -67,14 +67,6 @@ def test_a_file_under_another_name_is_not_what_was_kept(store):
         assert store.load("tree.nbc") is None
 
 
-def test_what_is_damaged_is_kept_anew(store):
-    (store.folder / NAME).write_bytes(b"")
-    with pytest.warns(GeosurfWarning, match="made again"):
-        assert store.load(NAME) is None
-    assert store.save(NAME, PAYLOAD)
-    assert store.load(NAME) == PAYLOAD
-
-
 @posix
 @pytest.mark.parametrize("mode", [0o770, 0o702, 0o777, 0o1777])
 def test_a_folder_that_others_can_write_is_not_used(store, mode):

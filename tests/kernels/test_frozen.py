@@ -21,9 +21,9 @@ import pytest
 from geosurf.errors import DependencyError, InputError
 from geosurf.kernels.compile import freeze, jit, object_files
 from geosurf.kernels.compile.frozen_runner import MANIFEST, FrozenRunner, Library, Unfit, stamp_of
-from geosurf.kernels.compile.gate import PlainRunner, Signature
+from geosurf.kernels.compile.gate import PlainRunner
 from geosurf.kernels.compile.jit import Entry
-from geosurf.kernels.compile.numba_runner import JitRunner, check_results
+from geosurf.kernels.compile.numba_runner import JitRunner
 from geosurf.kernels.compile.platforms import PLATFORMS, platform_name
 from tests.kernels import frozen
 from tests.kernels.tiny import basic
@@ -132,13 +132,6 @@ def test_an_argument_that_comes_back_is_itself(kernel):
     assert out.tolist() == [5.0, 7.0, 5.0, 5.0]
 
 
-def test_one_result_twice_is_one_array(kernel):
-    one, other = kernel("shared")(np.arange(3))
-    one[0] = 9
-    del one
-    assert other.tolist() == [9, 2, 3]
-
-
 @pytest.mark.parametrize(
     ("name", "argument", "error", "text"),
     [
@@ -244,12 +237,6 @@ def test_whole_numbers_are_not_cut(kernel):
     assert kernel("refuse")(np.int8(2)) == 2
 
 
-@pytest.mark.parametrize("text", ["d2", "f2 -> .", "d2 -> b", "d0 -> .", "d2, l -> l"])
-def test_a_signature_that_cannot_be_read(text):
-    with pytest.raises(ValueError, match="expected letters like"):
-        Signature.parse(text)
-
-
 # ---- memory and threads --------------------------------------------------------------------
 
 
@@ -268,15 +255,6 @@ def test_results_are_given_back(machine):
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 100_000  # kB
 
 
-def test_exceptions_leave_nothing_behind(machine):
-    refuse = machine("refuse")
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    for _ in range(3000):
-        with pytest.raises(ValueError, match="negative"):
-            refuse(-1)
-    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 50_000  # kB
-
-
 def test_others_can_run_meanwhile(machine):
     """With the lock held, the loop below would not turn before the thread has ended."""
     spin, out = machine("spin"), np.zeros(1, dtype=np.int64)
@@ -289,29 +267,6 @@ def test_others_can_run_meanwhile(machine):
     thread.join()
     assert turns >= 5
     assert out[0] != 0
-
-
-def test_two_threads_at_once(machine):
-    kinds = machine("kinds")
-    wrong: list[int] = []
-
-    def work(number: int) -> None:
-        table = np.full((50, 20), float(number))
-        for n in range(1, 200):
-            sums, n_row, largest = kinds(table, np.arange(n % 50), False, 1.0)
-            if (
-                (sums != 20.0 * (number + 1)).any()
-                or n_row != n % 50
-                or (n % 50 and largest != sums[0])
-            ):
-                wrong.append(n)
-
-    threads = [threading.Thread(target=work, args=(number,)) for number in range(4)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert wrong == []
 
 
 # ---- which library is used -----------------------------------------------------------------
@@ -374,25 +329,6 @@ def test_without_numba_nothing_imports_it():
     assert said.stdout.split() == []
 
 
-def test_a_curve_of_two_triangles_imports_little():
-    """No compiler, no threads, no masked arrays, nothing that splits."""
-    from benchmarks.tasks import _START
-
-    code = "import atexit, sys; atexit.register(lambda: print(*sys.modules)); " + _START
-    said = subprocess.run(
-        [sys.executable, "-c", code],
-        env={**_environment(), "NUMBA_DISABLE_JIT": "1"},
-        capture_output=True,
-        text=True,
-        check=True,
-        cwd=ROOT,
-    ).stdout.split()
-    assert "geosurf.kernels.contacts.triangle_contact" in said
-    foreign = {"numba", "xarray", "scipy", "numpy.ma", "concurrent.futures", "fractions"}
-    rooms = {"intersect.overlap", "rebuild"}
-    assert not (foreign | {f"geosurf.{room}" for room in rooms}) & set(said)
-
-
 def _environment(**more: str) -> dict[str, str]:
     mine = ("GEOSURF_JIT", "GEOSURF_FROZEN", "NUMBA_DISABLE_JIT")
     return {k: v for k, v in os.environ.items() if k not in mine} | more
@@ -431,57 +367,8 @@ def test_a_kernel_that_needs_more_than_we_bring_is_refused():
         object_files.refuse_foreign("room", module)
 
 
-def test_results_are_what_the_signature_says():
-    import numba
-
-    check_results("k", numba.types.none, Signature.parse("d -> ."))
-    with pytest.raises(TypeError, match=r"k promises '-> l', but numba finds .* int32"):
-        check_results("k", numba.int32, Signature.parse("d -> l"))
-    for entry in jit.ENTRIES.values():
-        if jit.RUNNER.compiles and entry.python.__module__.startswith("geosurf."):
-            entry.compile()
-
-
 @pytest.mark.slow
 @pytest.mark.skipif(platform_name() not in PLATFORMS, reason="nothing is frozen here")
 def test_two_builds_give_the_same_bytes(library, tmp_path):
     freeze.freeze(tmp_path / "again", TINY)
     assert (tmp_path / "again" / LIBRARY).read_bytes() == (library / LIBRARY).read_bytes()
-
-
-_VIEWS = """
-declare void @NRT_MemInfo_call_dtor(ptr)
-define internal i64 @nrt_atomic(ptr %count) {
-  %old = atomicrmw add ptr %count, i64 1 monotonic
-  ret i64 %old
-}
-define internal void @NRT_incref(ptr %block) noinline {
-  %old = call i64 @nrt_atomic(ptr %block)
-  ret void
-}
-define internal void @NRT_decref(ptr %block) noinline {
-  %old = call i64 @nrt_atomic(ptr %block)
-  ret void
-}
-define void @kernel(ptr %block) {
-  call void @NRT_incref(ptr %block)
-  call void @NRT_decref(ptr %block)
-  ret void
-}
-"""
-
-
-@pytest.mark.parametrize("asked", [_VIEWS, "define void @kernel(ptr %block) {\n  ret void\n}"])
-def test_owners_are_counted_in_place_and_not_atomically(asked):
-    import llvmlite.binding as llvm
-
-    llvm.initialize_native_target()
-    machine = llvm.Target.from_default_triple().create_target_machine()
-    module = llvm.parse_assembly(asked)
-    object_files._count_in_place(module, machine)
-    object_files._keep(module, {"kernel"}, machine)
-    text = str(module)
-    assert "atomicrmw" not in text
-    assert "call void @NRT_incref" not in text
-    assert "call void @NRT_decref" not in text
-    assert text.count("NRT_MemInfo_call_dtor(ptr") == (2 if asked is _VIEWS else 0)

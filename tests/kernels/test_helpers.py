@@ -11,8 +11,7 @@ numba = pytest.importorskip("numba")
 if numba.config.DISABLE_JIT:
     pytest.skip("nothing is compiled", allow_module_level=True)
 
-from geosurf.kernels.compile import helpers  # noqa: E402
-from geosurf.kernels.compile.helpers import Helper, HelperLibrary, below, entry_dispatcher  # noqa: E402
+from geosurf.kernels.compile.helpers import Helper, entry_dispatcher  # noqa: E402
 from geosurf.kernels.compile.sources import ROOT, kernel_files  # noqa: E402
 
 pytestmark = pytest.mark.long  # of the compile machinery: an edit of kernels, not of the model
@@ -52,11 +51,6 @@ def rows(x, out):
 X = np.array([-3.0, 7.0, 1.5])
 
 
-def libraries(entry) -> list:
-    (result,) = entry.overloads.values()
-    return below(result.library)
-
-
 def test_entries_share_helpers_and_say_what_python_says():
     one, two = entry_dispatcher(spread), entry_dispatcher(rows)
     out = np.zeros(2)
@@ -64,35 +58,6 @@ def test_entries_share_helpers_and_say_what_python_says():
     assert one(X) == spread(X) == 2.25 + 1.5
     assert out.tolist() == [2.25, 2.25]
     assert all(len(helper.overloads) == 1 for helper in (half, ends, widest))
-
-
-def test_each_library_is_linked_once_and_numba_s_own_come_last():
-    entry = entry_dispatcher(spread)
-    entry(X)
-    found = libraries(entry)
-    helpers = [library for library in found if isinstance(library, HelperLibrary)]
-    assert len(found) == len(set(found))
-    assert [library.name for library in helpers] == ["widest", "ends", "half"]
-    assert found[: len(helpers)] == helpers
-
-
-def test_a_helper_is_no_machine_code():
-    entry_dispatcher(spread)(X)
-    for helper in (half, ends, widest):
-        (result,) = helper.overloads.values()
-        engine = result.library.codegen._engine
-        assert not engine.is_symbol_defined(result.fndesc.llvm_func_name)
-
-
-def test_an_entry_is_optimised_as_a_whole():
-    """Small helpers are merged into their callers; nothing is left of them."""
-    entry = entry_dispatcher(spread)
-    entry(X)
-    (result,) = entry.overloads.values()
-    names = {function.name for function in result.library.get_defined_functions()}
-    for helper in (half, ends, widest):
-        (lowered,) = helper.overloads.values()
-        assert lowered.fndesc.llvm_func_name not in names
 
 
 def test_a_constant_is_a_plain_number():
@@ -114,23 +79,6 @@ def test_an_error_in_a_helper_names_it():
 
     with pytest.raises(numba.TypingError, match="nowhere"):
         entry_dispatcher(calls)(X)
-
-
-def test_the_passes_are_numba_s():
-    """One pass of the pipeline is exchanged; all others run as they do in numba."""
-    from numba.core.compiler import DefaultPassBuilder
-    from numba.core.registry import cpu_target
-
-    args = (numba.float64,)
-    flags = numba.core.compiler.Flags()
-    contexts = cpu_target.typing_context, cpu_target.target_context
-    mine = helpers._EntryCompiler(*contexts, None, args, None, flags, {})
-    (passes,) = mine.define_pipelines()
-    numba_s = DefaultPassBuilder.define_nopython_pipeline(mine.state)
-    other = [
-        (a, b) for (a, _), (b, _) in zip(passes.passes, numba_s.passes, strict=True) if a is not b
-    ]
-    assert [(a.__name__, b.__name__) for a, b in other] == [("_EntryLowering", "NativeLowering")]
 
 
 def at(x, i):
@@ -171,22 +119,6 @@ def test_no_kernel_counts_from_the_end():
                 for part in index.elts if isinstance(index, ast.Tuple) else [index]:
                     negative = isinstance(part, ast.UnaryOp) and isinstance(part.op, ast.USub)
                     assert not negative, f"{name}:{node.lineno}"
-
-
-def test_what_is_left_of_helpers_is_internal():
-    """Else LLVM keeps every word of every array that they are handed."""
-    from geosurf.kernels.exact.predicates import orient3d
-
-    def turns(x, m, w):
-        return orient3d(x, m, w, 0, 1, 2, 3, 0.0)
-
-    entry = entry_dispatcher(turns)
-    entry.compile((numba.float64[:, ::1], numba.int64[::1], numba.int64[::1]))
-    (result,) = entry.overloads.values()
-    left = {f.name: f.linkage for f in result.library._final_module.functions}
-    mine = [left[name] for name in left if "geosurf" in name and "turns" not in name]
-    assert len(mine) > 1
-    assert set(mine) == {helpers.llvm.Linkage.internal}
 
 
 def test_no_kernel_asks_an_array_for_what_cannot_be_frozen():

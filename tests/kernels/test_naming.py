@@ -9,10 +9,8 @@ import pytest
 from hypothesis import given, settings
 
 from geosurf import Lattice, TriSurface
-from geosurf.arrangement.gather import name_contacts
 from geosurf.arrangement.search import find_contacts
 from geosurf.kernels.contacts.packed_contact import n_corners
-from geosurf.kernels.exact.constructed_points import FULL
 from tests.kernels.rows import point_dd_rows
 from tests.kernels.test_signs import SCALES, dot, minus, plane, position
 from tests.oracles import rational, rounded
@@ -190,14 +188,3 @@ def test_points_that_plain_doubles_cannot_place(rng):
     out = np.empty((2 * n, 10))
     point_dd_rows(contacts.x, contacts.t, contacts.e, contacts.m, contacts.d, out)
     np.testing.assert_array_equal(out[:, 1:4], contacts.x[contacts.n_vertex :])
-
-
-def test_too_little_room_is_told():
-    floor = TriSurface("Top", "horizon", [[-9, -8, 0], [7, -9, 0], [0, 9, 0]], [[0, 1, 2]])
-    contacts = find_contacts([floor, fan(9, 1.0)])
-    x, t, e, d = contacts.x, contacts.t, contacts.e, contacts.d
-    m = contacts.m.copy()
-    m[4] = 0
-    ids = np.full((len(contacts.rows), 6), -1)
-    given = (t, e, d, m, contacts.w, contacts.rows, ids)
-    assert name_contacts(x[:-1].copy(), *given) == FULL

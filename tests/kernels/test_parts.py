@@ -12,12 +12,11 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from geosurf.kernels.exact.predicates import frame_of
-from geosurf.kernels.meshes.parts import open_edges, parts_of
+from geosurf.kernels.meshes.parts import open_edges
 from geosurf.kernels.meshes.seams import (
     DONE,
     N_AROUND,
     NEEDS_EXACT,
-    join_seams,
     main_axis,
     sort_around,
     sort_by_floats,
@@ -181,40 +180,6 @@ def test_half_planes_that_are_one_have_no_order(rng):
         assert not sort_around(x, 0, 1, order, ways, around, 4, np.arange(4), px, pt, m, w), pair
 
 
-@given(fans)
-def test_neighbours_in_angle_see_each_other(made):
-    d, tips, back = made
-    assume(all(any(cross(whole(d), whole(tip))) for tip in tips))
-    expected = slow_order(d, tips)
-    assume(expected is not None and len(tips) > 2)
-    x, t = fan(d, tips, back)
-    n, ring = len(t), ring_of(len(t))
-    link = np.where(ring == np.arange(3 * n), FREE, PAIRED)
-    link[link == FREE] = n  # something else goes on behind all other edges: they are no rims
-    part = np.append(np.arange(n), n)
-    px, pt = x[t].reshape(-1, 3), np.arange(3 * n).reshape(-1, 3)
-    sides, pieces = np.arange(2 * n + 2), np.arange(n + 1)
-    m, w = frame_of(px)
-    first = open_edges(t, ring, link - n, part, 0, 3 * n)
-    start, seams = np.empty(len(first) + 1, dtype=np.int64), np.empty(3 * n, dtype=np.int64)
-    found = sort_seams(x, t, ring, first, part, np.arange(n), px, pt, m, w, start, seams)
-    assert found == DONE
-    join_seams(start, seams, part, sides, pieces)
-    assert set(pieces[:n]) == {0}
-    for one, other in zip(expected, expected[1:] + expected[:1], strict=True):
-        ahead = 2 * one + (1 if back[one] else 0)
-        behind = 2 * other + (0 if back[other] else 1)
-        roots = {_root(sides, ahead), _root(sides, behind)}
-        assert len(roots) == 1
-    assert len({_root(sides, s) for s in range(2 * n)}) == n
-
-
-def _root(forest: np.ndarray, i: int) -> int:
-    while forest[i] != i:
-        i = forest[i]
-    return int(i)
-
-
 def test_half_planes_too_near_for_doubles_ask_for_exact_numbers():
     tips = np.array([[0, 1.0, 0], [0, 1.0, 2.0**-60], [0, -1.0, 0]])
     x, t = fan(np.array([1.0, 0, 0]), tips, [False] * 3)
@@ -226,28 +191,3 @@ def test_half_planes_too_near_for_doubles_ask_for_exact_numbers():
     arguments = (x, t, ring, first, part, part, px, pt)
     assert sort_seams(*arguments, none, none, start, seams) == NEEDS_EXACT
     assert sort_seams(*arguments, *frame_of(px), start, seams) == DONE
-
-
-def test_parts_end_where_surfaces_do_or_turn_over():
-    t = np.array([[0, 1, 2], [2, 1, 3], [2, 3, 4], [3, 5, 4], [4, 6, 5]])
-    ring = np.arange(15)
-    for one, other in ((1, 3), (5, 6), (7, 11), (10, 14)):
-        ring[one], ring[other] = other, one
-    link, bounds = np.full(15, PAIRED), np.array([[0.0] * 3, [9.0] * 3])
-    x, twin, none = np.ones((7, 3)), np.arange(5), np.empty((0, 2), dtype=np.int64)
-    # the last one runs along 5-4 as its neighbour does; the first two are of another surface
-    surface = np.array([0, 0, 1, 1, 1])
-    part, first = parts_of(x, t, surface, ring, link, twin, 0, none, bounds)
-    assert part.tolist() == [0, 0, 1, 1, 2]
-    assert first.tolist() == [0, 2, 4]
-    same = np.zeros(5, dtype=np.int64)
-    assert parts_of(x, t, same, ring, link, twin, 0, none, bounds)[0].tolist() == [0, 0, 0, 0, 1]
-    assert parts_of(x, t, same, ring, link, none[:0, 0].copy(), 0, none, bounds)[0].tolist() == [
-        0, 0, 0, 0, 1
-    ]  # fmt: skip
-    twin[1] = 0  # as if it had the corners of the first one
-    part, first = parts_of(x, t, same, ring, link, twin, 0, none, bounds)
-    assert part.tolist() == [0, -1, 1, 1, 2]
-    assert first.tolist() == [0, 2, 4]
-    x[0, 2] = 9.5  # beyond
-    assert parts_of(x, t, same, ring, link, twin, 0, none, bounds)[0].tolist() == [-1, -1, 0, 0, 1]

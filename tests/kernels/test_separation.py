@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from geosurf.arrangement import triangles
 from geosurf.arrangement.triangles import crossing_pairs
 from geosurf.kernels.contacts.triangle_contact import FIRST_CODE, N_COLUMN, N_CORNER, meet_pairs
 from geosurf.kernels.exact.predicates import frame_of
@@ -150,38 +149,3 @@ def test_thin_triangles_of_one_wall_are_never_asked_about_exactly(monkeypatch):
     assert asked == [0]
     x[2 * n + 20, 2] = x[n + 20, 2] - 1.0  # the second curve below the first one
     assert len(crossing_pairs(x, t)) > 0
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_any_number_of_threads_finds_the_same_pairs(seed, monkeypatch):
-    rng = np.random.default_rng([104, seed])
-    x = np.concatenate([rng.integers(0, 30, (300, 3)), rng.integers(0, 4, (300, 3))]) * 1.0
-    t = np.concatenate([rng.permuted(np.arange(600).reshape(200, 3)), [[0, 30, 60]]])
-    area = np.linalg.norm(np.cross(x[t[:, 1]] - x[t[:, 0]], x[t[:, 2]] - x[t[:, 0]]), axis=1)
-    t = t[area > 0]
-    monkeypatch.setattr(triangles, "_EACH", 1)
-    found = []
-    for n in ("1", "2", "5"):
-        monkeypatch.setenv("GEOSURF_THREADS", n)
-        found.append(crossing_pairs(x, t, t[:40]).tolist())
-    assert found[0] == found[1] == found[2]
-    assert len(found[0]) > 100
-
-
-def test_walls_of_a_turned_area_ask_few_triangles():
-    """Two upright walls across a plane of small triangles: pairs follow the walls' length."""
-    n = 60
-    a = np.arange(n * n)
-    x = np.stack([a % n, a // n, 0.01 * (a % 7)], axis=1).astype(float)
-    cell = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
-    low = np.stack([cell, cell + 1, cell + n], axis=1)
-    high = np.stack([cell + 1, cell + n + 1, cell + n], axis=1)
-    wall = np.array(
-        [[0, 30, -9], [59, 31.5, -9], [30, 30, 9], [30, 0, -9], [31, 59, -9], [29, 30, 9.0]]
-    )
-    x = np.concatenate([x, wall])
-    t = np.concatenate([low, high, n * n + np.arange(6).reshape(2, 3)])
-    pairs = triangles._near_pairs(x, t, len(t), np.full(len(t), -1))
-    walls = (pairs >= len(t) - 2).any(axis=1).sum()
-    assert n < walls < 12 * n
-    assert len(triangles.crossing_pairs(x, t)) > n

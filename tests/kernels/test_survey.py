@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from itertools import pairwise, product
+from itertools import product
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from geosurf.conventions import rising_diagonal
 from geosurf.errors import SurfaceError
 from geosurf.kernels.lattices.survey import TILE
 from geosurf.kernels.search.tree import BLOCK
@@ -162,15 +161,6 @@ def test_infinite_nodes_are_seen_and_make_no_triangle(value, axis):
     assert lattice.n_triangle == before - 6
 
 
-@pytest.mark.parametrize("axis", [0, 1, 2])
-def test_minus_zero_is_seen(axis):
-    parts = wide()
-    parts[axis][11, 2] = 0.0
-    assert not Lattice(*parts).survey.minus_zero
-    parts[axis][11, 2] = -0.0
-    assert Lattice(*parts).survey.minus_zero
-
-
 @given(grids(), st.sampled_from(["rows", "columns", "axes"]))
 def test_law_what_is_broadcast_is_not_expanded_and_nothing_else_changes(parts, how):
     x, y, z = parts
@@ -215,44 +205,6 @@ def sides(surface: TriSurface) -> set:
     """Triangles as sets of directed edges."""
     edges = np.stack([surface.triangles, np.roll(surface.triangles, -1, axis=1)], axis=2)
     return {frozenset(map(tuple, three)) for three in edges.tolist()}
-
-
-@pytest.mark.parametrize("shape", [(2, 2), (9, 10), (18, 70), (3, 300), (150, 41)])
-def test_law_each_node_of_a_pyramid_is_around_four_below(rng, shape):
-    z = rng.normal(size=shape)
-    z[rng.random(shape) < 0.1] = np.nan
-    survey = Lattice(np.arange(shape[1]) * 1.0, np.arange(shape[0]) * 1.0, z).survey
-    levels = [
-        survey.nodes[first : first + n_row * n_col].reshape(n_row, n_col, 6)
-        for first, n_row, n_col in survey.levels.tolist()
-    ]
-    assert sum(level.shape[0] * level.shape[1] for level in levels) == len(survey.nodes)
-    assert levels[-1].shape == (1, 1, 6)
-    for below, above in pairwise(levels):
-        assert above.shape[:2] == tuple(-(-n // 2) for n in below.shape[:2])
-        for i, j in np.ndindex(above.shape[:2]):
-            part = below[2 * i : 2 * i + 2, 2 * j : 2 * j + 2].reshape(-1, 6)
-            np.testing.assert_array_equal(above[i, j, :3], part[:, :3].min(axis=0))
-            np.testing.assert_array_equal(above[i, j, 3:], part[:, 3:].max(axis=0))
-
-
-def test_a_horizon_may_be_taken_as_a_fault():
-    x, y, z = wide()
-    for part in (x, y, z):
-        part[3, 4] = part[3, 5]
-    horizon = TriSurface("Top", "horizon", lattice=Lattice(x, y, z))
-    with pytest.raises(SurfaceError, match=r"'F1': 2 of \d+ triangles have exactly zero area"):
-        triangulate_fault(horizon, name="F1")
-    down = TriSurface("F2", "fault", lattice=Lattice(*wide()))
-    assert orient_fault(down).lattice.reverse == down.lattice.turned
-
-
-@given(grids(), st.sampled_from([0.0, 30.0, 45.0, 135.0]), st.sampled_from([1.0, -1.0]))
-def test_law_the_diagonal_of_horizons_is_that_of_the_rule(parts, angle, sign):
-    a = np.radians(angle)
-    x, y = np.cos(a) * parts[0] - np.sin(a) * parts[1], np.sin(a) * parts[0] + np.cos(a) * parts[1]
-    if min(x.shape) > 1:
-        assert rising_diagonal(x, sign * y) == rises_by_the_rule(x, sign * y)
 
 
 steps = st.lists(

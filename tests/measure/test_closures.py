@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -300,28 +299,6 @@ def test_contacts_below_spill_points_are_warned_of_and_bad_words_refused() -> No
     ):
         with pytest.raises(gs.errors.InputError, match=message):
             scene.closures(**words)
-
-
-def test_maps_and_allan_diagrams_show_closures_and_leaks(tmp_path: Path) -> None:
-    ridge = Ridge(2)
-    ridge.throw, ridge.thick = 20.0, 90.0
-    scene = ridge.scene()
-    found = scene.closures("Top", faults="juxtaposition")
-    assert set(found.leak_fault.values) == {"F1"}
-    labels = [
-        [text.get_text() for text in figure.axes[0].texts + figure.axes[1].texts]
-        for figure in (
-            scene.plot.map("Top", closures=found), scene.plot.allan("F1", closures=found),
-        )
-    ]  # fmt: skip
-    assert {"Crest", "Spill point", "Leak point", "1"} <= set(labels[0])
-    assert set(found.leak_closure.values) & set(labels[1])
-    with pytest.raises(gs.errors.InputError, match=r"result of scene\.closures"):
-        scene.plot.map("Top", closures=3)
-    gs.write(found.drop_dims(["leak", "line", "point"]), tmp_path / "closures.csv")
-    header = (tmp_path / "closures.csv").read_text().splitlines()[0]
-    assert header.startswith("closure,")
-    assert "volume_m3" in header
 
 
 def test_a_truncation_trap_closes_where_the_unconformity_holds():

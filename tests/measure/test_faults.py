@@ -17,7 +17,6 @@ from geosurf import (
     synthetic,
     tear_horizon,
 )
-from geosurf.errors import GeometryError
 from geosurf.measure import allan_diagram, juxtaposition_table, separation
 from geosurf.measure.cutoffs import wall_lines
 from tests.measure.worlds import BOX, NORTH, SOUTH, faulted, level, slope
@@ -62,24 +61,6 @@ def test_areas_of_juxtaposed_zones_by_hand():
     assert kinds["Top/Base", "Top/Base"] == "self-juxtaposed"
     assert found.area.attrs["units"] == "m2"
     assert found.attrs["area"] == pytest.approx(40 * 30 * ROOT2, rel=1e-13)
-
-
-def test_areas_add_up_to_the_fault():
-    world = synthetic.faulted_reservoir(n=25)
-    scene = Scene(world.horizons, world.faults, world.box)
-    for fault in scene.fault_names:
-        found = scene.juxtaposition(fault, "all")
-        whole = float(scene.orientation(fault).total_area)
-        assert float(found.area.sum()) == pytest.approx(whole, rel=1e-13)
-        slits = found.area.values[found.kind.values == "within one unit"].sum()
-        assert slits == pytest.approx(scene.units.report["slits"].get(fault, 0.0), rel=1e-13)
-
-
-def test_a_fault_that_dies_inside_faces_itself():
-    scene = Scene({"Top": level("Top", -10.0)}, {"F1": slope(south=10, north=20)}, BOX)
-    found = scene.juxtaposition("F1", "all")
-    assert set(found.kind.values) == {"within one unit"}
-    np.testing.assert_allclose(sorted(found.area), [10 * 10 * ROOT2, 30 * 10 * ROOT2], rtol=1e-13)
 
 
 @pytest.mark.parametrize("turned", [False, True])
@@ -292,15 +273,6 @@ def test_separation_on_any_plane(azimuth, dip):
     np.testing.assert_allclose(found.apparent_dip, dip, atol=1e-7)
 
 
-def test_lines_in_parts_are_paired_where_they_overlap():
-    up = [np.array([[0.0, y, 0.0] for y in span]) for span in ((0, 4), (6, 9))]
-    low = [np.array([[1.0, y, -2.0] for y in (1, 8)])]
-    found = separation(low, up, 90.0)
-    np.testing.assert_allclose(found.northing, [1.0, 4.0, 6.0, 8.0], atol=1e-12)
-    assert (np.diff(found.pair.values) >= 0).all()
-    assert separation(low, [], 90.0).sizes["point"] == 0
-
-
 @pytest.mark.parametrize("kind", ["through", "reverse"])
 def test_throw_of_a_torn_sheet_is_that_of_its_truth(kind):
     """Cut-offs of a model from a sheet, against the cut-offs that the world was made with."""
@@ -353,11 +325,3 @@ def test_pairs_of_lines_follow_the_strike_in_whatever_order_they_come():
     assert found_at.tolist() == [0.0, 30.0, 50.0, 80.0]
     assert (np.diff(found.along_strike.values) > 0).all()
     assert (np.diff(found.pair.values) >= 0).all()
-
-
-def test_a_flat_fault_has_no_strike():
-    flat = level("Top", -30.0).renamed("F1", "fault")
-    scene = Scene({"Top": level("Top", -10.0)}, {"F1": flat}, BOX)
-    assert float(scene.orientation("F1").mean_dip) == 0.0
-    with pytest.raises(GeometryError, match=r"'F1' is horizontal on average, so it has no strike"):
-        scene.allan("F1")

@@ -99,16 +99,6 @@ def scene():
     return gs.Scene(world.horizons, world.faults, world.box, contacts={"OWC": -2100.0})
 
 
-def test_counts_of_cells_converge_to_volumes(scene):
-    found = scene.sample(cell=(40, 40, 4), codes=True)
-    counts = np.bincount(found.unit.values.ravel(), minlength=len(scene.units))
-    w, e, s, n, low, high = scene.box
-    volumes = counts * (e - w) * (n - s) * (high - low) / found.unit.size
-    assert (found.unit >= 0).all()
-    assert np.abs(volumes - scene.units.volumes.values).max() < 2e-3 * scene.units.box_volume
-    assert volumes.sum() == pytest.approx(scene.units.box_volume, rel=1e-12)
-
-
 def test_names_are_those_of_units(scene):
     w, e, s, n, low, high = scene.box
     rng = np.random.default_rng(4)
@@ -151,16 +141,6 @@ def test_one_question_in_many_words(scene):
     assert (of[inner] == grid.unit.values[inner]).all()
     assert scene.sample(points[0]).unit.shape == ()
     assert scene.sample(points.reshape(6, 20, 3)).unit.dims == ("point_0", "point_1")
-
-
-def test_a_horizon_belongs_to_the_zone_below(scene):
-    """At the nodes of a horizon, to the last bit: no tolerance moves a point off it."""
-    top = scene.surface("Top")
-    inside = (np.abs(top.vertices[:, :2] - top.vertices[:, :2].mean(axis=0)) < 500).all(axis=1)
-    at = top.vertices[inside]
-    up = np.stack([*at.T[:2], np.nextafter(at[:, 2], np.inf)], axis=1)
-    assert set(scene.sample(at).zone.values) == {"Top/Middle"}
-    assert set(scene.sample(up).zone.values) == {"above Top"}
 
 
 @pytest.mark.parametrize(

@@ -69,15 +69,6 @@ def test_lines_lie_on_their_surfaces_where_these_bound_units(scene):
     assert section.attrs["zones"] == ["above Top", "Top/Base", "below Base"]
 
 
-def test_a_section_seen_from_behind_is_mirrored(scene):
-    there = scene.section([(WEST, 15.0), (EAST, 15.0)])
-    back = scene.section([(EAST, 15.0), (WEST, 15.0)])
-    one, two = areas(there), areas(back)
-    assert one.keys() == two.keys()
-    assert all(two[name] == pytest.approx(one[name], rel=1e-12) for name in one)
-    assert (back.area.values[back.kind.values == "unit"] > 0).all()
-
-
 whole = st.integers(-2, 12)
 
 
@@ -157,10 +148,3 @@ def test_stations_between_the_corners_change_nothing(scene, corners, shares, noi
         assert len(two.attrs["line"]) <= 2 * len(corners)
         for name, area in areas(one).items():
             assert areas(two).get(name, 0.0) == pytest.approx(area, abs=1e-9 + 200 * noise)
-
-
-def test_a_section_can_be_written_and_is_remembered(scene, tmp_path):
-    line = [(WEST, 15.0), (EAST, 15.0)]
-    gs.write(scene.section(line), tmp_path / "section.nc")
-    assert scene.section(line) is scene.section(line)
-    assert scene.section([(WEST, 16.0), (EAST, 15.0)]) is not scene.section(line)

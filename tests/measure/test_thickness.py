@@ -13,12 +13,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from geosurf import Scene, TriSurface, synthetic
-from geosurf.errors import InputError, InvariantError
+from geosurf.errors import InputError
 from geosurf.measure import thickness as unit_columns
 from geosurf.measure import thickness_map
 from geosurf.measure.columns import cross_columns
-from geosurf.model import Unit, Units
-from tests.measure.worlds import BOX, faulted, level
+from tests.measure.worlds import faulted, level
 from tests.strategies import lattice_points
 
 UTM = (456_000.0, 6_780_000.0, 0.0)
@@ -35,24 +34,6 @@ def nodes(east, north):
 
 
 # ---- closed forms --------------------------------------------------------------------
-
-
-def test_nodes_beside_a_unit_have_none_of_it():
-    """Far from all triangles there is nothing to ask: once that was an error of numpy."""
-    scene = faulted()
-    assert np.isnan(scene.thickness("Top/Base", nodes([500, 600], [500, 600]))).all()
-    one_block = scene.thickness("Top/Base", nodes([1.0, 2.0], [1.0, 2.0]))
-    np.testing.assert_array_equal(one_block.sel(block="F1-"), 10.0)
-    assert np.isnan(one_block.sel(block="F1+")).all()
-
-
-def test_isopach_of_parallel_planes_is_their_distance(graben):
-    p = math.tan(math.radians(1.0))
-    cosine = 1 / math.sqrt(1 + (0.25 * p) ** 2 + p**2)
-    isochore = graben.thickness("Top/Middle", 130.0)
-    isopach = graben.thickness("Top/Middle", 130.0, kind="isopach")
-    assert isopach.attrs["kind"] == "isopach"
-    np.testing.assert_allclose(isopach, isochore * cosine, rtol=1e-13)
 
 
 def test_bedding_is_that_of_the_top_or_else_of_the_base():
@@ -98,37 +79,7 @@ def test_the_map_area_is_that_of_all_vertical_lines_with_rock(throw, foot, hangi
     assert units.table["map_area"].values.tolist() == [unit.map_area for unit in units.values()]
 
 
-def test_contact_intervals_add_up():
-    scene = Scene({"Top": level("Top", -10.0)}, {}, BOX, contacts={"OWC": -25.0})
-    whole = scene.thickness("below Top", 6.0)
-    parts = [scene.thickness("below Top", 6.0, contact=c) for c in ("above OWC", "below OWC")]
-    assert set(np.unique(whole)) == {30.0}
-    assert [set(np.unique(part)) for part in parts] == [{15.0}, {15.0}]
-    assert set(np.unique(scene.thickness("below Top", 6.0, kind="isopach"))) == {30.0}
-
-
 # ---- laws ----------------------------------------------------------------------------
-
-
-def test_all_zones_and_blocks_fill_the_box_at_every_node(graben):
-    """On edges, corners and the rim of the model as well: each node counts once."""
-    top = graben._inputs.horizons["Top"]
-    zones = list(dict.fromkeys(unit.zone for unit in graben.units.values()))
-    total = sum(graben.thickness(zone, top).sum("block") for zone in zones)
-    assert total.shape == (9, 9)
-    np.testing.assert_allclose(total, 800.0, rtol=0, atol=2e-12)
-
-
-def test_sums_converge_to_the_volumes(graben):
-    for zone in ("Top/Middle", "below Base"):
-        error = []
-        for width in (100.0, 20.0):
-            found = graben.thickness(zone, width)
-            sums = found.sum(["northing", "easting"]) * found.attrs["cell_area"]
-            exact = np.array([graben.units[zone, block].volume for block in found.block.values])
-            error.append(float(np.abs(sums / exact - 1).max()))
-        assert error[1] < 1e-5
-        assert error[1] < error[0] / 10
 
 
 MUCH = 10**9
@@ -193,19 +144,6 @@ def test_columns_agree_with_rational_arithmetic(corners, east, north):
 def test_requests_that_make_no_sense(arguments, message):
     with pytest.raises(InputError, match=message):
         faulted().thickness(*arguments)
-
-
-def test_a_shell_that_leaks_is_told():
-    unit = next(iter(faulted().units.values()))
-    fields = {key: getattr(unit, key) for key in (
-        "name", "zone", "zone_index", "block", "local", "origin", "surface_of_triangle",
-        "surface_names", "volume", "area",
-    )}  # fmt: skip
-    up = np.argmax(np.cross(*(unit.local[unit.triangles[:, k]] - unit.local[unit.triangles[:, 0]]
-                              for k in (1, 2)))[:, 2])  # fmt: skip
-    leaky = Unit(triangles=np.delete(unit.triangles, up, axis=0), **fields)
-    with pytest.raises(InvariantError, match="left more often than entered at easting"):
-        thickness_map(Units([leaky], BOX), unit.zone)
 
 
 @pytest.mark.parametrize("kind", ["isochore", "isopach"])

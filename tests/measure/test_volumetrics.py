@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -170,16 +169,6 @@ def test_fluids_follow_the_names_of_contacts_unless_users_say_otherwise(tilted: 
 
 X, Y = np.array([0.0, 4000.0]), np.array([0.0, 1000.0, 3000.0])
 HALF = given(np.array([[0.2, 0.2], [0.2, 0.2], [0.2, np.nan]]), X, Y)
-
-
-def test_files_hold_ratios_and_no_lengths(tilted: gs.Scene, tmp_path: Path) -> None:
-    file, whole = tmp_path / "porosity.nc", HALF.fillna(0.2).rename("porosity")
-    whole.assign_attrs(units="1").to_netcdf(file)
-    found = tilted.volumetrics(net_to_gross=0.5, porosity=file)
-    np.testing.assert_allclose(found.pore, 0.2 * found.net, rtol=1e-12)
-    whole.assign_attrs(units="ft").to_netcdf(file)
-    with pytest.raises(InputError, match="in 'ft'; it must be a ratio"):
-        tilted.volumetrics(net_to_gross=0.5, porosity=file)
 
 
 @pytest.mark.parametrize(

@@ -8,9 +8,6 @@ import pytest
 from geosurf.arrangement import arrange, search
 from geosurf.arrangement.arrange import cut_contacts
 from geosurf.arrangement.search import find_contacts
-from geosurf.kernels.exact.predicates import frame_of
-from geosurf.kernels.meshes.mesh import inverted_triangles
-from tests.rebuild.test_soundness import degenerate
 from tests.strategies import soup
 
 
@@ -36,23 +33,6 @@ def test_a_crossing_nearest_to_zero_is_not_zero(order, monkeypatch):
     zero = children.x[children.x == 0.0]
     assert len(zero) > 6
     assert not np.signbit(zero).any()
-
-
-def test_all_children_that_turn_over_are_in_doubt():
-    turned, sure = 0, 0
-    for seed in range(120):
-        contacts = find_contacts(degenerate(seed), self_intersections=True)
-        children = cut_contacts(contacts)
-        if len(children.triangles) == 0:
-            continue
-        m, w = frame_of(children.x)
-        given = children.x, children.triangles, contacts.t, children.parent, m, w
-        bad = inverted_triangles(*given)
-        assert np.isin(bad, children.doubtful).all(), seed
-        turned += len(bad)
-        sure += len(children.triangles) - len(children.doubtful)
-    assert turned > 0
-    assert sure > 0
 
 
 def combs(n):

@@ -13,18 +13,7 @@ from geosurf import TriSurface, build_walls, carve_units, intersect_surfaces, re
 from geosurf.carve.certificate import certify
 from geosurf.errors import GeosurfError, InputError
 from tests import laws, oracles
-from tests.strategies import (
-    BOX,
-    UTM,
-    faulted_worlds,
-    grid,
-    moved,
-    relief,
-    sheet,
-    shuffled,
-    soup,
-    soups,
-)
+from tests.strategies import faulted_worlds, grid, moved, relief, sheet, shuffled, soups
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -83,19 +72,6 @@ def test_faulted_worlds(surfaces):
     assert_true(surfaces, exact=False)
 
 
-def test_the_least_case():
-    """One triangle and one wall: what happens, to the last triangle."""
-    flat = soup("Top", [[[0, 0, 0], [8, 0, 0], [0, 8, 0]]])
-    wall = soup("F1", [[[2, -9, -4], [2, 9, -4], [2, 0, 8]]])
-    patches = assert_true([flat, wall])
-    assert patches.n_patch == 3
-    top = patches.surface("Top")
-    assert top.n_triangle == 3
-    ends = patches.vertices[patches.curve_edges]
-    assert sorted(map(sorted, ends.tolist())) == [[[2.0, 0.0, 0.0], [2.0, 6.0, 0.0]]]
-    assert patches.report["cut_triangles"] == 2
-
-
 def test_untouched_triangles_stay_as_they_are():
     top = grid("Top", np.zeros((9, 9)))
     small = sheet("F1", [(4.5, 4.25, -1), (4.75, 4.25, -1), (4.75, 4.25, 1), (4.5, 4.25, 1)])
@@ -109,29 +85,6 @@ def test_untouched_triangles_stay_as_they_are():
     np.testing.assert_array_equal(
         patches.vertices[patches.triangles[rows]], top.vertices[top.triangles[whole]]
     )
-
-
-def test_surfaces_apart_are_left_alone():
-    one, two = grid("Top", np.ones((3, 3))), grid("Base", np.zeros((3, 3)))
-    patches = assert_true([one, two], exact=False)
-    for surface in (one, two):
-        part = patches.surface(surface.name)
-        np.testing.assert_array_equal(
-            part.vertices[part.triangles], surface.vertices[surface.triangles]
-        )
-    assert patches.n_patch == 2
-    assert len(patches.curve_edges) == 0
-
-
-def test_curves_are_edges_of_the_patches():
-    rng = np.random.default_rng(3)
-    top = grid("Top", rng.integers(0, 4, (6, 6)))
-    wall = sheet("F1", [(1, -1, -1), (3, 9, -1), (3, 9, 5), (1, -1, 5)], (4, 4))
-    curves = intersect_surfaces([top, wall])
-    patches = assert_true([top, wall], exact=False)
-    assert curves.length > 5.0
-    edges = {frozenset(map(tuple, e)) for e in patches.vertices[patches.curve_edges].tolist()}
-    assert edges == {frozenset(map(tuple, e)) for e in curves.points[curves.segments].tolist()}
 
 
 def test_coinciding_areas_share_triangles():
@@ -190,28 +143,6 @@ def test_taking_apart():
         patches.patch(4)
 
 
-def test_a_strip_that_crosses_itself():
-    t = np.linspace(-1.5, 1.5, 12)
-    x, z = t**3 - t, 1.0 - t**2
-    nodes = np.array([(a, y, b) for y in (0.0, 1.0, 2.0) for a, b in zip(x, z, strict=True)])
-    strip = TriSurface("S", "surface", nodes, grid("s", np.zeros((3, 12))).triangles)
-    assert not certify(rebuild_surfaces([strip])).ok
-    patches = rebuild_surfaces([strip], self_intersections=True)
-    assert certify(patches).ok, str(certify(patches))
-    laws.assert_on_parents(patches)
-    assert patches.n_patch == 3  # two ends and the loop between
-    degree = np.bincount(
-        np.unique(
-            np.sort(
-                np.stack([patches.triangles, np.roll(patches.triangles, -1, 1)], -1), -1
-            ).reshape(-1, 2),
-            axis=0,
-            return_counts=True,
-        )[1]
-    )
-    assert degree[4] == len(patches.curve_edges) > 0
-
-
 # ------------------------------------------------------------------ same answer
 @settings(max_examples=20)
 @given(relief(), relief("Base", holes=False), st.integers(0, 2), seeds)
@@ -222,15 +153,6 @@ def test_shuffles_change_nothing(one, two, at, seed):
     rng = np.random.default_rng(seed)
     other = [shuffled(surfaces[i], rng) for i in rng.permutation(3)]
     laws.assert_same_patches(straight, rebuild_surfaces(other))
-
-
-@settings(max_examples=20)
-@given(soups(most=3, names=("A", "B", "C")), seeds)
-def test_shuffled_soups(surfaces, seed):
-    rng = np.random.default_rng(seed)
-    straight = rebuild_surfaces(surfaces, self_intersections=True)
-    other = [shuffled(surfaces[i], rng) for i in rng.permutation(3)]
-    laws.assert_same_patches(straight, rebuild_surfaces(other, self_intersections=True))
 
 
 @settings(max_examples=15)
@@ -306,30 +228,6 @@ def test_catalogue_variants_pass_an_independent_check(verify):
             assert patches.n_triangle == 2
         n += 1
     assert n > 200
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_lattice_soups_pass_an_independent_check(verify, seed):
-    case = verify.cases.lattice_soup(seed, count=8, extent=3)
-    patches = assert_independent(verify, case.meshes, case.name, 1e-9, own=True)
-    assert patches.report["constructed_points"] > 10
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_random_soups_pass_an_independent_check(verify, seed):
-    case = verify.cases.random_soup(seed, count=40)
-    meshes = [(V * 1000 + (np.array(UTM) if seed else 0), F) for V, F in case.meshes]
-    assert_independent(verify, meshes, case.name, 1e-8, own=True)
-
-
-def test_walls_and_horizon_share_the_corners_of_the_box():
-    patches = assert_true(
-        [grid("Top", np.zeros((3, 3)), spacing=3.0, corner=(-1, -1)), *build_walls(BOX)],
-        exact=False,
-    )
-    corners = list(itertools.product((0.0, 4.0), (0.0, 4.0), (-4.0, 8.0)))
-    places = set(map(tuple, patches.vertices.tolist()))
-    assert set(corners) <= places
 
 
 def test_nearly_degenerate_inputs_are_repaired_and_say_so():

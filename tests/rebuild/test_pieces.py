@@ -6,9 +6,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from geosurf import TriSurface, build_walls, carve_units, intersect_surfaces, rebuild_surfaces
+from geosurf import TriSurface, build_walls, carve_units, rebuild_surfaces
 from geosurf.model import Lattice
-from geosurf.model.pieces import PAIRED
 from geosurf.rebuild import drop_triangles, trim_sheets
 from geosurf.rebuild.ghosts import kept_parts
 
@@ -62,31 +61,6 @@ def test_runs_and_lists_give_the_same_patches(surfaces):
         for p in (one, two)
     ]
     np.testing.assert_array_equal(*rims)
-
-
-@settings(max_examples=80, deadline=None)
-@given(gridded_scenes())
-def test_lattices_and_lists_give_the_same_curves(surfaces):
-    for method in ("tree", "voxels"):
-        one = intersect_surfaces(surfaces, method=method, self_intersections=True)
-        two = intersect_surfaces(as_lists(surfaces), method=method, self_intersections=True)
-        for name in ("local", "segments", "surfaces_of_segment", "closed"):
-            assert getattr(one, name).tobytes() == getattr(two, name).tobytes()
-
-
-def test_what_nothing_touches_is_no_list(rng):
-    z = rng.uniform(0, 1, (60, 80))
-    top = TriSurface("Top", "horizon", lattice=Lattice(np.arange(80), np.arange(60), z))
-    fault = TriSurface(
-        "F1", "fault", [[40.3, -9, -9], [40.3, 99, -9], [44.3, 99, 9.0]], [[0, 1, 2]]
-    )
-    patches = rebuild_surfaces([top, fault])
-    assert patches.n_patch == 3
-    assert "vertices" not in top.__dict__
-    assert "triangles" not in top.__dict__
-    pieces = patches.pieces
-    assert len(pieces.triangles) < 2000 < patches.n_triangle
-    assert ((pieces.link == PAIRED) == (pieces.ring != np.arange(len(pieces.ring)))).all()
 
 
 def test_a_ring_closes_on_itself():

@@ -70,15 +70,6 @@ def test_as_in_numpy(rng, reach):
     assert (thin(x, t, none, y, children, parent, reach) == (alone <= 1.0)).all()
 
 
-def test_what_has_no_height_is_thin():
-    x = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [2, 0, 0]])
-    t, none = np.array([[0, 1, 2]]), contacts(np.empty((0, 2), dtype=np.int64))
-    children = np.array([[0, 1, 3], [0, 0, 0], [0, 1, 2]])
-    assert thin(x, t, none, x, children, np.zeros(3, np.int64), 0.0).tolist() == [
-        True, True, False,
-    ]  # fmt: skip
-
-
 def counted(third, fourth, codes):
     """Whether a contact of two faces over the edge from (0, 0, 0) to (1, 0, 0) counts."""
     x = np.array([[0.0, 0, 0], [1, 0, 0], third, fourth])
@@ -86,39 +77,6 @@ def counted(third, fourth, codes):
     child, parent = np.array([[0, 1, 2]]), np.zeros(1, np.int64)
     high = np.linalg.norm(np.cross(x[1], x[2]))
     return thin(x, t, rows, x, child, parent, 0.5 * high)[0]
-
-
-@pytest.mark.parametrize("turned", [False, True])
-def test_faces_side_by_side_do_not_count_on_their_rims(turned):
-    """Folded ones do, whatever they have in common, and so do steep ones, and what is inside."""
-    edge = [8 * 0 + 0, 8 * 1 + 1]
-    faces = {
-        "flat": ([0.5, 1, 0.1], [0.5, -1, 0.1], False),
-        "folded": ([0.5, 1, 0.1], [0.5, 1, 0.2], True),
-        "steep": ([0.5, 1e-3, 1], [0.5, -1e-3, 1], True),
-    }
-    for third, fourth, both in faces.values():
-        given = (fourth, third) if turned else (third, fourth)
-        assert counted(*given, edge) == both
-        assert counted(*given, INSIDE)
-        assert counted(*given, [8 * 3 + 3, 8 * 0 + 6])  # one of the points is inside
-
-
-@pytest.mark.parametrize("turned", [False, True])
-def test_faces_that_an_edge_of_one_parts_do_not_count_where_they_touch(turned):
-    """No edge of the other has all on one side; the same if that is the second."""
-    x = np.array([[0.0, 0, 0], [2, 1, 0.5], [1, 2, 0.5], [-1, 1, 0], [1, -1, 0], [-1, -1, 0.25]])
-    t = np.array([[0, 1, 2], [3, 4, 5]])
-    code = 8 * 0 + 3  # a corner on an edge
-    if turned:
-        t, code = t[::-1].copy(), 8 * 3 + 0
-    child, parent = t[:1].copy(), np.zeros(1, np.int64)
-    corners = x[t[0]]
-    height = np.linalg.norm(np.cross(corners[1] - corners[0], corners[2] - corners[0]))
-    height /= max(np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1))
-    steep = contacts([[0, 1]], INSIDE)
-    assert thin(x, t, steep, x, child, parent, 0.9 * height)[0]
-    assert not thin(x, t, contacts([[0, 1]], [code, code]), x, child, parent, 0.9 * height)[0]
 
 
 def test_thin_is_the_same_by_any_search():

@@ -134,25 +134,3 @@ def test_a_moved_contact_gives_the_scene_made_afresh(kind):
     for name in ("local", "triangles", "patch_of_triangle", "curve_edges"):
         assert np.array_equal(getattr(found.patches, name), getattr(expected.patches, name)), name
     assert found.volumes.values.tobytes() == expected.volumes.values.tobytes()
-
-
-def test_gaps_are_where_faults_divide_triangles():
-    sheets, _, _ = thrown(25, True)
-    for sheet in sheets.values():
-        lattice, surface = sheet.surface.torn, sheet.surface
-        # the same triangles in the same order, and the same vertices
-        assert np.array_equal(lattice.build_triangles(), surface.triangles)
-        assert np.array_equal(lattice.build_vertices(), surface.vertices)
-        assert lattice.n_triangle == surface.n_triangle == len(lattice.keys)
-        assert lattice.n_present == surface.n_vertex
-        rows = np.arange(surface.n_triangle)
-        assert np.array_equal(lattice.rows_of_keys(lattice.keys_of_rows(rows)), rows)
-        # each triangle beside a gap shares two nodes with one that is gone
-        gone = {frozenset(pair) for one in sheet.lattice.corners_of_keys(lattice.gone).tolist()
-                for pair in zip(one, one[1:] + one[:1], strict=True)}  # fmt: skip
-        listed = set(lattice.beside_gaps.tolist())
-        for key, one in zip(lattice.keys.tolist(), lattice.corners_of_keys(lattice.keys).tolist(),
-                            strict=True):  # fmt: skip
-            beside = any(frozenset(pair) in gone for pair in zip(one, one[1:] + one[:1],
-                                                                 strict=True))  # fmt: skip
-            assert (key in listed) == (beside and key < lattice.n_key)

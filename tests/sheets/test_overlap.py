@@ -8,7 +8,6 @@ import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import GeometryError
-from geosurf.sheets.heights.tip_solve import AT_MOST, paying_shares
 
 CELL, MIDDLE, LEVEL = 40.0, 2003.0, -1500.0
 RUN = float(1.0 / np.tan(np.radians(30.0)))
@@ -58,17 +57,6 @@ def test_throw_that_is_given_may_overlap_by_any_width(cells):
     throw = cells * CELL / RUN
     sheet = gs.throw_horizon(flat, thrust(), {"T": -throw}, name="H", positive="up")
     np.testing.assert_allclose(sheet.cuts["T"].throw, -throw, rtol=1e-6)
-
-
-@pytest.mark.parametrize("rest", [1e-6, 1e-12, 0.0])
-def test_shares_that_nodes_could_take_as_well_stay_likely(rest):
-    """Heights ran away by 100 km at a short fault: two shapes, nearly the same without nodes."""
-    own = np.array([[1.0, 1.0], [1.0, 1.0 + rest]])
-    wanted = np.array([1.0, 1.0 + 1e-7])
-    likely = np.array([2.0, 1.0])
-    share = paying_shares(own, wanted, [np.arange(2)], likely, 0.0, [0.01])
-    assert share.any()
-    assert (np.abs(share) < AT_MOST * likely).all()
 
 
 @pytest.mark.parametrize("cells", [5, 6])

@@ -10,10 +10,9 @@ import pytest
 import geosurf as gs
 from geosurf.errors import GeometryError
 from geosurf.measure import separation
-from geosurf.sheets.faults.fault_profile import overlapping, to_level
+from geosurf.sheets.faults.fault_profile import to_level
 from tests.sheets.test_throw_turning import AXIS, RADIUS, cone
 
-BOX = (0.0, 1000.0, 0.0, 1000.0, -2200.0, -1300.0)
 THROW = 50.0
 COT = 1.0 / np.tan(np.radians(60.0))
 
@@ -80,38 +79,3 @@ def test_a_part_that_turns_back_between_the_cutoffs_is_refused_with_its_place(lo
     assert np.linalg.norm(np.array(caught.value.place) - here) < 60.0
     share = float(re.search(r"on ([\d.]+) % of their length", str(caught.value))[1])
     assert 0.0 < share < 8.5  # the triangle is 0.1 of 1.2 wide
-
-
-def turn(a, b, c):
-    """Sign of the turn from a over b to c."""
-    return int(np.sign((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])))
-
-
-def meet(a, b, c, d):
-    """Whether two closed segments share a point."""
-    if turn(a, b, c) * turn(a, b, d) > 0 or turn(c, d, a) * turn(c, d, b) > 0:
-        return False
-    return all(
-        max(a[k], b[k]) >= min(c[k], d[k]) and max(c[k], d[k]) >= min(a[k], b[k]) for k in (0, 1)
-    )
-
-
-def holds(t, p):
-    """Whether a triangle with an area holds a point."""
-    turns = {turn(t[k], t[(k + 1) % 3], p) for k in range(3)}
-    return turn(*t) != 0 and not {1, -1} <= turns
-
-
-def test_triangles_overlap_where_edges_meet_or_one_holds_the_other():
-    """On a small lattice, with many that touch or have no area."""
-    rng, seen = np.random.default_rng(5), []
-    for _ in range(40):
-        one, others = rng.integers(0, 7, (3, 2)), rng.integers(0, 7, (30, 3, 2))
-        found = overlapping(one.astype(float), others.astype(float)).tolist()
-        for k, other in enumerate(others.tolist()):
-            t = one.tolist()
-            edges = [(t[i], t[i - 1], other[j], other[j - 1]) for i in range(3) for j in range(3)]
-            truth = any(meet(*e) for e in edges) or holds(t, other[0]) or holds(other, t[0])
-            assert (k in found) == truth
-            seen.append(truth)
-    assert 0.2 < np.mean(seen) < 0.9
