@@ -84,8 +84,8 @@ MUTANTS = (
     # ---- torn horizons
     Mutant("sheets", "signal = max((double - single) / 63.0, 0.0)", "signal = max((double - single) / 1.1, 0.0)", f"tests/sheets {SAME}"),
     Mutant("sheets", "return z_minus - z_plus, t_plus - t_minus", "return z_plus - z_minus, t_plus - t_minus", "tests/sheets"),
-    Mutant("sheets", "throws.append(heights[1] - heights[0])", "throws.append(heights[0] - heights[1])", "tests/sheets/test_audit.py"),
-    Mutant("sheets", "blocked = np.bincount(key, of_other[mine]", "blocked = np.bincount(key, 0.0 * of_other[mine]", "tests/sheets/test_audit.py"),
+    Mutant("sheets", "throws.append(heights[1] - heights[0])", "throws.append(heights[0] - heights[1])", "tests/sheets/test_propose_trim.py"),
+    Mutant("sheets", "blocked = np.bincount(key, of_other[mine]", "blocked = np.bincount(key, 0.0 * of_other[mine]", "tests/sheets/test_propose_trim.py"),
     Mutant("sheets", "or own <= of_all - NARROWER)", ")", "tests/sheets/test_propose_trim.py"),
     Mutant("sheets", "lost = abs(whole - along) * frame.cell", "lost = abs(whole - along)", "tests/sheets"),
     Mutant("sheets", "where=off < half) ** 2", "where=off < half)", "tests/sheets"),

@@ -1,7 +1,8 @@
-"""What the model leaves out: most of a rotated field, faults beside it, bodies that are none."""
+"""The default box, and boxes that do not fit."""
 
 from __future__ import annotations
 
+import ast
 import re
 
 import numpy as np
@@ -9,9 +10,100 @@ import pytest
 import xarray as xr
 
 import geosurf as gs
-from geosurf.errors import GeosurfWarning, SurfaceError
+from geosurf import Lattice, Scene, TriSurface, synthetic, tear_horizon
+from geosurf.errors import GeometryError, GeosurfWarning, InputError, OpenUnitError, SurfaceError
 from geosurf.triangulate.stored import check_horizon_mesh
+from tests import laws
+from tests.scene.small import level
 
+
+def test_the_default_box_is_where_all_horizons_are():
+    world = synthetic.tilted_planes(n=5)
+    top, base = world.horizons["Top"], world.horizons["Base"].isel(easting=slice(1, None))
+    scene = Scene({"Top": top, "Base": base}, world.faults)
+    with pytest.warns(GeosurfWarning, match="covers 75 % of horizon 'Top'"):
+        west, east, south, north, bottom, high = scene.box
+    assert (west, east, south, north) == (1000.0, 4000.0, 0.0, 3000.0)
+    assert bottom < float(base.min()) < float(top.max()) < high
+    assert "default: where all horizons are" in scene.explain()
+    laws.assert_volumes_add_up(scene.units, scene.box)
+    assert {u.zone for u in scene.units.values()} == {"above Top", "Top/Base", "below Base"}
+
+
+def test_a_hole_is_refused_by_name_and_the_remedies_work():
+    holed = np.full((21, 21), 3.0)
+    holed[5:8, 9:12] = np.nan
+    axis = np.arange(21.0)
+    horizons = {"Top": TriSurface("Top", "horizon", lattice=Lattice(axis, axis, holed))}
+    words = r"has 1 hole: in 'Top' at \(E 9.9\d+, N 5.9\d+\) \(15 m²\)\. Fill them"
+    with pytest.raises(InputError, match=words):
+        _ = Scene(horizons).box
+    scene = Scene(horizons, aoi="rectangle")
+    west, east, south, north, _, _ = scene.box
+    share = (east - west) * (north - south) / (400 - 15)
+    (step,) = [s for s in scene.steps if s.stage == "box"]
+    assert (
+        f"largest axis-parallel rectangle that all horizons cover, {100 * share:.0f} %"
+        in step.detail
+    )
+    assert len(scene.units) == 2
+
+
+@pytest.mark.parametrize(("box", "words"), [
+    ((0, 4, 0, 4, -8, -2), r"Top' \(easting -1 to 5, .* elevation 3 to 3\) does not .* are depths"),
+    ((0, 4, 0, 4, 5, 8), r"elevation 3 to 3\) does not reach .*0 to 4, 5 to 8\)\. Enlarge the box"),
+    ((9, 12, 0, 4, 0, 8), r"model box \(9 to 12, 0 to 4, 0 to 8\)\. Enlarge the box"),
+])  # fmt: skip
+def test_a_box_apart_from_a_horizon_names_both_extents(box, words):
+    with pytest.raises(GeometryError, match=words):
+        Scene({"Top": level(3)}, box=box).units  # noqa: B018
+
+
+def test_the_default_area_of_a_mesh_is_inside_its_rim():
+    corners = [(0, 0, 3), (9, 1, 3), (8, 7, 3), (4, 2, 3), (1, 8, 3)]  # not convex
+    mesh = TriSurface("Top", "horizon", corners, [[0, 1, 3], [1, 2, 3], [0, 3, 4]])
+    scene = Scene({"Top": mesh})
+    assert len(scene.units) == 2
+    assert scene.check().ok
+    assert 5 <= len(scene.aoi) <= 20
+    assert scene.units.footprint == pytest.approx(36.5, rel=0.01)
+    with pytest.raises(InputError, match="'Top' is a mesh, and aoi='rectangle' is for grids only"):
+        _ = Scene({"Top": mesh}, aoi="rectangle").box
+    with pytest.raises(InputError, match="proposes a box, and box= is given as well"):
+        Scene({"Top": mesh}, box=(0, 1, 0, 1, 0, 4), aoi="rectangle")
+
+
+@pytest.fixture(scope="module")
+def torn():
+    """A horizon torn by a fault that cuts right through, and this fault."""
+    world = synthetic.torn("through", 41)
+    sheet = tear_horizon(world.truth["points"], world.faults, name="Top", positive="up")
+    return {"Top": sheet}, {fault.name: fault for fault in sheet.faults}
+
+
+@pytest.mark.parametrize("words", [{"extend": ["F1"]}, {"truncations": {"F1": ("X", "+")}}])
+def test_the_default_area_of_torn_horizons_does_not_ask_for_the_faults_that_leave_it(torn, words):
+    """Each would ask for the other: the fault ends at the box, the horizon at the fault."""
+    sheets, faults = torn
+    wall = [[0, 400, -2100], [1000, 400, -2100], [1000, 400, -1500], [0, 400, -1500]]
+    scene = Scene(sheets, {**faults, "X": (wall, [[0, 1, 2], [0, 2, 3]])}, **words)
+    assert scene.box[:4] == pytest.approx((0, 1000, 0, 1000))
+    assert scene.aoi is None
+    assert scene.surface("F1").n_triangle
+    if "truncations" in words:
+        with pytest.raises(InputError, match=r"another surface here.* tear .* scene.surface"):
+            _ = scene.units
+    else:  # it leaves the box already
+        assert scene.check().ok
+
+
+def test_the_default_area_of_torn_horizons_is_closed(torn):
+    scene = Scene(*torn)
+    assert scene.check().ok
+    assert scene.units.footprint == 1e6
+
+
+# ---- What the model leaves out: most of a rotated field, faults beside it, bodies that are no
 BOX = (0.0, 5000.0, 0.0, 4000.0, -2600.0, -1800.0)
 
 
@@ -147,3 +239,66 @@ def test_the_share_of_a_fault_inside_counts_heights(scene):
     share = (north - south) * (top - bottom) / ((y_high - y_low) * (z_high - z_low))
     assert share < (north - south) / (y_high - y_low)
     assert scene.coverage["F1"] == pytest.approx(share, abs=0.02)
+
+
+# ---- Surfaces of other packages whose rims stop short: each is named, with the place and the
+BOX_OPEN_RIMS = (0, 1000, 0, 1000, -2500, -500)
+
+
+def sheet(z, x=(-50, 1050), y=(-50, 1050), steps=9):
+    """Vertices and triangles of a level sheet."""
+    xs, ys = np.meshgrid(np.linspace(*x, steps), np.linspace(*y, steps))
+    rows = np.arange(steps * steps).reshape(steps, steps)
+    a, b, c, d = rows[:-1, :-1], rows[:-1, 1:], rows[1:, 1:], rows[1:, :-1]
+    faces = np.concatenate([np.stack([a, b, c], -1), np.stack([a, c, d], -1)]).reshape(-1, 3)
+    return np.stack([xs.ravel(), ys.ravel(), np.full(xs.size, float(z))], axis=1), faces
+
+
+def halves(z, gap):
+    """A horizon that stops before a fault at x = 500, on both sides."""
+    (v, t), (w, u) = sheet(z, (-50, 500 - gap)), sheet(z - 100, (500 + gap, 1050))
+    return np.concatenate([v, w]), np.concatenate([t, u + len(v)])
+
+
+def wall_open_rims(y=(-60, 1060), z=(-3000, 0), steps=9):
+    """A vertical fault at x = 500."""
+    v, t = sheet(500, y, z, steps)
+    return v[:, [2, 0, 1]], t
+
+
+HORIZONS = {"Top": sheet(-1000), "Base": sheet(-1500)}
+
+
+@pytest.mark.parametrize(
+    ("horizon", "place", "gap"),
+    [
+        (halves(-1000, 5), r"\(E 495, ", "ends 5 m before fault 'F1' there"),
+        (sheet(-1000, (30, 1050)), r"\(E 30, ", "ends 30 m before the west side of the model"),
+    ],
+)
+def test_a_horizon_that_stops_short_is_named_with_its_gap(horizon, place, gap):
+    scene = gs.Scene(
+        {"Top": horizon, "Base": sheet(-1500)}, {"F1": wall_open_rims()}, BOX_OPEN_RIMS
+    )
+    with pytest.raises(OpenUnitError, match=rf"leak around horizon 'Top': .*{place}.*It {gap}"):
+        _ = scene.units
+
+
+@pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
+@pytest.mark.parametrize("gap", [0.5, 12])
+def test_a_fault_that_stops_short_of_a_side_is_named_with_its_gap(gap):
+    scene = gs.Scene(HORIZONS, {"F1": wall_open_rims((-60, 1000 - gap))}, BOX_OPEN_RIMS)
+    (found,) = (one for one in scene.warnings if one.kind == "rim")
+    assert found.subject == "F1"
+    assert f"ends {gap:g} m before the north side of the model box" in found.effect
+    assert np.allclose(found.place[:2], (500, 1000 - gap))
+    assert [unit for unit in scene.units if "F1" in unit] == []  # units go around it
+    # the remedy that it prints
+    fault = scene.surface("F1")
+    whole = gs.extend_fault(fault, BOX_OPEN_RIMS, sides="strike").surface
+    again = scene.replace(faults={"F1": whole})
+    assert not again.warnings
+    box = ast.literal_eval(found.remedy.split("box=")[-1].removesuffix("."))
+    assert 1000 - gap * 1.2 < box[3] < 1000 - gap
+    assert len(scene.replace(box=box).units) == len(again.units)
+    assert len(again.units) == 2 * len(scene.units)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import random
 import weakref
 
 import numpy as np
@@ -10,9 +11,11 @@ import pytest
 import xarray as xr
 
 import geosurf as gs
-from geosurf import Lattice, Scene, TriSurface
-from geosurf.scene.memory import Memory, fingerprint
+from geosurf import FaultSticks, Lattice, Scene, TriSurface
+from geosurf.errors import InputError
+from geosurf.scene.memory import CHOICE, Memory, Store, budget_of_family, buffers_of, fingerprint
 from tests import laws
+from tests.scene.small import level
 from tests.strategies import BOX, sheet
 
 AXIS = np.array([-1.0, 1.0, 3.0, 5.0])
@@ -60,21 +63,6 @@ def test_horizons_that_differ_in_one_thing(kind):
     found = [seen(family.replace(horizons={"Top": top})) for top in (one, two, one)]
     assert found[1] == seen(Scene({"Top": two}, {"F1": wall()}, BOX, **words))
     assert found[0] == found[2] != found[1]
-
-
-def test_areas_with_the_same_bounds():
-    """The box around them is one; half of it is in either area."""
-    areas = [(0, 0), (4, 0), (0, 4)], [(4, 0), (4, 4), (0, 4)], None
-    family = Scene({"Top": array()}, {"F1": wall()}, BOX, positive="up", length_unit="m")
-    found = [seen(family.replace(aoi=aoi)) for aoi in areas]
-    for aoi, one in zip(areas, found, strict=True):
-        again = Scene(
-            {"Top": array()}, {"F1": wall()}, BOX, aoi=aoi, positive="up", length_unit="m"
-        )
-        assert one == seen(again)
-    halves = [sum(volumes.values()) for *_, volumes in found]
-    assert halves == pytest.approx([96.0, 96.0, 192.0])
-    assert found[0][2] != found[1][2]
 
 
 def test_boxes_with_frames_of_their_own():
@@ -162,3 +150,172 @@ def test_fingerprints_know_shapes_masks_and_turns():
     assert fingerprint(masks[0]) != fingerprint(masks[1]) != fingerprint(row)
     assert fingerprint(lattice()) != fingerprint(lattice(reverse=True))
     assert fingerprint(lattice()) == fingerprint(lattice())
+
+
+# ---- Which inputs count as the same, and which do not.
+@pytest.mark.parametrize("kind", ["units of an axis", "sticks", "vertices", "stick of a vertex"])
+def test_inputs_that_differ_in_little_are_not_one(kind):
+    """Each of these was once taken for an input that a scene had seen before."""
+    quad = np.array([(1.0, -1, 9), (1, -1, -5), (1, 5, 9), (1, 5, -5)])
+    faces = [(0, 1, 2), (1, 3, 2)]
+    if kind == "units of an axis":
+        one = xr.DataArray(
+            np.zeros((2, 2)), dims=("northing", "easting"),
+            coords={"northing": [0.0, 9.0], "easting": [0.0, 9.0]},
+        )  # fmt: skip
+        two = one.assign_coords(easting=one.easting.assign_attrs(units="ft"))
+    elif kind == "sticks":
+        line = np.vstack([quad[:2], quad[:1] + 3.0, quad[2:]])
+        one, two = (FaultSticks("F1", (line[:n], line[n:])) for n in (2, 3))
+    elif kind == "vertices":
+        one, two = (quad, faces), (quad + 1.0, faces)
+    else:
+        sticks = [{"stick": [0, 0, 1, 1]}, {"stick": [0, 1, 2, 3]}]
+        one, two = (TriSurface("F1", "fault", quad, faces, vertex_data=d) for d in sticks)
+    assert fingerprint(one) != fingerprint(two)
+
+
+def test_an_answer_is_never_that_of_another_question():
+    """Nothing is told by its identity, which a later object may have; nor by words run together."""
+    scene = Scene({"Top": level(3), "Base": level(1)}, {}, BOX)
+
+    class Grid:
+        """Has coordinates as a map needs them, and is no xarray object."""
+
+        def __init__(self, *east: float) -> None:
+            self.coords = {
+                name: xr.DataArray(np.array(at), dims=name)
+                for name, at in (("northing", [1.0, 2.0]), ("easting", east))
+            }
+
+    def eastings(grid: Grid) -> list[float]:
+        return scene.thickness("Top/Base", grid).easting.values.tolist()
+
+    for k in range(20):  # each is gone before the next is made
+        assert eastings(Grid(1.0 + k / 8, 3.75)) == [1.0 + k / 8, 3.75]
+    grid = Grid(1.0, 2.0)
+    assert eastings(grid) == [1.0, 2.0]
+    grid.coords["easting"][:] = [2.5, 3.5]
+    assert eastings(grid) == [2.5, 3.5]
+
+
+# ---- What scenes share stays within its bounds, and no result depends on what was dropped.
+KB = 1024
+
+
+def true_bytes(store):
+    """All that is kept, counted slowly: each array once, and an overhead for each result."""
+    roots = {}
+    for entry in store._entries.values():
+        roots |= buffers_of(entry.result)
+    return sum(roots.values()) + KB * store.n_stored
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_bytes_are_counted_once_and_stay_below_the_budget(seed):
+    """Results share arrays at random."""
+    rng = random.Random(seed)
+    arrays = [np.zeros(rng.randrange(1, 400)) for _ in range(12)]
+    store = Store(budget=24 * KB)
+    for _ in range(300):
+        what = rng.random()
+        if what < 0.4:
+            store.get(rng.randrange(60))
+        else:
+            some = rng.sample(arrays, rng.randrange(4))
+            store.put(rng.randrange(60), [some, {"x": some[:1]}], ())
+        assert store._bytes == true_bytes(store) <= store.budget
+    assert store.n_dropped
+
+
+@pytest.mark.parametrize(
+    ("said", "size"),
+    [("0", 0), ("1000", 1000), ("2 GiB", 2 << 30), ("1.5GB", 1_500_000_000), (" 3 kib ", 3072)],
+)
+def test_budgets_can_be_chosen(said, size, monkeypatch):
+    monkeypatch.setenv(CHOICE, said)
+    assert budget_of_family() == size
+
+
+@pytest.mark.parametrize(
+    "said", ["", "much", "-1", "1 XB", "1e9", "nan", "٣ GB", "9" * 5000, "1;2"]
+)
+def test_what_is_no_budget_is_one_sentence(said, monkeypatch):
+    monkeypatch.setenv(CHOICE, said)
+    world = gs.synthetic.tilted_planes(n=5)
+    with pytest.raises(
+        InputError, match=rf"^{CHOICE} is '.*', which is not a size\. Give bytes, or"
+    ):
+        gs.Scene(world.horizons, world.faults, world.box)
+
+
+def seen_store(scene):
+    """All that can be compared of a scene."""
+    volumes = {name: unit.volume for name, unit in scene.units.items()}
+    return (
+        volumes,
+        laws.curve_bytes(scene.curves),
+        scene.thickness("Top/Middle", 500.0).values.tobytes(),
+    )
+
+
+@pytest.mark.parametrize("budget", ["0", "50 kB", "1 MB", "4 GB"])
+def test_no_result_depends_on_the_budget(budget, monkeypatch):
+    world = gs.synthetic.graben(n=9)
+    moved = {"Top": world.horizons["Top"] + 1.0}
+    moved["Top"].attrs = world.horizons["Top"].attrs
+    fresh = [
+        seen_store(gs.Scene(h, world.faults, world.box))
+        for h in (world.horizons, world.horizons | moved)
+    ]
+    monkeypatch.setenv(CHOICE, budget)
+    first = gs.Scene(world.horizons, world.faults, world.box)
+    second = first.replace(horizons=moved)
+    assert [seen_store(first), seen_store(second)] == fresh
+    assert seen_store(second.replace(horizons={"Top": world.horizons["Top"]})) == fresh[0]
+    assert seen_store(first) == fresh[0]
+    store = first._graph.memory.store
+    assert store.bytes_stored() <= store.budget
+
+
+def test_a_living_scene_reads_its_inputs_once_whatever_is_dropped(monkeypatch):
+    monkeypatch.setenv(CHOICE, "0")
+    world = gs.synthetic.graben(n=9)
+    scene = gs.Scene(world.horizons, world.faults, world.box)
+    _ = scene.units, scene.curves, scene.check(), scene.throw("Top", "F1")
+    ran = [(step.stage, step.subject) for step in scene.steps if step.outcome == "ran"]
+    assert len([one for one in ran if one[0] in ("triangulate", "rebuild", "carve")]) == 5 + 1 + 1
+    assert scene._graph.memory.store.n_stored == 0
+    assert "dropped: " in scene.explain()
+
+
+def test_nothing_waits_for_the_garbage_collector():
+    """A ring of references would keep the arrays of scenes that are gone."""
+    world = gs.synthetic.graben(n=9)
+
+    def chain(n):
+        """Some scenes, each gone when the next is there."""
+        scene = gs.Scene(world.horizons, world.faults, world.box, contacts={"OWC": -2150.0})
+        for step in range(n):
+            top = (world.horizons["Top"] + 0.5 * step).assign_attrs(world.horizons["Top"].attrs)
+            scene = scene.replace(horizons={"Top": top})
+            _ = scene.units, scene.curves, scene.thickness("Top/Middle", 500.0), scene.warnings
+
+    chain(5)  # the same work before: what is loaded on the way leaves rings behind
+    gc.collect()
+    gc.disable()
+    gc.set_debug(gc.DEBUG_SAVEALL)
+    try:
+        chain(5)
+        gc.collect()
+        ours = [type(one) for one in gc.garbage if _is_ours(one)]
+        assert not ours
+    finally:
+        gc.set_debug(0)
+        gc.garbage.clear()
+        gc.enable()
+
+
+def _is_ours(one):
+    """Whether geosurf has made an object, or it holds numbers; loaders of kernels leave rings."""
+    return isinstance(one, np.ndarray) or type(one).__module__.startswith("geosurf")

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import HorizonError
-from geosurf.kernels.lattices.lattice_corners import steepest_step
 from geosurf.model import Lattice, TriSurface
 from geosurf.triangulate.spikes import MARKS, check_spikes, mark_of
+from tests.scene.small import level, upright
+from tests.strategies import BOX
 
 CELL = 50.0
 
@@ -144,15 +146,72 @@ def test_a_scene_refuses_and_warns():
     assert twin.warnings == (found,)
 
 
-@pytest.mark.parametrize("seed", range(30))
-def test_the_steepest_step_is_that_of_all_differences(seed):
-    rng = np.random.default_rng(seed)
-    z = rng.integers(-9, 9, rng.integers(1, 6, 2)) * 1.5
-    z[rng.random(z.shape) < 0.2] = np.nan
-    if seed % 3 == 0:
-        z = np.broadcast_to(z[:1], z.shape)
-    lattice = Lattice(np.arange(z.shape[1]), np.arange(z.shape[0]), z)
-    every = [np.abs(np.diff(z, axis=axis)).ravel() for axis in (0, 1)]
-    expected = np.nanmax(np.append(np.concatenate(every), 0.0))
-    assert steepest_step(lattice.coordinates[2], lattice.places) == expected
-    assert lattice.survey.relief >= expected
+# ---- Horizons in the wrong order are named, with their share of the area and the volume.
+FIELD = (0.0, 900.0, 0.0, 900.0, -3000.0, -1000.0)
+
+
+def plane(level, slope=0.0):
+    axis = np.arange(0.0, 901.0, 100.0)
+    heights = level + slope * (axis[None] + 0.0 * axis[:, None])
+    axes = {"northing": axis, "easting": axis}
+    return xr.DataArray(heights, axes, attrs={"units": "m", "positive": "up"})
+
+
+@pytest.mark.filterwarnings("ignore:Horizon 'H2'")
+@pytest.mark.parametrize("n", [2, 3])
+def test_horizons_turned_over_are_named_pair_by_pair(n):
+    horizons = {f"H{k}": plane(-2000.0 + 100 * k) for k in range(n)}
+    scene = gs.Scene(horizons, {}, FIELD)
+    expected = r"'H1' lies above the younger horizon 'H0' everywhere: 81 million m³"
+    with pytest.warns(gs.GeosurfWarning, match=expected):
+        _ = scene.units
+    assert {w.kind for w in scene.warnings} == {"order"}
+    assert scene.replace(horizons=horizons).warnings == ()  # nothing is built yet
+    right = gs.Scene(dict(reversed(horizons.items())), {}, FIELD)
+    assert len(right.units) == n + 1
+    assert right.warnings == ()
+    ruled = scene.replace(column={"H0": "erosional", "H1": "erosional"})
+    assert len(ruled.units) == 2
+    assert ruled.warnings == ()
+
+
+@pytest.mark.parametrize(
+    ("below", "words"), [(0.0, "everywhere"), (36.0, "on 8[0-2] %"), (85.0, "on 5[34] %")]
+)
+def test_the_share_is_that_of_the_area(below, words):
+    """One dips by a fifth, and crosses the other where it has risen so far."""
+    scene = gs.Scene({"A": plane(-2000.0), "B": plane(-2000.0 - below, slope=0.2)}, {}, FIELD)
+    with pytest.warns(gs.GeosurfWarning, match=rf"'B' lies above .* 'A' {words}") as issued:
+        _ = scene.units
+    assert len(issued) == 1
+
+
+def test_horizons_that_merely_cross_are_listed_only():
+    scene = gs.Scene({"A": plane(-2000.0), "B": plane(-2600.0, slope=1.0)}, {}, FIELD)
+    assert len(scene.units.report["clipped"]) == 1
+    assert scene.warnings == ()
+
+
+# ---- A fault given twice is warned of, whatever the order of its triangles; others are not.
+def scene_with(second):
+    one = upright(2.0, "F1")
+    return gs.Scene({"Top": level(0.5)}, {"F1": one, "F2": second(one)}, BOX)
+
+
+def again(fault, shift=0.0):
+    order = np.random.default_rng(1).permutation(fault.n_triangle)
+    x = fault.vertices[::-1] + np.array([shift, 0, 0])
+    faces = (len(x) - 1 - fault.triangles)[order][:, [1, 2, 0]]
+    return gs.TriSurface("F2", "fault", x, faces)
+
+
+def test_the_same_triangles_in_another_order_are_warned_of():
+    scene = scene_with(again)
+    with pytest.warns(gs.GeosurfWarning, match="'F1' and 'F2' have the same triangles"):
+        len(scene.units)
+    assert [one.kind for one in scene.warnings] == ["same fault"]
+
+
+def test_a_fault_a_little_beside_is_another():
+    scene = scene_with(lambda one: again(one, np.spacing(2.0)))
+    assert not [one for one in scene.warnings if one.kind == "same fault"]

@@ -2,10 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import geosurf as gs
+from geosurf.errors import GeometryError
+from geosurf.faults import lengthen_fault
+from geosurf.faults.rules import Rule
+from geosurf.scene import tearing as passed_faults
+from geosurf.scene.tear_rounds import same, sheets_on
+from geosurf.scene.tearing import warnings_of_passed_faults
+from geosurf.sheets.faults.tips import is_unchanged
+from geosurf.sheets.mesh import tear_ends
+from geosurf.sheets.tear import tear_from
 from tests import laws
 
 BOX = (100.0, 1400.0, 100.0, 1400.0, -2000.0, -1600.0)
@@ -65,3 +76,211 @@ def test_a_scene_without_faults_is_as_it_was(world):
     scene = gs.Scene(world.horizons, tear=True)
     assert scene.sheets == {}
     assert len(scene.units) == 2
+
+
+# ---- Horizons that are torn one after another: all end on the same faults, none is torn in va
+
+
+@pytest.fixture(scope="module")
+def whole(world):
+    """The fault of the world, far above and below its horizon."""
+    (fault,) = (gs.triangulate_fault(one, name=name) for name, one in world.faults.items())
+    return fault
+
+
+@pytest.fixture(scope="module")
+def fault(world, whole):
+    """It is long enough for the horizon, but not for one 40 m above or below."""
+    z = np.concatenate([line[:, 2] for line in world.truth["cutoffs"].values()])
+    return _between(whole, z.min() - 20.0, z.max() + 20.0)
+
+
+def _between(fault, low, high):
+    """A rectangle on the plane of a fault, as long as it is, between two levels."""
+    middle = fault.vertices.mean(axis=0)
+    normal = np.linalg.svd(fault.vertices - middle, full_matrices=False)[2][2]
+    strike = np.array([-normal[1], normal[0], 0.0]) / np.hypot(*normal[:2])
+    dip = np.cross(normal, strike)
+    along = (fault.vertices - middle) @ strike
+    corners = [
+        middle + s * strike + (z - middle[2]) / dip[2] * dip
+        for s, z in (
+            (along.min(), low),
+            (along.max(), low),
+            (along.max(), high),
+            (along.min(), high),
+        )
+    ]
+    return gs.triangulate_fault((corners, [[0, 1, 2], [0, 2, 3]]), name="F1")
+
+
+def lowered(horizon, by):
+    lower = horizon - by
+    lower.attrs = horizon.attrs
+    return lower
+
+
+def make_sheets(horizons, log):
+    """A function that tears horizons, and lists them; those that were torn before in brackets."""
+
+    def make(tear):
+        log.append(f"({tear.name})" if tear.before is not None else tear.name)
+        words = {"name": tear.name, "trim": 2, "fill_empty_blocks": tear.fill}
+        words["before"] = tear.before
+        return tear_from(None, horizons[tear.name], [*tear.faults.values()], **words)
+
+    return make
+
+
+def untorn(horizons):
+    """What gives a horizon without tears."""
+    return lambda name: gs.triangulate_horizon(horizons[name], name=name)
+
+
+@pytest.mark.parametrize("side", ["up", "down"])
+def test_a_fault_that_is_longer_far_away_gives_the_same_sheet(world, whole, side):
+    """The law that spares a tear."""
+    top = world.horizons["Top"]
+    fault = _between(whole, float(top.min()) - 5.0, float(top.max()) + 5.0)
+    sheet = gs.tear_horizon(top, [fault], name="Top", trim=2)
+    longer = lengthen_fault(fault, {side: 300.0}).surface
+    assert is_unchanged(sheet, {"F1": fault}, {"F1": longer})
+    again = gs.tear_horizon(top, [longer], name="Top", trim=2)
+    np.testing.assert_array_equal(sheet.surface.vertices, again.surface.vertices)
+    np.testing.assert_array_equal(sheet.surface.triangles, again.surface.triangles)
+
+    # a fault that is longer next to the sheet, along strike, or another one
+    short = _between(fault, fault.bounds[4] + 30.0, fault.bounds[5] - 30.0)
+    near = lengthen_fault(short, {side: 60.0}).surface
+    assert not is_unchanged(sheet, {"F1": short}, {"F1": near})
+    along = lengthen_fault(fault, {"strike": 50.0}).surface
+    assert not is_unchanged(sheet, {"F1": fault}, {"F1": along})
+    assert not is_unchanged(sheet, {"F1": fault}, {"F1": short})
+
+
+@pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
+def test_what_another_horizon_needs_far_away_tears_nothing(world, fault):
+    """The highest horizon moves down, and then needs the fault no longer than it is."""
+    top = world.horizons["Top"]
+    horizons = {"Top": lowered(top, -40.0), "Middle": top, "Base": lowered(top, 10.0)}
+    scene = gs.Scene(horizons, {"F1": fault}, BOX, tear=2)
+    other = {"Top": lowered(top, -10.0)}
+    moved = scene.replace(horizons=other)
+    before, end = (one.sheets["Top"].faults[0] for one in (scene, moved))
+    assert same(end, fault)
+    assert not same(end, before)
+    tears = {step.subject: step.outcome for step in moved.steps if step.stage == "tear"}
+    assert tears == {"Top": "ran", "Middle": "from memory", "Base": "from memory"}
+
+    # nothing depends on what came before
+    fresh = gs.Scene(horizons | other, {"F1": fault}, BOX, tear=2)
+    assert fresh.volumes.values.tobytes() == moved.volumes.values.tobytes()
+    for name, sheet in fresh.sheets.items():
+        np.testing.assert_array_equal(sheet.surface.vertices, moved.sheets[name].surface.vertices)
+        assert same(sheet.faults[0], end)
+
+
+@pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
+@pytest.mark.parametrize("can_grow", [True, False])
+def test_what_two_horizons_need_far_from_each_other_adds_up(world, fault, monkeypatch, can_grow):
+    """Each is torn at the fault as given; where the second cannot add to the first, it is again."""
+    top = world.horizons["Top"]
+    horizons = {"Top": lowered(top, -40.0), "Base": lowered(top, 40.0)}
+
+    def refuse(*_):
+        raise GeometryError("it folds over")
+
+    if not can_grow:
+        monkeypatch.setattr(tear_ends, "extended", refuse)
+    log = []
+    sheets, faults = sheets_on(
+        {"F1": fault}, dict.fromkeys(horizons, False), make_sheets(horizons, log), untorn(horizons)
+    )
+    assert log[:2] == ["Top", "Base"]
+    assert set(log[2:]) <= {"(Top)", "(Base)"}
+    assert all(same(sheet.faults[0], faults["F1"]) for sheet in sheets.values())
+    low, high = faults["F1"].bounds[4:]
+    assert low < fault.bounds[4]
+    assert high > fault.bounds[5]
+
+
+@pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
+def test_what_closed_a_horizon_closes_it_at_a_longer_fault(world, fault):
+    """The second tear is that of the first, without a search, and says what both needed."""
+    top, longer = world.horizons["Top"], lengthen_fault(fault, {"down": 30.0, "up": 30.0}).surface
+    first = gs.tear_horizon(top, [fault], name="Top", trim=2)
+    again = tear_from(None, top, [longer], name="Top", trim=2, before=first.plan)
+    assert again.plan.early == first.plan.early
+    assert again.plan.extensions == first.plan.extensions
+    for wall in "+-":
+        for one, two in zip(*(x.cuts["F1"].cutoffs[wall] for x in (first, again)), strict=True):
+            assert np.abs(one[[0, -1]] - two[[0, -1]]).max() < 1e-3
+
+
+def test_a_horizon_is_torn_again_where_the_longer_fault_comes_near(world, whole, fault):
+    top = world.horizons["Top"]
+    horizons, log = dict.fromkeys(("Top", "Middle", "Base"), top), []
+    tear = make_sheets(horizons, log)
+
+    def make(one):
+        """Middle makes the fault longer near all horizons, once."""
+        sheet = tear(one)
+        if one.name != "Middle" or one.faults["F1"].n_vertex > short.n_vertex:
+            return sheet
+        return replace(sheet, faults=(lengthen_fault(one.faults["F1"], {"down": 30.0}).surface,))
+
+    short = _between(whole, fault.bounds[4] + 10.0, fault.bounds[5])
+    sheets, faults = sheets_on(
+        {"F1": short}, dict.fromkeys(horizons, False), make, untorn(horizons)
+    )
+    assert log == ["Top", "Base", "Middle", "(Top)", "(Base)"]
+    assert all(same(sheet.faults[0], faults["F1"]) for sheet in sheets.values())
+
+
+# ---- Faults that tears take past the faults that they end at: a warning with the area, on pap
+# F1: the plane x + z = 8; F2: the plane y = 4, where x + z >= 8, above z = 3
+MAIN = gs.TriSurface(
+    "F1", "fault", [(-1, -1, 9), (9, -1, -1), (9, 9, -1), (-1, 9, 9)], [[0, 1, 2], [0, 2, 3]]
+)
+CORNERS = [(5, 4, 3), (7.5, 4, 3), (7.5, 4, 6), (2, 4, 6)]
+
+
+def part(*more, triangles=()):
+    """F2 with further corners and triangles."""
+    return gs.TriSurface("F2", "fault", [*CORNERS, *more], [[0, 1, 2], [0, 2, 3], *triangles])
+
+
+def rule(keep):
+    return [Rule("F2", "F1", keep)]
+
+
+def side_above():
+    """The side of F1 on which x + z > 8."""
+    a, b, c = MAIN.vertices[MAIN.triangles[0]]
+    return "+" if np.cross(b - a, c - a)[2] > 0 else "-"
+
+
+@pytest.mark.parametrize(
+    ("fault", "area"),
+    [
+        # down to z = 2 below x = 5 to 7.5: of that strip, (5, 3), (6, 2), (5, 2) is beyond F1
+        (part((5, 4, 2), (7.5, 4, 2), triangles=[[4, 5, 1], [4, 1, 0]]), 0.5),
+        # up to z = 7 above x = 2 to 7.5: nowhere beyond F1
+        (part((7.5, 4, 7), (2, 4, 7), triangles=[[3, 2, 4], [3, 4, 5]]), 0.0),
+    ],
+)
+def test_the_area_beyond_the_main_fault(fault, area):
+    given = {"F1": MAIN, "F2": part()}
+    faults = {"F1": MAIN, "F2": fault}
+    keep = side_above()
+    found = warnings_of_passed_faults(rule(keep), given, faults)
+    assert passed_faults._area_beyond(rule(keep)[0], faults) == pytest.approx(area, rel=1e-12)
+    assert [one.subject for one in found] == (["F2"] if area else [])
+    assert all("lengthen={'F2': " in one.remedy for one in found)
+    assert not warnings_of_passed_faults(rule(keep), faults, faults)  # nothing became longer
+
+    # on the other side of F1 it is the rest that counts
+    other = "-" if keep == "+" else "+"
+    whole = 0.5 * (2.5 + 5.5) * 3.0 + (2.5 if area else 5.5)
+    beyond = passed_faults._area_beyond(rule(other)[0], faults)
+    assert beyond == pytest.approx(whole - area, rel=1e-12)

@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import geosurf as gs
 from geosurf import Scene, intersect_surfaces
 from geosurf.errors import InputError
 from geosurf.synthetic.world import make_fault
+from tests import laws
 from tests.scene.small import level, ran, upright
 from tests.strategies import BOX
 
@@ -73,3 +75,64 @@ def test_replace_recomputes_the_pairs_of_what_changed(scene):
     # the first scene is what it was
     assert scene.curves is before
     assert {*scene.cutoffs("Top", "F1")[0][:, 0]} == {1.0}
+
+
+# ---- Scene.replace: what it adds, removes and refuses.
+def test_a_removed_fault_takes_its_rules_along(scene):
+    """Of its own; that another fault is to end at it cannot be forgotten in silence."""
+    ruled = scene.replace(extend={"F1": "up"}, truncations={"F2": ("F1", "+")})
+    assert ruled.replace(faults={"F2": None}).extend == {"F1": ("up",)}
+    assert ruled.replace(faults={"F2": None}).truncations == {}
+    with pytest.raises(InputError, match="truncations name 'F1', which is not a fault"):
+        ruled.replace(faults={"F1": None})
+
+
+def test_replace_adds_and_removes(scene):
+    assert scene.replace(faults={"F2": None}).fault_names == ("F1",)
+    assert scene.replace(horizons={"Deep": level(-1)}).horizon_names == ("Top", "Base", "Deep")
+    smaller = scene.replace(box=(0, 2, 0, 4, -4, 8))
+    assert smaller.units.box_volume == 96.0
+    assert scene.units.box_volume == 192.0
+    with pytest.raises(InputError, match=r"a scene has no input 'fault'.*Did you mean 'faults'\?"):
+        scene.replace(fault={})
+
+
+# ---- Curves, units and certificate of a scene.
+def test_curves_are_those_of_all_surfaces_at_once(scene):
+    together = intersect_surfaces(scene.surfaces)
+    laws.assert_same_curves(scene.curves, together)
+    assert scene.curves.local.tobytes() == together.local.tobytes()
+    assert scene.curves.names == ("Top", "Base", "F1", "F2")
+
+
+def test_units_and_certificate(scene):
+    laws.assert_volumes_add_up(scene.units, BOX)
+    assert scene.table("all").volume.sum().item() == pytest.approx(192.0, rel=1e-12)
+    certificate = scene.check()
+    assert certificate.ok, str(certificate)
+    assert certificate.checks[-1].name == "two runs give the same bytes"
+    # F2 splits what lies below Base, and dies in the zone above
+    assert len(scene.units) == 2 + 2 + 4
+
+
+# ---- Words of the field, and depths in place of elevations, lead to what was meant.
+@pytest.fixture(scope="module")
+def planes():
+    world = gs.synthetic.tilted_planes(n=5)
+    return gs.Scene(world.horizons, world.faults, world.box)
+
+
+@pytest.mark.parametrize(
+    ("word", "rule"),
+    [("unconformity", "erosional"), ("Erosion", "erosional"), ("onlap", "base"), ("bse", "base")],
+)
+def test_field_words_lead_to_the_rule(planes, word, rule):
+    with pytest.raises(InputError, match=f"Did you mean '{rule}'"):
+        planes.replace(column={"Base": word})
+
+
+def test_depths_in_place_of_elevations_are_warned_of(planes):
+    with pytest.warns(gs.GeosurfWarning, match="All points lie above the model") as caught:
+        planes.replace().sample([[1000.0, 1500.0, 2100.0]])
+    assert caught[0].filename == __file__
+    assert [note.kind for note in planes.warnings] == []

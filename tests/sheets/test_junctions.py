@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
 import geosurf as gs
+from geosurf.faults import lengthen_fault
 from geosurf.sheets import tear as attempts
-from geosurf.sheets.mesh import build
+from geosurf.sheets.mesh import build, close
+from geosurf.synthetic.torn_horizon import Fault
 from tests.sheets.junctions import KINDS, junction, misses
+from tests.sheets.table import measure
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -76,3 +81,89 @@ def test_a_refusal_names_its_fault_and_the_place_is_drawn(tmp_path, monkeypatch)
     data = np.concatenate([*seen.points.values()])
     assert len(data) > 4
     assert np.abs(data - place)[:, :2].max() <= seen.reach
+
+
+# ---- A branch that cannot be torn up to its main fault says so, and a truncated one can.
+@pytest.fixture(scope="module")
+def acute():
+    """A branch at 25 degrees that runs half a cell past its main fault, as interpreters draw it."""
+    through = {"half": np.inf, "profile": "constant", "throw": 36.0}
+    faults = {
+        "F1": Fault(1000, 1000, strike=125.0, dip=71.0, **through),
+        "F2": Fault(1000, 1000, strike=150.0, dip=76.0, branch=("F1", -1), **through),
+    }
+    return gs.synthetic.torn(faults, 81)
+
+
+def test_a_branch_that_the_sheet_leaves_at_its_end_is_extended(acute):
+    """Its tear ended early before, and 5 m of throw and more were lost."""
+    with pytest.warns(gs.GeosurfWarning, match=r"'F2' at its rim.* along strike at its end by"):
+        sheet = gs.tear_horizon(acute.horizons["Top"], acute.faults, name="Top", trim=2.25)
+    assert {one.kind for one in sheet.report.remedies} == {"fault extended"}
+    assert sheet.report.shortened == {}
+    for name in acute.faults:
+        found = measure(acute, sheet, name)
+        assert found.throw.mean() < 1.0
+        assert found.throw.max() < 3.0
+
+
+def test_a_branch_that_is_torn_short_of_its_main_fault_is_told_as_a_place(acute, monkeypatch):
+    monkeypatch.setattr(close, "MOST_ALONG", 0.0)  # it cannot be longer
+    with pytest.warns(gs.GeosurfWarning, match=r"branch of F1, ends at"):
+        sheet = gs.tear_horizon(acute.horizons["Top"], acute.faults, name="Top", trim=2.25)
+    lost = measure(acute, sheet, "F2").throw.max()
+    notes = [note for note in sheet.report.notes if "truncate_faults" in note]
+    assert (lost > 5.0) == bool(notes) == (sheet.report.shortened.get("F2", 0) > 0)
+    assert notes  # if branches that run over are torn up to their end, the note is not needed
+    found = re.search(r"ends at \(E ([\d. ]+), N ([\d. ]+), .*, (\d+) m", notes[0])
+    x, y, far = (float(number.replace(" ", "")) for number in found.groups())
+    contact = acute.truth["cutoffs"]["F2", "-"][-1]  # on the main fault
+    assert np.hypot(x - contact[0], y - contact[1]) == pytest.approx(far, abs=40.0)
+
+
+def test_a_branch_that_was_truncated_is_torn_up_to_its_main_fault(acute):
+    surfaces = [gs.triangulate_fault(fault, name=name) for name, fault in acute.faults.items()]
+    patches = gs.rebuild_surfaces(surfaces)
+    faults = gs.truncate_faults(patches, {"F2": ("F1", "footwall")}).surfaces
+    sheet = gs.tear_horizon(acute.horizons["Top"], faults, name="Top", trim=2.25)
+    assert sheet.report.notes == []
+    assert sheet.report.shortened == {}
+    for name in acute.faults:
+        found = measure(acute, sheet, name)
+        assert found.throw.mean() < 1.0
+        assert found.throw.max() < 2.5
+
+
+@pytest.mark.parametrize("past", [200.0, 350.0])
+@pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
+def test_a_branch_that_goes_far_past_its_main_fault_is_torn_up_to_it(past):
+    """Data show no throw of it there: one sheet, whatever the interpreter has drawn beyond."""
+    through = {"half": np.inf, "profile": "constant"}
+    faults = {
+        "F1": Fault(1000, 1000, strike=20.0, dip=70.0, throw=50.0, **through),
+        "F2": Fault(1000, 1000, strike=95.0, dip=75.0, throw=36.0, branch=("F1", -1), **through),
+    }
+    world = gs.synthetic.torn(faults, 81)
+    drawn = {name: gs.triangulate_fault(one, name=name) for name, one in world.faults.items()}
+    drawn["F2"] = lengthen_fault(drawn["F2"], {"strike": past}).surface
+    sheet = gs.tear_horizon(world.horizons["Top"], drawn, name="Top", trim=2.25)
+    assert "branch of F1" in sheet.cuts["F2"].ends
+    (note,) = (one for one in sheet.warnings if one.kind == "fault ends at another")
+    assert "'F2' goes on past 'F1'" in note.effect
+    assert sheet.report.remedies == ()
+    for name in faults:
+        found = measure(world, sheet, name)
+        assert found.throw.mean() < 1.0
+        assert found.throw.max() < 5.0
+
+
+def test_faults_that_cross_keep_their_throw_past_each_other():
+    """A quarter of F2 lies past F1, with half of its throw."""
+    faults = {
+        "F1": Fault(1000, 1000, strike=10.0, dip=75.0, half=np.inf, profile="constant", throw=50.0),
+        "F2": Fault(800, 1000, strike=95.0, dip=75.0, half=600.0, profile="ellipse", throw=60.0),
+    }
+    world = gs.synthetic.torn(faults, 81)
+    sheet = gs.tear_horizon(world.horizons["Top"], world.faults, name="Top", trim=2.25)
+    assert sheet.cuts["F2"].ends == ("tip", "tip")
+    assert measure(world, sheet, "F2").throw.max() < 5.0

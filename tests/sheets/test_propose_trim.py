@@ -2,10 +2,20 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 
 import geosurf as gs
+from benchmarks.random_networks import random_network
+from geosurf.sheets.faults.traces import mesh_in_frame
+from geosurf.sheets.heights.passes import rebuild, solver_of
+from geosurf.sheets.heights.state import BIN, Trims
+from geosurf.sheets.lattice import picks
+from geosurf.sheets.lattice.data import picks_of
+from geosurf.sheets.mesh.finish import fault_surfaces
+from tests.sheets.table import measure
 
 
 @pytest.mark.parametrize("kind", ["normal", "Y"])
@@ -76,3 +86,121 @@ def test_overlap_that_a_grid_cannot_show_is_said(torn_world):
 def test_normal_faults_are_not_called_reverse(torn_world, kind):
     """At the contact of a branch a link may reach over the main fault: that is no overlap."""
     assert torn_world(kind, n=81)[1].report.notes == []
+
+
+# ---- How far off distrusted data are is seen where sheets reach them, and believed in wedges.
+@pytest.mark.parametrize("kind", ["Y", "acute X"])
+def test_the_smear_of_a_grid_ends_where_its_window_does(kind):
+    """A square window of one node reaches no datum farther than the diagonal of a cell."""
+    world = gs.synthetic.torn(kind, 81)
+    picks = picks_of(world.horizons["Top"], "Top")
+    meshes = [mesh_in_frame(fault, picks.frame) for fault in fault_surfaces(world.faults)]
+    spread = rebuild(
+        solver_of(picks, meshes, Trims((2.0,) * len(meshes)), noise=0.0)
+    ).evidence.smear.spread
+    end = int(np.ceil(np.sqrt(2.0) / BIN))
+    assert (spread[end:] < 0.1).all()
+    assert (spread[: end - 1] > 0.3).all()
+
+
+def test_a_wedge_hears_the_good_data_on_its_way(monkeypatch):
+    """Four steps from trusted data, one that was right held nothing; a step more, and it did."""
+    monkeypatch.setattr(picks, "FAINT", 0.0)  # third differences, as for data with noise
+    world = gs.synthetic.torn("acute X", 81)
+    worst = []
+    for trim in (1.9, 2.0, 2.1):
+        sheet = gs.tear_horizon(world.horizons["Top"], world.faults, name="Top", trim=trim)
+        worst.append(max(measure(world, sheet, name).throw.max() for name in world.faults))
+    assert max(worst) < 1.25 * min(worst)
+
+
+@pytest.mark.parametrize("trim", [1.5, 2.0, 2.5])
+@pytest.mark.parametrize("kind", ["acute Y", "acute X"])
+def test_acute_wedges_are_met_whatever_the_trim(kind, trim):
+    """The wider the trim, the fewer data are trusted in a wedge: those seen to be right help."""
+    world = gs.synthetic.torn(kind, 81)
+    sheet = gs.tear_horizon(world.horizons["Top"], world.faults, name="Top", trim=trim)
+    for name in world.faults:
+        found = measure(world, sheet, name)
+        assert found.throw.mean() < 0.5
+        assert found.throw.max() < 3.5
+        assert found.variation == pytest.approx((1.0, 1.0), abs=0.03)
+
+
+# ---- The throw of a sheet is compared with what its data show, and named where they differ.
+def torn(data, faults, **options):
+    """A sheet, and its warnings of throw by fault."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", gs.errors.GeosurfWarning)
+        sheet = gs.tear_horizon(data, faults, name="Top", positive="up", **options)
+    return sheet, {w.subject: w for w in sheet.warnings if w.kind == "throw not as data"}
+
+
+@pytest.mark.parametrize("kind", ["normal", "reverse", "Y", "X"])
+def test_law_data_show_the_true_throw_within_twice_their_spread(kind):
+    """On the hanging wall minus footwall of points that were never smeared."""
+    world = gs.synthetic.torn(kind, 81, smear=2)
+    truth, _ = torn(world.truth["scattered"](8000, 0.0, 3), world.faults)
+    sheet, named = torn(world.horizons["Top"], world.faults)
+    assert not named
+    for fault, audit in sheet.report.throw.items():
+        true = truth.report.throw[fault]
+        near = np.hypot(*(audit.stations[:, None] - true.stations)[..., :2].T).argmin(axis=0)
+        off = np.abs(audit.data - true.sheet[near])
+        shown = np.isfinite(off)
+        assert shown.mean() > 0.4
+        assert (off <= 2.0 * audit.spread + 1.0)[shown].mean() > 0.95
+
+
+@pytest.mark.parametrize("kind", ["normal", "reverse", "X"])
+def test_a_trim_that_loses_throw_is_named_and_its_remedy_works(kind):
+    world = gs.synthetic.torn(kind, 81, smear=3)
+    faults = list(world.faults)
+    sheet, named = torn(world.horizons["Top"], world.faults, trim=1.5)
+    assert list(named) == faults
+    for fault, warning in named.items():
+        audit = sheet.report.throw[fault]
+        shown = np.isfinite(audit.data)
+        assert audit.differs.sum() > 0.8 * shown.sum()
+        assert f"Tear with a trim of {audit.trim:g} cells for {fault!r}" in warning.remedy
+        assert np.allclose(warning.place, audit.stations[audit.worst])
+    trims = {fault: audit.trim for fault, audit in sheet.report.throw.items()}
+    assert not torn(world.horizons["Top"], world.faults, trim=trims)[1]
+
+
+@pytest.mark.parametrize(("family", "smear"), [("relay", 0), ("lambda", 1), ("X", 2)])
+def test_random_networks_are_not_named_where_they_are_right(family, smear):
+    network = random_network(family, np.random.default_rng([3, smear]), smear)
+    sheet, named = torn(network.horizon, network.faults)
+    assert not named
+    shown = [np.isfinite(audit.data).mean() for audit in sheet.report.throw.values()]
+    assert np.mean(shown) > 0.2
+
+
+def test_a_scene_lists_the_throw_of_model_and_data():
+    world = gs.synthetic.torn("X", 81, smear=2)
+    for trim, differs in (("auto", False), (1.5, True)):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", gs.errors.GeosurfWarning)
+            scene = gs.Scene(world.horizons, world.faults, tear=trim)
+            found = scene.throw_audit().sel(horizon="Top")
+        assert (found.differs > 0).values.all() == differs
+        assert (np.abs(found.off) > 10.0).values.all() == differs
+        if not differs:
+            assert (np.abs(found.model - found.data) < found.spread).values.all()
+    flat = gs.synthetic.tilted_planes()
+    with pytest.raises(gs.errors.InputError, match="no horizon is torn"):
+        gs.Scene(flat.horizons, flat.faults, flat.box).throw_audit()
+
+
+def test_no_trend_is_drawn_across_another_fault():
+    """Two faults four cells apart: between them there is nothing that a trend could be drawn to."""
+    world = gs.synthetic.torn("parallel", 81, smear=0)
+    sheet, named = torn(world.horizons["Top"], world.faults)
+    assert not named
+    inside = [
+        np.hypot(*(a.stations[:, :2] - 1000.0).T) < 500.0 for a in sheet.report.throw.values()
+    ]
+    for audit, mine in zip(sheet.report.throw.values(), inside, strict=True):
+        assert mine.sum() > 20
+        assert np.isnan(audit.data[mine]).all()

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import re
+import warnings
+from ast import literal_eval
+
 import numpy as np
 import pytest
+import xarray as xr
 
 import geosurf as gs
+from geosurf.errors import GeosurfWarning
 from geosurf.sheets.lattice.picks import scale_of
 from geosurf.sheets.lattice.solve import lattice_graph, smoothest
 from tests.sheets import held_out
@@ -64,3 +70,113 @@ def test_noise_is_smoothed_where_every_node_beside_a_trace_keeps_a_datum():
         near = np.hypot(*(points[:, :2] - sheet.cuts["F1"].stations[k, :2]).T) < 75.0
         assert near.sum() > 20
         assert not met[near].any()
+
+
+# ---- The equations of the smoothest surface against differences that are written out one by o
+def test_a_cubic_is_carried_on_beyond_the_data():
+    """Fourth differences of a cubic are zero: where data end, it goes on as it is."""
+    row, col = np.divmod(np.arange(400), 20)
+    x, y = 0.1 * col, 0.1 * row
+    cubic = 3.0 * x**3 - 2.0 * x**2 * y + x * y**2 + y**3 - x * y + 4.0
+    unknown = np.where(col >= 14, np.cumsum(col >= 14) - 1, -1)
+    graph = lattice_graph(np.arange(400), (20, 20))
+    wall = unknown >= 0
+    exact = cubic[wall]
+    third, fourth = (
+        smoothest(graph, unknown, np.where(wall, 0.0, cubic), np.ones(2), order=k) for k in (3, 4)
+    )
+    near = col[wall] < 18
+    assert np.abs(fourth - exact)[near].max() < 0.3 * np.abs(third - exact)[near].max()
+
+
+# ---- Faults that were picked too short: the throw that data have beyond their ends.
+# noise is averaged, which the warning states; it has a test of its own
+
+CELL = 40.0
+X, Y = np.arange(-200.0, 4201.0, CELL), np.arange(-200.0, 3201.0, CELL)
+EAST = 2003.0  # of the fault
+
+
+def torn(end, died, largest=50.0, **options):
+    """A sheet of a fault that ends at a northing; in the data throw dies from 1700 to `died`."""
+    x, y = np.meshgrid(X, Y)
+    throw = largest * np.clip((died - y) / (died - 1700.0), 0, 1)
+    throw *= np.maximum(0.0, 1.0 - np.abs(x - EAST) / 800.0)
+    z = -1600.0 + np.where(x < EAST, 0.5, -0.5) * throw
+    grid = xr.DataArray(z, {"northing": Y, "easting": X}, attrs={"units": "m", "positive": "up"})
+    corners = [(EAST, y, z) for y, z in ((-900, -2100), (end, -2100), (end, -1300), (-900, -1300))]
+    fault = gs.TriSurface("F", "fault", np.array(corners, float), [[0, 1, 2], [0, 2, 3]])
+    return gs.tear_horizon(grid, {"F": fault}, name="H", **options)
+
+
+@pytest.mark.parametrize("largest", [50.0, -50.0])
+@pytest.mark.parametrize("trim", [1.0, 2.0])
+@pytest.mark.parametrize(("end", "there"), [(1300.0, 50.0), (1700.0, 50.0), (1900.0, 37.5)])
+def test_throw_at_a_fault_that_is_too_short_is_a_warning(end, there, trim, largest):
+    """50 m of throw died within a few cells, and the report had no word of it."""
+    with pytest.warns(
+        GeosurfWarning, match=r"'F' ends inside horizon 'H' at .* a throw of "
+    ) as told:
+        sheet = torn(end, 2500.0, largest, trim=trim)
+    assert [one.filename for one in told] == [__file__]  # the line of the user's own code
+    (warning,) = sheet.warnings
+    assert (warning.kind, warning.subject) == ("throw at tip", "F")
+    np.testing.assert_allclose(warning.place[:2], (EAST, end), atol=0.1 * CELL)
+    words = str(warning)
+    assert abs(float(words.split("a throw of ")[1].split(" m")[0]) - np.sign(largest) * there) < 3.0
+    assert abs(float(words.split("continues for ")[1].split(" m")[0]) + end - 2440.0) < 3 * CELL
+    assert words in str(sheet.report)
+
+
+def test_what_the_remedy_types_ends_the_throw():
+    """`lengthen` as it is printed: the longer fault has no throw at its tip."""
+    with pytest.warns(GeosurfWarning, match="continues for"):
+        sheet = torn(1700.0, 2500.0, trim=2.0)
+    remedy = sheet.warnings[0].remedy
+    typed = re.search(r"lengthen={'F': ({'\w+': \d+})}; in a scenario, lengthen_m = {", remedy)
+    assert typed, remedy
+    (fault,) = sheet.faults
+    longer = gs.lengthen_fault(fault, literal_eval(typed[1])).surface
+    assert longer.bounds[3] > 2440.0 - 3 * CELL
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        torn(longer.bounds[3], 2500.0, trim=2.0)
+
+
+@pytest.mark.parametrize("trim", [1.0, 2.0, 3.0])
+@pytest.mark.parametrize("end", [2500.0, 2900.0])
+def test_a_fault_as_long_as_its_throw_has_none(end, trim):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert torn(end, 2500.0, trim=trim).warnings == ()
+
+
+@pytest.mark.parametrize("kind", ["normal", "ellipse", "listric", "Y", "X", "parallel"])
+@pytest.mark.parametrize("noise", [0.0, 2.0])
+def test_throw_that_dies_properly_has_none(kind, noise):
+    """Also as a root, around which both walls bend as around a crack."""
+    world = gs.synthetic.torn(kind, 61, noise=noise)
+    data = world.truth["points"] if noise else world.horizons["Top"]
+    trim = 0.25 if noise else 2.25
+    sheet = gs.tear_horizon(data, world.faults, name="Top", trim=trim, positive="up")
+    assert sheet.warnings == ()
+
+
+@pytest.mark.parametrize("smear", [1, 2, 4])
+@pytest.mark.parametrize("gap", [2, 4, 6, 9, 14])
+@pytest.mark.parametrize("noise", [0.0, 0.3])
+def test_law_throw_is_not_lost_in_silence_wherever_the_fault_ends(smear, gap, noise):
+    """60 m from rim to rim, smeared; the fault ends some cells inside at both ends."""
+    x, y = np.meshgrid(*[np.arange(0.0, 61 * CELL, CELL)] * 2)
+    middle, tan, end = 30 * CELL, np.tan(np.radians(60.0)), 60 * CELL - gap * CELL
+    share = np.clip((x - middle - 30.0 / tan) / (2 * smear * CELL) + 0.5, 0.0, 1.0)
+    z = -1500.0 - 60.0 * share + noise * np.random.default_rng(1).standard_normal(x.shape)
+    points = np.column_stack([x.ravel(), y.ravel(), z.ravel()])
+    corners = [
+        (middle + (-1500.0 - z) / tan, y, z)
+        for y, z in ((gap * CELL, -1200), (end, -1200), (end, -1900), (gap * CELL, -1900))
+    ]
+    fault = gs.TriSurface("F", "fault", np.array(corners, float), [[0, 1, 2], [0, 2, 3]])
+    with pytest.warns(GeosurfWarning, match="ends inside horizon 'H' at"):
+        sheet = gs.tear_horizon(points, {"F": fault}, name="H", positive="up")
+    assert [one.kind for one in sheet.warnings].count("throw at tip") == 2
