@@ -46,7 +46,7 @@ MUTANTS = (
     Mutant("measure", "for u, p in zip(chosen, found, strict=True) if u.block == block]", "for u, p in zip(chosen, found, strict=True)]", f"{SAME} tests/measure"),
     Mutant("measure", "for k in (2, 1))", "for k in (1, 1))", "tests/measure"),
     Mutant("measure", "lambda sw: 1.0 - sw", "lambda sw: sw", "tests/measure"),
-    Mutant("kernels/location", "while high - low > 1:", "while high - low > 2:", SAME),
+    Mutant("kernels/meshes", "while high - low > 1:", "while high - low > 2:", SAME),
     # ---- carving
     Mutant("carve", "return zone in zones and sides <= set(on)", "return sides <= set(on)", f"tests/carve {SAME}"),
     Mutant("carve", "_fits(contact.zones or reservoir, wanted[row], zone, on)", "_fits(contact.zones or zones, wanted[row], zone, on)", "tests/scene"),

@@ -16,7 +16,7 @@ from geosurf.arrangement.tree import needed, of_one_map, pairs_of_grids, pairs_o
 from geosurf.errors import InputError
 from geosurf.kernels.exact.predicates import frame_of
 from geosurf.kernels.meshes.mesh import number_below
-from geosurf.kernels.search import voxels
+from geosurf.kernels.search.tree import faces_in_box, fill_voxels, voxel_pairs
 from geosurf.kernels.sheets.torn_links import are_over_nodes, edges_over_ghosts, overlap_in_map
 from geosurf.model import TriSurface
 from geosurf.model.base import any_of
@@ -138,8 +138,8 @@ def shared_box(
         if bounds is not None and np.array_equal(cut, bounds):
             break
         bounds = cut
-        rows_a = voxels.faces_in_box(boxes_a, bounds)
-        rows_b = voxels.faces_in_box(boxes_b, bounds)
+        rows_a = faces_in_box(boxes_a, bounds)
+        rows_b = faces_in_box(boxes_b, bounds)
 
     if bounds is None or len(rows_a) == 0 or len(rows_b) == 0:
         return None
@@ -226,10 +226,10 @@ def candidate_pairs(
         return np.empty((0, 2), dtype=np.int64), {"voxels": 0, "pairs": 0}
 
     # Voxels hold the faces of the second surface; those of the first are looked up in them.
-    offsets, filled = voxels.fill_voxels(boxes_b, grid.rows_b, grid.bounds, grid.size, grid.shape)
+    offsets, filled = fill_voxels(boxes_b, grid.rows_b, grid.bounds, grid.size, grid.shape)
     pairs = np.empty((4 * (len(grid.rows_a) + len(grid.rows_b)) + 64, 2), dtype=np.int64)
     while True:
-        n = voxels.voxel_pairs(
+        n = voxel_pairs(
             boxes_a, grid.rows_a, boxes_b, grid.bounds, grid.size, grid.shape, offsets, filled,
             same, pairs,
         )  # fmt: skip

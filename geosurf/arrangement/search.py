@@ -55,7 +55,7 @@ from geosurf.kernels.exact.predicates import (
     flat_triangles,
     frame_of,
 )
-from geosurf.kernels.search.voxels import fill_voxels, triangle_boxes
+from geosurf.kernels.search.tree import fill_voxels, triangle_boxes
 from geosurf.model import TriSurface, VoxelSearch
 from geosurf.model.expected import flag_of, listed
 

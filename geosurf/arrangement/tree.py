@@ -16,8 +16,7 @@ from geosurf.kernels.contacts.aligned_grids import aligned_pairs
 from geosurf.kernels.contacts.axis_grids import axis_grid_pairs
 from geosurf.kernels.lattices.lattice_corners import LARGEST, SMALLEST, build_list_tree, survey_list
 from geosurf.kernels.search import tree
-from geosurf.kernels.search.tree import IS_LATTICE, N_COL, N_PLACE, N_ROW
-from geosurf.kernels.search.voxels import triangle_boxes
+from geosurf.kernels.search.tree import IS_LATTICE, N_COL, N_PLACE, N_ROW, triangle_boxes
 from geosurf.model import Lattice, TriSurface
 
 _NO_TRIANGLES = np.empty((0, 3), dtype=np.int64)

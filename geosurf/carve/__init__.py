@@ -17,8 +17,8 @@ fluids.py            units split at their fluid contacts
                      volumes of the parts of finished units at level contacts
                      warning: horizons in the wrong order
                      warning: units thinner than the rounding error
-neighbours.py        which neighbour each sliver becomes a part of
 regions.py           blocks of the zones of a field that belong together
+                     which neighbour each sliver becomes a part of
 outside.py           walls, and the cells outside of them
                      exact vertical rays through triangles
 shells.py            closed shells and their volumes

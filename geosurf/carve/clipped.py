@@ -17,8 +17,8 @@ from geosurf.carve.cells import Cells, FullCells
 from geosurf.carve.column import Turn
 from geosurf.carve.measures import AREA, volume_of
 from geosurf.carve.zones import ABOVE, BELOW, distinct_pairs, faces_between, owned_by, upper_sides
-from geosurf.kernels.location.nearest import vertical_distances
 from geosurf.kernels.meshes.mesh import join_pairs
+from geosurf.kernels.meshes.nearest import vertical_distances
 from geosurf.model import Clipped, Patches
 from geosurf.model.excerpt import list_triangles
 

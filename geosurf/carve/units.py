@@ -21,14 +21,14 @@ from geosurf.carve.fluids import (
     split_by_contacts,
 )
 from geosurf.carve.measures import AREA
-from geosurf.carve.neighbours import (
+from geosurf.carve.outside import box_of, footprint_of, is_fence, size_of_shells, walls_are_a_box
+from geosurf.carve.regions import (
     faces_between_units,
     homes_of_slivers,
     shared_area,
     shared_faces,
     surfaces_of,
 )
-from geosurf.carve.outside import box_of, footprint_of, is_fence, size_of_shells, walls_are_a_box
 from geosurf.carve.shells import (
     Shells,
     beside_pieces,
@@ -55,7 +55,7 @@ from geosurf.model import FluidContact, Patches, Unit, Units, check_column
 from geosurf.model.base import in_crs_of
 from geosurf.model.column import CONFORMABLE, Remnant, names_of_zones, separators
 from geosurf.model.expected import expect
-from geosurf.model.slivers import MergedSliver, SliverSettings, sliver_settings
+from geosurf.model.regions import MergedSliver, SliverSettings, sliver_settings
 
 # ---- slivers ----------------------------------------
 # Errors and warnings about slivers.

@@ -13,7 +13,6 @@ room          content
 `contacts`    Contacts of triangles: how two triangles meet, and the named points where they do
 `cutting`     Cutting: the exact constrained Delaunay triangulation of each face that is cut
 `meshes`      Meshes: welding, edges, parts, chains, orders and volumes, by integer keys
-`location`    Location: which unit is at a point, and how far is the nearest boundary?
 `sheets`      Sheets: the smoothest surface through data, cut where faults pass
 ============  ==================================================================================
 

@@ -4,6 +4,7 @@
 columns.py        vertical lines through closed shells
                   vertical lines through wells
 thickness.py      isochore and isopach maps by block
+                  horizons on the nodes of a grid, and what that loses at faults
 faces.py          triangles of one surface, the units on both sides, its strike
                   area, dip and azimuth of surfaces
 cutoffs.py        cut-off lines by wall; fault polygons
@@ -12,7 +13,6 @@ closures.py       closures of horizons, spill points, leaks at faults
 throw.py          throw, heave, dip separation along a fault
                   throw of torn horizons compared with their data
                   well tops compared with the horizons of a model
-gridded.py        horizons on the nodes of a grid, and what that loses at faults
 walls.py          both walls of a fault: which layers face each other, what slipped past
 seal.py           shale gouge ratio, smear, threshold pressure of faults
 velocity.py       velocities of zones: numbers, maps, functions of depth, checkshots

@@ -1,8 +1,8 @@
 """Which unit is at a point: the surfaces of a model, made ready for vertical lines.
 
 What no curve touches of a grid stays a grid: a point finds its cell by its coordinates. All other
-triangles are sorted into bins on the map. The kernels in `geosurf.kernels.location` explain
-why sums over both are enough, and decide every sign exactly.
+triangles are sorted into bins on the map. The kernels in `kernels.meshes.lattice_units` explain why
+sums over both are enough, and decide every sign exactly.
 """
 
 from __future__ import annotations
@@ -14,16 +14,10 @@ from functools import cached_property
 import numpy as np
 
 from geosurf.kernels.lattices.lattice_corners import build_list_tree, survey_list
-from geosurf.kernels.location import lattice_units, triangle_bins
-from geosurf.kernels.location.lattice_units import (
-    OFF,
-    digits_of,
-    find_keys,
-    frame_with,
-    sum_from_top,
-)
-from geosurf.kernels.location.nearest import nearest_distance, point_codes
+from geosurf.kernels.meshes import lattice_units
+from geosurf.kernels.meshes.lattice_units import OFF, digits_of, find_keys, frame_with, sum_from_top
 from geosurf.kernels.meshes.mesh import number_keys
+from geosurf.kernels.meshes.nearest import nearest_distance, point_codes
 from geosurf.kernels.search.rays import rows_in_box
 from geosurf.measure.columns import signs_of_turns
 from geosurf.model import Lattice, Patches, Units
@@ -252,7 +246,7 @@ class Grids:
 
 @dataclass(frozen=True, eq=False)
 class Bins:
-    """Triangles in bins on the map, as `triangle_bins` takes them."""
+    """Triangles in bins on the map, as `lattice_units` takes them."""
 
     corners: np.ndarray
     facing: np.ndarray
@@ -269,7 +263,7 @@ class Bins:
         m, w = frame_with(self.digits, lines.digits)
         of = (self.corners, self.facing, self.ends, self.step)
         bins = (self.grid, self.shape, self.start, self.items)
-        triangle_bins.add_triangle_units(*of, *bins, *lines.arrays, rule, m, w, unit)
+        lattice_units.add_triangle_units(*of, *bins, *lines.arrays, rule, m, w, unit)
 
 
 @dataclass(frozen=True, eq=False)
@@ -314,7 +308,7 @@ class Locator:
         feet, levels = np.empty((len(local), 2)), np.empty(len(local))
         tiles = np.append(self.box[0, :2], TILES / np.ptp(self.box, axis=0)[:2])
         of = (tiles, np.full(2, TILES), feet, levels)
-        order = triangle_bins.order_by_tile(local, local[:, 2].copy(), *of)
+        order = lattice_units.order_by_tile(local, local[:, 2].copy(), *of)
         found = np.empty(len(local), dtype=np.int64)
         found[order] = self._units(Lines(feet, levels, 1), len(local))
         return found
@@ -478,11 +472,11 @@ def _bins(corners: np.ndarray, step: np.ndarray) -> Bins:
     c = corners.reshape(-1, 9)
     for grid, shape in _bin_shapes(corners):
         count = np.zeros(shape.prod() + 1, dtype=np.int64)
-        if triangle_bins.count_bins(c, grid, shape, count[1:]) <= MOST_ITEMS:
+        if lattice_units.count_bins(c, grid, shape, count[1:]) <= MOST_ITEMS:
             break
     start = np.cumsum(count)
     items = np.empty(start[-1], dtype=np.int64)
-    triangle_bins.fill_bins(c, facing, grid, shape, start[:-1].copy(), items)
+    lattice_units.fill_bins(c, facing, grid, shape, start[:-1].copy(), items)
     return Bins(c, facing, ends, step, grid, shape, start, items, digits_of(c))
 
 

@@ -14,8 +14,6 @@ from geosurf.conventions.packages import need
 if TYPE_CHECKING:  # pragma: no cover - types only
     import pyvista
 
-    from geosurf.scene.interactive_view import InteractiveView
-
 Made = TypeVar("Made")
 
 
@@ -62,7 +60,7 @@ class Noun:
 class Shown(Noun):
     """A noun with a place in space: ``show()`` draws it in a notebook or a browser."""
 
-    def show(self, max_triangle: int = 120_000) -> InteractiveView:
+    def show(self, max_triangle: int = 120_000) -> Any:
         """
         Return an interactive view: notebooks draw it, ``save("view.html")`` writes it.
 
@@ -81,8 +79,7 @@ class Shown(Noun):
             If there is nothing to show, or `max_triangle` is not a number above 0.
         """
         # drawing is above the nouns: the package hands it down
-        view: InteractiveView = sys.modules["geosurf"].show(self, max_triangle=max_triangle)
-        return view
+        return sys.modules["geosurf"].show(self, max_triangle=max_triangle)
 
 
 def in_crs_of(made: Made, sources: Iterable[Any]) -> Made:

@@ -19,8 +19,7 @@ from geosurf.model.base import Shown, frozen, in_crs_of, multiblock, polydata
 from geosurf.model.column import Remnant
 from geosurf.model.expected import number_of
 from geosurf.model.pieces import by_unit, sides_seen
-from geosurf.model.regions import RegionFinder, Regions
-from geosurf.model.slivers import SHARE, MergedSliver, SliverSettings
+from geosurf.model.regions import SHARE, MergedSliver, RegionFinder, Regions, SliverSettings
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import pandas

@@ -28,11 +28,11 @@ from geosurf.arrangement.triangles import crossing_pairs
 from geosurf.conventions import place
 from geosurf.errors import GeosurfError, RoundingError, SurfaceError
 from geosurf.kernels.contacts.packed_contact import on_boundaries
-from geosurf.kernels.contacts.stable_contacts import unstable_pairs
+from geosurf.kernels.contacts.triangle_contact import unstable_pairs
 from geosurf.kernels.cutting.cut_faces import thin_children
 from geosurf.kernels.exact.predicates import frame_of
 from geosurf.kernels.meshes.mesh import inverted_triangles, weld
-from geosurf.kernels.search.voxels import triangle_boxes
+from geosurf.kernels.search.tree import triangle_boxes
 from geosurf.model import Lattice, Patches, TriSurface
 from geosurf.model.base import in_crs_of
 from geosurf.model.pieces import Pieces

@@ -31,7 +31,7 @@ from geosurf.model import (
 from geosurf.model.column import VirtualWall
 from geosurf.model.expected import expect, path_of
 from geosurf.model.protocols import ReportedModel
-from geosurf.model.slivers import MergedSliver
+from geosurf.model.regions import MergedSliver
 from geosurf.model.units import INTERVALS
 from geosurf.report.page import NOTHING, Table, number
 

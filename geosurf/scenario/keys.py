@@ -19,7 +19,7 @@ from geosurf.measure.velocity import WAYS
 from geosurf.model import RULES
 from geosurf.model.column import rule_meant
 from geosurf.model.network import SIDES
-from geosurf.model.slivers import SliverSettings
+from geosurf.model.regions import SliverSettings
 from geosurf.scenario import values
 from geosurf.scenario.output_keys import (
     EnsembleSettings,

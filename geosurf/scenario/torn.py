@@ -27,8 +27,14 @@ from geosurf.scene import Scene
 from geosurf.scene.faults import LongerFaults
 from geosurf.scene.given import sheets_in_time, torn_scene
 from geosurf.scene.result_cache import ResultCache
-from geosurf.scene.tear_rounds import Tear, outcome_of, sheets_on
-from geosurf.scene.tearing import as_long_as, as_truncations, warnings_of
+from geosurf.scene.tearing import (
+    Tear,
+    as_long_as,
+    as_truncations,
+    outcome_of,
+    sheets_on,
+    warnings_of,
+)
 from geosurf.scene.zones import warnings_of_throw
 from geosurf.triangulate import triangulate_horizon
 from geosurf.warning import warn

@@ -10,17 +10,17 @@ depth.py            inputs in time become inputs in depth, and back
 zones.py            horizons made from the thickness of zones
 area.py             the box, the area of interest, the origin of the local frame; regions of
                     the field, proposed, named, or kept from the scene before
+                    warnings about inputs that look wrong; reference systems
 faults.py           faults, extended and truncated
 horizon_ends.py     faults that end at horizons, virtual walls at their targets
 tearing.py          horizons torn at the faults of the scene
-tear_rounds.py      until all of them end on the same faults
-input_warnings.py   warnings about inputs that look wrong; reference systems
+                    until all of them end on the same faults
 memory.py           results by what went into them; steps and warnings
 result_cache.py     results in a folder, which later runs find again
 plots.py            `Scene.plot`: maps, diagrams and views
 pictures.py         the pictures of a report: an error of one costs no other result
 shown.py            the card of a scene; `geosurf.show`; data of a sheet
-interactive_view.py a page that notebooks show in a frame
+                    a page that notebooks show in a frame
 ==================  ======================================================================
 """
 

@@ -2,27 +2,48 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from geosurf.carve.regions import propose_regions
-from geosurf.conventions import area_text, counted, frame_origin, place, shift_is_exact
+from geosurf.conventions import (
+    area_text,
+    counted,
+    frame_origin,
+    known_names,
+    number_text,
+    place,
+    shift_is_exact,
+)
+from geosurf.conventions.crs import crs_of, refuse_other_crs, warn_of_unclear_crs
+from geosurf.conventions.foreign import crs_of_foreign
+from geosurf.conventions.text import volume_text
 from geosurf.errors import GeosurfWarning
+from geosurf.faults.rules import Rule
 from geosurf.measure.regions import overlap, region_map, regions_by_name
-from geosurf.model import Patches, TriSurface, Units
+from geosurf.model import Patches, Sheet, TriSurface, Unit, Units
 from geosurf.model.expected import box_of_sides
 from geosurf.model.regions import KnownRegions, Regions, label_regions
-from geosurf.scene.inputs import Box
+from geosurf.model.tops import Tops
+from geosurf.read.features import features
+from geosurf.read.gocad import crs_of_gocad_lines
+from geosurf.read.registry import detect
+from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory
-from geosurf.scene.surfaces import opened_outline
+from geosurf.scene.surfaces import InputSurfaces, opened_outline, warnings_of_names
 from geosurf.triangulate import build_walls
 from geosurf.triangulate.footprint import Footprint, are_unrotated, footprints_of, propose_box
-from geosurf.triangulate.rims import off_the_rims
+from geosurf.triangulate.outline import off_the_rims
 from geosurf.triangulate.shared_area import SharedArea, shared_area
 from geosurf.warning import issue, warn
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
+
 
 ENOUGH = 0.99  # of what all horizons cover: a default area with less is worth a warning
 MUCH = 0.9  # of one horizon: the same
@@ -411,3 +432,231 @@ def _lost(name: str) -> GeosurfWarning:
         f"Region {name!r} is gone: none of the blocks that it had is a region of its own any more.",
         f"Name a place in it again: scene.replace(regions={{{name!r}: (easting, northing)}}).",
     )  # fmt: skip
+
+
+# ---- input warnings ----------------------------------------
+# Warnings about the inputs of a scene that look wrong.
+
+
+# ---- reference systems ----------------------------------------
+# Reference systems of what a scene is made of: well tops and area next to surfaces.
+
+
+FEATURES = ("geojson", "shapefile")
+
+
+def refuse_other_systems(
+    known: Mapping[str, str], crs: str | None, tops: Tops | None, aoi: Any
+) -> dict[str, str]:
+    """Refuse well tops or an area in another reference system than the surfaces.
+
+    Parameters
+    ----------
+    known : mapping of str to str
+        Reference systems of the surfaces, by name.
+    crs : str or None
+        That of the scene.
+    tops : Tops or None
+    aoi : array_like, path or None
+        Area of interest.
+
+    Returns
+    -------
+    dict of str to str
+        All systems, by the name of what declares them.
+
+    Raises
+    ------
+    InputError
+        If one of them is provably another one.
+    """
+    found = dict(known)
+    if crs is not None:
+        found.setdefault("crs", crs)
+    more = {"tops": None if tops is None else tops.crs, "aoi": crs_of_outline(aoi)}
+    for name, other in more.items():
+        if other is not None:
+            refuse_other_crs(name, other, found)
+            found[name] = other
+    return found
+
+
+def check_system_of_places(scene: Callable[[], str | None], places: Any, name: str) -> None:
+    """Refuse places in another reference system than the scene; warn of one that may be another.
+
+    Parameters
+    ----------
+    scene : callable
+        Returns that of the scene, or None.
+    places : table, xarray object or object of another package
+        As for `Scene.sample`.
+    name : str
+        What they are, for messages.
+
+    Raises
+    ------
+    InputError
+        If one of them is provably another one.
+    """
+    own = _declared(places)
+    known = None if own is None else scene()
+    if own is not None and known is not None:
+        refuse_other_crs(name, own, {"scene": known})
+        warn_of_unclear_crs({"scene": known, name: own})
+
+
+def warnings_of_places(found: xarray.Dataset, top: float) -> Iterator[GeosurfWarning]:
+    """Yield a warning if all points that were asked for lie above the model."""
+    z = found.elevation.values if "elevation" in found.coords else np.empty(0)
+    if z.size and np.nanmin(z) > top:
+        lowest = number_text(float(np.nanmin(z)))
+        effect = (
+            f"All points lie above the model: the lowest is at {lowest} m, the top of the model at "
+            f"{number_text(top)} m."
+        )
+        remedy = f"Elevation is positive up: write a depth of {lowest} m as -{lowest}."
+        yield GeosurfWarning("outside", "places", effect, remedy)
+
+
+def crs_of_outline(aoi: Any) -> str | None:
+    """Return the reference system that an area of interest declares; files of features have one."""
+    if isinstance(aoi, str | Path):
+        return _of_file(Path(aoi))
+    return _declared(aoi)
+
+
+def _declared(value: Any) -> str | None:
+    """The system of an object; a geometry of shapely has none."""
+    return crs_of_foreign(value) if hasattr(value, "geom_type") else crs_of(value)
+
+
+def _of_file(path: Path) -> str | None:
+    """The system of a file of features or of GOCAD lines; other outlines have none."""
+    if not path.is_file():
+        return None
+    key = detect(path)
+    if key == "pline":
+        return crs_of_gocad_lines(path)
+    if key not in FEATURES:
+        return None
+    return features(path).crs
+
+
+def warn_of_inputs(
+    inputs: SceneInputs, memory: Memory, read: InputSurfaces, tops: Tops | None
+) -> None:
+    """Warn of reference systems, names of tops and torn horizons that look wrong.
+
+    Parameters
+    ----------
+    inputs : SceneInputs
+    memory : Memory
+        Keeps the warnings.
+    read : InputSurfaces
+        All surfaces have been read.
+    tops : Tops or None
+    """
+    # a reference system that some inputs declare, and others do not
+    with memory.collecting():
+        known = {name: read.crs[name] for name in inputs.names if name in read.crs}
+        warn_of_unclear_crs(refuse_other_systems(known, inputs.crs, tops, inputs.aoi))
+
+    # one file under two names
+    rules = (*inputs.rules, *inputs.horizon_rules)
+    memory.warn(*warnings_of_repeats(map(read.fault, inputs.faults), rules))
+
+    # tops of horizons that the scene does not have
+    if tops is not None:
+        memory.warn(*warnings_of_names(tops, tuple(inputs.horizons)))
+
+    # what was assumed when a horizon was torn has been issued there; the scene lists it, too. How
+    # much longer all horizons made a fault is listed already, where the scene tore them
+    whole = {one.subject for one in memory.warnings if one.kind == "fault extended"}
+    for horizon in inputs.horizons.values():
+        if isinstance(horizon, Sheet):
+            for one in horizon.warnings:
+                if one.kind != "fault extended" or one.subject not in whole:
+                    memory.warn(one, issued=True)
+
+
+def warnings_of_repeats(
+    faults: Iterable[TriSurface], rules: Iterable[Rule] = ()
+) -> list[GeosurfWarning]:
+    """
+    Warn of faults with the same triangles, to the last digit, in whatever order.
+
+    Faults that end differently, such as the halves of an older fault, are parts of one surface.
+
+    Examples
+    --------
+    >>> x = [[0.0, 0, 0], [0, 9, 0], [0, 0, 9]]
+    >>> one, two = (TriSurface(name, "fault", x, [[0, 1, 2]]) for name in ("F1", "F1b"))
+    >>> print(warnings_of_repeats([one, two])[0].subject)
+    F1b
+    """
+    first: dict[tuple[Hashable, ...], list[TriSurface]] = {}
+    ends: dict[str, list[tuple[str, str]]] = {}
+    for rule in rules:
+        ends.setdefault(rule.fault, []).append((rule.main, rule.keep))
+    found = []
+    for fault in faults:
+        # few faults have the same number of triangles and the same bounds: only these are compared
+        end = tuple(sorted(ends.get(fault.name, [])))
+        key = fault.n_triangle, np.asarray(fault.bounds).tobytes(), end
+        alike = first.setdefault(key, [])
+        same = [
+            one for one in alike if np.array_equal(_listed_triangles(one), _listed_triangles(fault))
+        ]
+        if same:
+            found.append(_warning(same[0].name, fault.name))
+        alike.append(fault)
+    return found
+
+
+def _listed_triangles(fault: TriSurface) -> np.ndarray:
+    """Coordinates of all triangles (n, 9): corners in order, then triangles in order."""
+    points, row = np.unique(fault.vertices, axis=0, return_inverse=True)
+    rows = np.sort(row.reshape(-1)[fault.triangles], axis=1)
+    rows = rows[np.lexsort(rows.T)]
+    triangles: np.ndarray = points[rows].reshape(-1, 9)
+    return triangles
+
+
+def _warning(one: str, other: str) -> GeosurfWarning:
+    return GeosurfWarning(
+        "same fault",
+        other,
+        f"Faults {one!r} and {other!r} have the same triangles: blocks next to them have "
+        "both names, and tables have the fault twice.",
+        f"Leave {other!r} out, or read it from its own file.",
+    )
+
+
+def warnings_of_topology(
+    before: Units, after: Units, zones: tuple[str, ...], made: Sequence[bool]
+) -> list[GeosurfWarning]:
+    """Return a warning of the units that a model and the converted one do not share, in zones.
+
+    `made` says of each horizon of the converted one whether a zone from thickness made it: its
+    zones are parts of one zone of the model before.
+    """
+    whole = [k - sum(made[:k]) for k in range(len(made) + 1)]
+    known: list[dict[tuple[int, str], list[Unit]]] = [{}, {}]
+    for unit in before.without_slivers:
+        known[0].setdefault((unit.zone_index, unit.block), []).append(unit)
+    for unit in after.without_slivers:
+        known[1].setdefault((whole[unit.zone_index], unit.block), []).append(unit)
+    wanted = {whole[unit.zone_index] for unit in after.without_slivers if unit.zone in zones}
+    keys = [key for key in known[0].keys() ^ known[1].keys() if key[0] in wanted]
+    if not keys:
+        return []
+    parts = [unit for key in keys for unit in known[1].get(key, ())]
+    units = [unit for key in keys for of in known for unit in of.get(key, ())]
+    differ = sorted({f"{unit.zone} {unit.block}" for unit in units})
+    words = (
+        f"The model in depth has not the units of the one in time: they differ in "
+        f"{known_names(differ)} In depth these are {counted(len(parts), 'unit')} of "
+        f"{volume_text(sum(unit.volume for unit in parts))}."
+    )
+    remedy = "Compare scene.units with scene.in_time().units; look at the faults that they name."
+    return [GeosurfWarning("depth", "units", words, remedy)]

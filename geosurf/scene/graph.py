@@ -54,9 +54,15 @@ from geosurf.model.units import units_in
 from geosurf.rebuild import patches_from, trim_sheets
 from geosurf.rebuild.ghosts import warnings_of_moves
 from geosurf.scene import area
-from geosurf.scene.area import NamedRegions, boxes_meet, coverage_in_words, share_inside
+from geosurf.scene.area import (
+    NamedRegions,
+    boxes_meet,
+    coverage_in_words,
+    share_inside,
+    warn_of_inputs,
+    warnings_of_topology,
+)
 from geosurf.scene.faults import FaultStage, LongerFaults, TearPlans
-from geosurf.scene.input_warnings import warn_of_inputs, warnings_of_topology
 from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory
 from geosurf.scene.surfaces import (
@@ -74,7 +80,7 @@ from geosurf.triangulate import build_walls
 from geosurf.triangulate.decimate import bound_of_change
 
 if TYPE_CHECKING:  # pragma: no cover - types only
-    from geosurf.faults.virtual.walls import Wall
+    from geosurf.faults.virtual_walls import Wall
     from geosurf.model.tops import TieReport, Tops
     from geosurf.triangulate.shared_area import SharedArea
 

@@ -22,7 +22,7 @@ from geosurf.errors import GeometryError, GeosurfWarning
 from geosurf.faults.dangling import areas_of, edge_keys, edges_of, model_of, pieces_between, rows_of
 from geosurf.faults.distance import closest_approach
 from geosurf.faults.rules import Rule, part_in_words
-from geosurf.faults.virtual.walls import Wall, build_virtual_walls
+from geosurf.faults.virtual_walls import Wall, build_virtual_walls
 from geosurf.measure.section import chains_of
 from geosurf.model import Patches, TriSurface
 from geosurf.model.column import BOUNDARY, EITHER, ENDS, NEAREST, VirtualWall, virtual_name

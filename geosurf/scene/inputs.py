@@ -31,8 +31,7 @@ from geosurf.model.column import MadeHorizon, in_column, names_of_zones, read_co
 from geosurf.model.distributions import is_distribution
 from geosurf.model.expected import box_of_sides, flag_of, name_of
 from geosurf.model.network import filling_by_horizon
-from geosurf.model.regions import check_regions
-from geosurf.model.slivers import sliver_settings
+from geosurf.model.regions import check_regions, sliver_settings
 from geosurf.model.tops import tie_settings
 from geosurf.read import read_horizon
 from geosurf.read._common import Otherwise, Ratio, check_ratio

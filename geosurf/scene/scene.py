@@ -18,11 +18,11 @@ from geosurf.carve.certificate import certify_repeated
 from geosurf.conventions import HORIZON_DIMS, counted, did_you_mean, is_word
 from geosurf.conventions.running import running
 from geosurf.errors import GeosurfWarning, InputError
-from geosurf.measure.gridded import horizon_on_grid
 from geosurf.measure.locate import boundaries_of, locator_of
 from geosurf.measure.places import intervals_of_wells, well_intervals, wells_of
 from geosurf.measure.regions import region_labels
 from geosurf.measure.section import check_line
+from geosurf.measure.thickness import horizon_on_grid
 from geosurf.measure.volumetrics import fluids_in_place
 from geosurf.model import Certificate, FluidContact, Patches, Sheet, TriSurface, Units
 from geosurf.model.base import multiblock, need_pyvista
@@ -35,14 +35,10 @@ from geosurf.model.regions import Regions
 from geosurf.model.tops import TieReport, Tops
 from geosurf.model.units import sums_of
 from geosurf.rebuild import trim_sheets
+from geosurf.scene.area import check_system_of_places, refuse_other_systems, warnings_of_places
 from geosurf.scene.depth import convert_points, in_milliseconds, inputs_in_time, need_depth
 from geosurf.scene.faults import closures_of, known_fault, seal_of, throw_of
 from geosurf.scene.graph import Graph
-from geosurf.scene.input_warnings import (
-    check_system_of_places,
-    refuse_other_systems,
-    warnings_of_places,
-)
 from geosurf.scene.inputs import (
     Box,
     SceneInputs,
@@ -51,9 +47,8 @@ from geosurf.scene.inputs import (
     paths_of,
     refuse_assignment,
 )
-from geosurf.scene.interactive_view import InteractiveView, checked_max_triangle
 from geosurf.scene.memory import Memory, OnStart, Step, on_start_of
-from geosurf.scene.shown import card_of
+from geosurf.scene.shown import InteractiveView, card_of, checked_max_triangle
 from geosurf.scene.surfaces import opened_tops, warnings_of_names
 from geosurf.scene.tearing import torn_or_plain
 from geosurf.scene.zones import corrections, plain_graph

@@ -10,17 +10,17 @@ fault.py        a fault in any of its forms: grid, sticks, mesh
                 fluid contacts: levels and grids
 mesh.py         a horizon or fault from vertices and triangles
                 triangles without area, found exactly
+                normals of faults: into the hanging wall
 neighbours.py   surfaces and lines of other packages
+                easting and northing in another coordinate reference system
 sticks.py       fault sticks: orient, order along strike, join
-orient.py       normals of faults: into the hanging wall
 outline.py      a polygon: refused where it meets itself, triangulated
                 the six sides of the model box, or a fence around a polygon
+                sides along the rim of a horizon, moved off it by a stated amount
+                polygons that shrink: fewer corners, sides moved inward
 footprint.py    where a horizon is in the map: its rim
                 the default model box
 shared_area.py  the default area: the outline that all horizons share
-rims.py         sides along the rim of a horizon, moved off it by a stated amount
-                polygons that shrink: fewer corners, sides moved inward
-reprojection.py easting and northing in another coordinate reference system
 ==============  ==================================================
 """
 
@@ -33,9 +33,9 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
     from geosurf.triangulate.fault import fault_from_polygons as fault_from_polygons
     from geosurf.triangulate.fault import triangulate_fault as triangulate_fault
     from geosurf.triangulate.horizon import triangulate_horizon as triangulate_horizon
-    from geosurf.triangulate.orient import orient_fault as orient_fault
+    from geosurf.triangulate.mesh import orient_fault as orient_fault
+    from geosurf.triangulate.neighbours import reproject as reproject
     from geosurf.triangulate.outline import build_walls as build_walls
-    from geosurf.triangulate.reprojection import reproject as reproject
     from geosurf.triangulate.sticks import triangulate_sticks as triangulate_sticks
 else:
     __getattr__, __all__ = lazily(__name__)

@@ -26,13 +26,15 @@ from geosurf.model.expected import box_of_sides, name_of
 from geosurf.model.surfaces import CUTOFF, are_among
 from geosurf.triangulate.horizon import triangulate_horizon
 from geosurf.triangulate.mesh import (
+    fault_diagonal,
     is_mesh,
+    orient_fault,
+    refuse_far,
     refuse_flat_triangles,
     refuse_zero_area,
     triangulate_mesh,
 )
 from geosurf.triangulate.neighbours import own_form
-from geosurf.triangulate.orient import fault_diagonal, orient_fault, refuse_far
 from geosurf.triangulate.sticks import triangulate_sticks
 
 _HOW_FAULT = (

@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+import heapq
 from collections.abc import Callable, Sequence
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import place, real_numbers
-from geosurf.conventions.foreign import lines_of_foreign
-from geosurf.errors import InputError, InvariantError
+from geosurf.conventions import area_text, length_text, place, real_numbers
+from geosurf.conventions.foreign import lines_of_foreign, straight_runs
+from geosurf.errors import GeosurfWarning, InputError, InvariantError
 from geosurf.kernels.exact.predicates import frame_of, orient2d_rows
+from geosurf.kernels.lattices.sets import distinct, is_among
+from geosurf.kernels.meshes.mesh import edges
 from geosurf.model import TriSurface
+from geosurf.model.base import any_of
 from geosurf.model.expected import SIDES, box_of_sides
+from geosurf.model.torn_lattice import TornLattice
+from geosurf.warning import warn
 
 
 def check_outline(outline: Any) -> np.ndarray:
@@ -310,3 +317,429 @@ def _fence(ring: np.ndarray, limits: np.ndarray) -> list[TriSurface]:
         TriSurface("bottom", "wall", low, faces[:, ::-1]),
         TriSurface("top", "wall", high, faces),
     ]
+
+
+# ---- rims ----------------------------------------
+# Sides of a model that run along the rim of a horizon, to within rounding.
+#
+# The corners of a rotated grid are the natural area of interest. Its rim nodes lie on the sides of
+# that area on paper; in float64 they are off by a nanometre, some of them inside. There the
+# horizon is open, exactly. Which points are open is decided by exact signs, as always; the area is
+# what is changed, by an amount that a warning states: its sides there are moved inward.
+
+
+# ---- inward ----------------------------------------
+# Polygons with fewer corners and a stated distance inside: they only shrink.
+#
+# An ear is a corner that points outward, with its two neighbours; if no other corner lies in that
+# triangle, cutting it off leaves a polygon inside of the former one. Smallest ears go first
+# (Visvalingam & Whyatt 1993, who also cut corners that point inward).
+
+
+def with_fewer_corners(ring: np.ndarray, each: float, total: float) -> np.ndarray:
+    """
+    Return a polygon inside another one, with some of its corners.
+
+    Parameters
+    ----------
+    ring : ndarray of int64, shape (n, 2)
+        Whole numbers, counter-clockwise; it does not meet itself.
+    each, total : float
+        The largest area of an ear, and of all ears, that may be cut off.
+
+    Returns
+    -------
+    ndarray of int64, shape (m, 2)
+
+    Examples
+    --------
+    >>> stairs = np.array([[0, 0], [9, 0], [9, 8], [2, 8], [2, 7], [1, 7], [1, 6], [0, 6]])
+    >>> with_fewer_corners(stairs, each=0.5, total=2.0).tolist()
+    [[0, 0], [9, 0], [9, 8], [2, 8], [2, 7], [1, 6], [0, 6]]
+    """
+    n = len(ring)
+    columns = np.ascontiguousarray(ring.T)
+
+    # a linked ring: before and after of each corner that is still alive
+    before, after = (np.arange(n) - 1) % n, (np.arange(n) + 1) % n
+    alive, x, y = np.ones(n, dtype=bool), ring[:, 0], ring[:, 1]
+    left, budget = n, 2.0 * total
+
+    def doubled(k: int) -> int:
+        """Twice the area of the ear at a corner; below 0 where it points inward."""
+        i, j = before[k], after[k]
+        return int((x[k] - x[i]) * (y[j] - y[i]) - (y[k] - y[i]) * (x[j] - x[i]))
+
+    heap = [(ear, k) for k in range(n) if 0 <= (ear := doubled(k)) <= 2.0 * each]
+    heapq.heapify(heap)
+    while heap and left > 3:
+        ear, k = heapq.heappop(heap)
+
+        # entries of the heap go stale when a neighbour is cut: the current ear has another entry
+        if not alive[k] or ear != doubled(k) or ear > budget:
+            continue
+        i, j = int(before[k]), int(after[k])
+        if ear > 0 and _holds_corner(columns, alive, (i, k, j)):
+            continue
+
+        # the two neighbours get new ears, which may be cut in turn
+        alive[k], after[i], before[j] = False, j, i
+        left, budget = left - 1, budget - ear
+        for one in (i, j):
+            if 0 <= (ear := doubled(one)) <= 2.0 * each:
+                heapq.heappush(heap, (ear, one))
+    return ring[alive]
+
+
+def _holds_corner(ring: np.ndarray, alive: np.ndarray, ear: tuple[int, int, int]) -> bool:
+    """Whether any other corner of a ring (2, n) lies in a closed triangle, counter-clockwise."""
+    corners = ring[:, ear]
+    (west, south), (east, north) = corners.min(axis=1), corners.max(axis=1)
+
+    # one coordinate after the other: pairs in rows take five times as long
+    x, y = ring
+    near = (x >= west) & (x <= east) & (y >= south) & (y <= north) & alive
+    near[list(ear)] = False
+    others = np.flatnonzero(near)
+    if not len(others):
+        return False
+    inside = np.ones(len(others), dtype=bool)
+    for a, b in ((0, 1), (1, 2), (2, 0)):
+        # whole numbers of cells: exact without further care
+        (i, j), (u, v) = corners[:, a], corners[:, b] - corners[:, a]
+        inside &= u * (y[others] - j) - v * (x[others] - i) >= 0
+    return bool(inside.any())
+
+
+def moved_inward(outline: np.ndarray, inward: np.ndarray) -> np.ndarray:
+    """Corners (n, 2) of an area whose sides have moved inward by some lengths (n,) [m]."""
+    # corner: where the two moved sides meet, unless they are parallel
+    sides = np.roll(outline, -1, axis=0) - outline
+    sides /= np.hypot(*sides.T)[:, None]
+    normals = np.column_stack([-sides[:, 1], sides[:, 0]])
+    corners = []
+    for corner, n1, n2, d1, d2 in zip(
+        outline, np.roll(normals, 1, axis=0), normals, np.roll(inward, 1), inward, strict=True
+    ):
+        if abs(n1[0] * n2[1] - n1[1] * n2[0]) > 1e-3:
+            corners.append(corner + np.linalg.solve(np.stack([n1, n2]), [d1, d2]))
+        else:  # the sides run on into each other
+            corners.append(corner + max(d1, d2) * n2)
+    return np.array(corners)
+
+
+def lies_inside(outline: np.ndarray, rim: np.ndarray) -> bool:
+    """
+    Return whether an area is inside of a horizon, and its outline meets no rim; exact.
+
+    Parameters
+    ----------
+    outline : ndarray of float64, shape (n, 2)
+        Counter-clockwise.
+    rim : ndarray of float64, shape (m, 2, 2)
+        Segments with the horizon on their left.
+
+    Examples
+    --------
+    >>> square = np.array([[0.0, 0], [4, 0], [4, 4], [0, 4]])
+    >>> rim = np.stack([square, np.roll(square, -1, axis=0)], axis=1)
+    >>> lies_inside(0.5 * square + 1, rim), lies_inside(square, rim), lies_inside(square + 9, rim)
+    (True, False, False)
+    """
+    m, n = len(rim), len(outline)
+    points = np.concatenate([rim.reshape(-1, 2), outline])
+    here, there = 2 * m + np.arange(n), 2 * m + (np.arange(n) + 1) % n
+    low, high = rim.min(axis=1), rim.max(axis=1)
+
+    # pairs of a rim segment (a, b) and a side (p, q) whose boxes meet
+    pairs = []
+    for p, q in zip(here, there, strict=True):
+        near = (high >= np.minimum(points[p], points[q])).all(axis=1)
+        near &= (low <= np.maximum(points[p], points[q])).all(axis=1)
+        of = np.flatnonzero(near)
+        pairs.append(np.stack([2 * of, 2 * of + 1, 0 * of + p, 0 * of + q], axis=1))
+    a, b, p, q = np.concatenate(pairs).T
+
+    # two segments meet unless one lies strictly on one side of the other; touching counts as
+    # meeting
+    apart = _turn_signs(points, p, q, a) * _turn_signs(points, p, q, b) > 0
+    apart |= _turn_signs(points, a, b, p) * _turn_signs(points, a, b, q) > 0
+    if not apart.all():
+        return False
+
+    # the rim around one corner: upward on its right, downward on its left
+    across = np.flatnonzero((low[:, 1] <= outline[0, 1]) & (outline[0, 1] < high[:, 1]))
+    a, b = 2 * across, 2 * across + 1
+    upward = points[a, 1] < points[b, 1]
+    on_left = (
+        _turn_signs(points, np.where(upward, a, b), np.where(upward, b, a), 0 * a + here[0]) > 0
+    )
+    return int(np.where(upward, 1, -1)[on_left].sum()) >= 1
+
+
+def _turn_signs(points: np.ndarray, p: np.ndarray, q: np.ndarray, r: np.ndarray) -> np.ndarray:
+    """On which side of the lines from p to q the points r lie, exactly: +1 is left."""
+    x = np.zeros((len(points), 3))
+    x[:, :2] = points
+    m, w = frame_of(x)
+    out = np.empty(len(p), dtype=np.int64)
+    orient2d_rows(x, np.stack([p, q, r], axis=1).astype(np.int64), m, w, out)
+    return out
+
+
+# Parts of the size of the area: a rim nearer to a side than NEAR runs along it (8 mm in 1 km, as
+# with corners of two decimals), and a side is moved by at least LEAST.
+NEAR, LEAST = 2.0**-17, 2.0**-34
+FURTHER = 4.0  # times as far inside as the farthest of these rim nodes
+
+
+def off_the_rims(outline: np.ndarray, horizons: Sequence[TriSurface], what: str) -> np.ndarray:
+    """
+    Return an area whose sides do not run along a rim, and warn if that is not the one given.
+
+    Parameters
+    ----------
+    outline : ndarray of float64, shape (n, 2)
+        Corners, counter-clockwise [m].
+    horizons : sequence of TriSurface
+    what : str
+        What the area is, for the warning: ``"area of interest"`` or ``"model box"``.
+
+    Returns
+    -------
+    ndarray of float64, shape (n, 2)
+        The same array if rims are exactly on its sides, or away from them.
+
+    Examples
+    --------
+    >>> corners = [[0.1, 0, 5], [9.8, 0.1, 5], [9.9, 10, 5], [0, 10, 5]]
+    >>> top = TriSurface("Top", "horizon", corners, [[0, 1, 2], [0, 2, 3]])
+    >>> area = np.array([[2.0, 2.0], [4.0, 2.0], [4.0, 4.0]])
+    >>> off_the_rims(area, [top], "area of interest") is area
+    True
+    """
+    size = float(np.ptp(outline, axis=0).max())
+    if all(_is_clear(outline, horizon, NEAR * size) for horizon in horizons):
+        return outline
+    along = np.zeros(len(outline), dtype=bool)
+    named: dict[str, float] = {}
+    for horizon in horizons:
+        beside, depth = _rim_beside(outline, horizon, NEAR * size)
+        along |= beside
+        if depth > 0:
+            named[horizon.name] = depth
+
+    if not named:
+        return outline
+
+    # far enough that rounding of the moved corners leaves no rim node inside
+    inward = max(FURTHER * max(named.values()), LEAST * size)
+
+    found = check_outline(moved_inward(outline, np.where(along, inward, 0.0)))
+    lost = signed_area(outline) - signed_area(found)
+    names = " and ".join(repr(name) for name in named)
+
+    warn(
+        GeosurfWarning(
+            "rim",
+            next(iter(named)),
+            f"The {what} runs along the rim of horizon {names}, which ends up to "
+            f"{length_text(max(named.values()), 2)} inside it. geosurf moved its sides inward "
+            f"by {length_text(inward, 2)}, which leaves out {area_text(lost)}.",
+            "To choose the area yourself, pass one that ends farther inside the horizon.",
+            (*_middle_of_side(outline, int(along.argmax())), float(horizons[0].bounds[4])),
+        )
+    )
+    return found
+
+
+def _is_clear(outline: np.ndarray, horizon: TriSurface, near: float) -> bool:
+    """Whether the axes of a grid show that none of its nodes is just inside a side of a box.
+
+    They do for most realisations, whose grids end at the box. False where they do not show it.
+    """
+    grid = horizon.lattice
+    if grid is None and horizon.torn is not None and horizon.torn.nodes_are_all_there:
+        grid = horizon.torn
+    if grid is None or grid.easting.ndim != 1 or len(outline) != 4:
+        return False
+    low, high = outline.min(axis=0), outline.max(axis=0)
+    # each corner at an end of both axes, and each side along one
+    step = np.roll(outline, -1, axis=0) - outline
+    if not (((outline == low) | (outline == high)).all() and ((step == 0).sum(axis=1) == 1).all()):
+        return False
+    ghosts = getattr(grid, "ghosts", np.empty((0, 3)))
+    for k, nodes in enumerate((grid.easting, grid.northing)):
+        for part in (nodes, ghosts[:, k]):
+            # as `_beside_side` asks, with twice the distance: none is missed by rounding
+            inside = (part > low[k]) & (part < high[k])
+            beside = (part <= low[k] + 2.0 * near) | (part >= high[k] - 2.0 * near)
+            if (inside & beside).any():
+                return False
+    return True
+
+
+def _rim_beside(outline: np.ndarray, horizon: TriSurface, near: float) -> tuple[np.ndarray, float]:
+    """Which sides a rim runs along, and how far inside the farthest of these nodes is [m].
+
+    That is 0 if all are exactly on their sides, or outside. Remembered on the horizon for the last
+    outline: scenes of a family have the same.
+    """
+    key = (outline.tobytes(), near)
+    known = horizon.__dict__.get("_beside")
+    if known is None or known[0] != key:
+        known = horizon.__dict__["_beside"] = key, _found_beside(outline, horizon, near)
+    found: tuple[np.ndarray, float] = known[1]
+    return found
+
+
+def _found_beside(
+    outline: np.ndarray, horizon: TriSurface, near: float
+) -> tuple[np.ndarray, float]:
+    """The same, without memory."""
+    along_rim, depth = np.zeros(len(outline), dtype=bool), 0.0
+    # A whole grid that is clearly larger than the area has no rim near it.
+    lattice = horizon.lattice
+    if lattice is not None and lattice.whole and lattice.easting.ndim == 1:
+        west, east, south, north = horizon.bounds[:4]
+        (w, s), (e, n) = outline.min(axis=0), outline.max(axis=0)
+        if west < w - near and e + near < east and south < s - near and n + near < north:
+            return along_rim, depth
+
+    rim = _rim(horizon, outline, near)
+    for sides in _straight_runs(outline.tobytes(), near):
+        # One node touches a straight run of sides; two or more run along it.
+        found = [_beside_side(outline, k, rim, near) for k in sides]
+        if len(np.unique(np.concatenate([rows for rows, _ in found]))) > 1:
+            along_rim[sides] = True
+            depth = max(depth, *(deep for _, deep in found))
+    return along_rim, depth
+
+
+@lru_cache(maxsize=8)
+def _straight_runs(outline: bytes, near: float) -> list[list[int]]:
+    """`straight_runs` of corners as bytes: horizons and scenes of a family have the same."""
+    return straight_runs(np.frombuffer(outline).reshape(-1, 2), near)
+
+
+def _beside_side(
+    outline: np.ndarray, k: int, rim: np.ndarray, near: float
+) -> tuple[np.ndarray, float]:
+    """Rows of the rim nodes beside side k, and how far inside the farthest of them is [m]."""
+    a, b = outline[k], outline[(k + 1) % len(outline)]
+    # Distance of rim nodes from the side, positive inside, and position along it [m].
+    along = (b - a) / np.hypot(*(b - a))
+    from_a = rim - a
+    inside = along[0] * from_a[:, 1] - along[1] * from_a[:, 0]
+    s = from_a @ along
+    rows = np.flatnonzero(
+        (np.abs(inside) <= near) & (s >= -near) & (s <= np.hypot(*(b - a)) + near)
+    )
+    # Only nodes that are exactly inside count.
+    points = np.concatenate([[a, b], rim[rows]])
+    ends = np.zeros(len(rows), dtype=np.int64)
+    if not (_turn_signs(points, ends, ends + 1, np.arange(2, len(points))) > 0).any():
+        return rows, 0.0
+    return rows, max(float(inside[rows].max()), np.finfo(float).tiny)
+
+
+def _rim(horizon: TriSurface, outline: np.ndarray, near: float) -> np.ndarray:
+    """Nodes on the rim of a horizon, in the map (n, 2): at least those near a side."""
+    lattice = horizon.lattice
+    if lattice is None and horizon.torn is not None and horizon.torn.nodes_are_all_there:
+        return _torn_rim(horizon.torn, _lines(outline), 2.0 * near)
+    if lattice is None:
+        # All triangles around a vertex near a side have it: their edges there are complete.
+        x, y, _ = horizon.vertices.T
+        close = np.zeros(len(x), dtype=bool)
+        for a, b, c in _lines(outline):
+            close |= np.abs(a * x + b * y + c) <= 2.0 * near
+        triangles = horizon.triangles[any_of(close[horizon.triangles])]
+        return horizon.vertices[_free_ends(triangles, distinct(triangles), close), :2]
+    if lattice.whole and lattice.easting.ndim == 1:
+        return _frame(lattice.easting, lattice.northing)
+
+    # A node is on the rim unless all eight neighbours exist.
+    n_row, n_col = lattice.shape
+    there = np.pad(lattice.present, 1)
+    inner = np.ones((n_row, n_col), dtype=bool)
+    for i in (0, 1, 2):
+        for j in (0, 1, 2):
+            inner &= there[i : i + n_row, j : j + n_col]
+    return lattice.map_places(np.flatnonzero(lattice.present & ~inner))
+
+
+def _torn_rim(torn: TornLattice, lines: np.ndarray, near: float) -> np.ndarray:
+    """Nodes and ghosts on the rim of a torn sheet near some lines, in the map (n, 2)."""
+    close, beyond = _close_nodes(torn, lines, near)
+    if not (close.any() or beyond.any()):
+        return np.empty((0, 2))
+
+    # all triangles around a vertex near a line: their edges there are complete
+    cells = np.flatnonzero(close[:-1, :-1] | close[:-1, 1:] | close[1:, :-1] | close[1:, 1:])
+    keys = np.repeat(2 * cells, 2)
+    keys[1::2] += 1
+    keys = keys[~is_among(keys, torn.gone)]
+    is_close = np.concatenate([close.ravel(), beyond])
+    copies = torn.copies[any_of(is_close[torn.copies])]
+    triangles = np.concatenate([torn.corners_of_keys(keys), copies])
+    ends = _free_ends(triangles, distinct(triangles), is_close)
+    return torn.places_of_nodes(ends)[:, :2]
+
+
+def _close_nodes(
+    torn: TornLattice, lines: np.ndarray, near: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Which nodes (n_row, n_col) and ghosts (n_ghost,) of a torn sheet are near some lines."""
+    beyond = np.zeros(len(torn.ghosts), dtype=bool)
+    for a, b, c in lines:
+        beyond |= np.abs(torn.ghosts[:, 0] * a + torn.ghosts[:, 1] * b + c) <= near
+    if torn.easting.ndim == 2:
+        x, y = torn.horizontal()
+        close = np.zeros(torn.shape, dtype=bool)
+        for a, b, c in lines:
+            close |= np.abs(a * x + (b * y + c)) <= near
+        return close, beyond
+
+    # a line along an axis is near whole rows or columns
+    x, y = torn.easting, torn.northing
+    rows, columns = np.zeros(len(y), dtype=bool), np.zeros(len(x), dtype=bool)
+    for _, b, c in lines[lines[:, 0] == 0]:
+        rows |= np.abs(b * y + c) <= near
+    for a, _, c in lines[lines[:, 1] == 0]:
+        columns |= np.abs(a * x + c) <= near
+    close = rows[:, None] | columns
+    for a, b, c in lines[(lines[:, 0] != 0) & (lines[:, 1] != 0)]:
+        close |= np.abs(a * x + (b * y[:, None] + c)) <= near
+    return close, beyond
+
+
+def _free_ends(triangles: np.ndarray, used: np.ndarray, close: np.ndarray) -> np.ndarray:
+    """Vertices, rising, that are `close` and ends of edges of one triangle only."""
+    mine = np.searchsorted(used, triangles)
+    ring, _ = edges(mine, len(used))
+    row, corner = np.divmod(np.flatnonzero(ring == np.arange(len(ring))), 3)
+    ends = distinct(triangles[row, corner], triangles[row, (corner + 1) % 3])
+    found: np.ndarray = ends[close[ends]]
+    return found
+
+
+def _lines(outline: np.ndarray) -> np.ndarray:
+    """The lines through the sides of an outline: a x + b y + c is the distance (n, 3)."""
+    along = np.roll(outline, -1, axis=0) - outline
+    along /= np.hypot(*along.T)[:, None]
+    return np.column_stack(
+        [-along[:, 1], along[:, 0], along[:, 1] * outline[:, 0] - along[:, 0] * outline[:, 1]]
+    )
+
+
+def _frame(easting: np.ndarray, northing: np.ndarray) -> np.ndarray:
+    """Nodes around a grid without holes, from its axes (n, 2)."""
+    along = [np.column_stack([easting, np.full(len(easting), y)]) for y in northing[[0, -1]]]
+    up = [np.column_stack([np.full(len(northing), x), northing]) for x in easting[[0, -1]]]
+    return np.concatenate([*along, *up])
+
+
+def _middle_of_side(outline: np.ndarray, k: int) -> tuple[float, float]:
+    x, y = (0.5 * (outline[k] + outline[(k + 1) % len(outline)])).tolist()
+    return x, y

@@ -16,8 +16,13 @@ import numpy as np
 from geosurf.conventions import area_text, counted, place
 from geosurf.errors import InputError
 from geosurf.triangulate.footprint import REGULAR, Axes, Footprint
-from geosurf.triangulate.outline import check_outline, signed_area
-from geosurf.triangulate.rims import lies_inside, moved_inward, with_fewer_corners
+from geosurf.triangulate.outline import (
+    check_outline,
+    lies_inside,
+    moved_inward,
+    signed_area,
+    with_fewer_corners,
+)
 
 FINE = 2000  # map cells along the longer side, where rims do not follow one lattice
 MOST = 25_000_000  # map cells

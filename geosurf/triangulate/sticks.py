@@ -18,8 +18,7 @@ from geosurf.errors import GeosurfWarning, SurfaceError
 from geosurf.model import FaultSticks, TriSurface
 from geosurf.model.base import in_crs_of
 from geosurf.model.expected import listed, name_of
-from geosurf.triangulate.mesh import find_zero_area, refuse_zero_area
-from geosurf.triangulate.orient import orient_fault, refuse_far
+from geosurf.triangulate.mesh import find_zero_area, orient_fault, refuse_far, refuse_zero_area
 from geosurf.warning import warn
 
 # A stick that climbs less than this part of its length is level: its ends do not show

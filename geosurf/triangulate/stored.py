@@ -26,8 +26,13 @@ from geosurf.triangulate.decimate import (
     decimate_horizon,
     strides_of,
 )
-from geosurf.triangulate.mesh import check_array, check_axis, coordinates_of, labels_of
-from geosurf.triangulate.orient import sheets_that_agree
+from geosurf.triangulate.mesh import (
+    check_array,
+    check_axis,
+    coordinates_of,
+    labels_of,
+    sheets_that_agree,
+)
 from geosurf.warning import warn
 
 ROOM = 16  # bytes of memory for each value of a grid: as it is read, and in metres

@@ -12,7 +12,7 @@ from geosurf.arrangement import search_voxels
 from geosurf.arrangement.candidates import candidate_pairs, fit_voxels
 from geosurf.arrangement.search import find_contacts
 from geosurf.errors import InputError
-from geosurf.kernels.search.voxels import triangle_boxes
+from geosurf.kernels.search.tree import triangle_boxes
 from tests.strategies import grid, sheet
 
 SIZES = (None, 0.3, 1.0, 1.7, 100.0)

@@ -190,7 +190,7 @@ NOT_FOR_ALL = (
     *(f"geosurf.{room}" for room in ("ensemble", "grid", "synthetic", "tetrahedra")),
     *(f"geosurf.sheets.{room}" for room in ("heights", "lattice", "mesh", "tear", "throw", "tie")),
     *(f"geosurf.render.{part}" for part in ("backend", "compose", "map", "overlay", "section")),
-    *("geosurf.scenario.new", "geosurf.scene.horizon_ends", "geosurf.faults.virtual"),
+    *("geosurf.scenario.new", "geosurf.scene.horizon_ends", "geosurf.faults.virtual_walls"),
 )
 
 

@@ -15,8 +15,7 @@ from geosurf.kernels.lattices.survey import TILE
 from geosurf.kernels.search.tree import BLOCK
 from geosurf.model import Lattice, TriSurface
 from geosurf.triangulate import triangulate_fault
-from geosurf.triangulate.mesh import find_zero_area
-from geosurf.triangulate.orient import fault_diagonal, orient_fault
+from geosurf.triangulate.mesh import fault_diagonal, find_zero_area, orient_fault
 
 
 @st.composite

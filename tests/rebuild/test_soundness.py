@@ -12,7 +12,7 @@ from geosurf import TriSurface, intersect_triangles
 from geosurf.arrangement.arrange import cut_contacts
 from geosurf.arrangement.search import find_contacts
 from geosurf.arrangement.triangles import crossing_pairs
-from geosurf.kernels.contacts.stable_contacts import unstable_pairs
+from geosurf.kernels.contacts.triangle_contact import unstable_pairs
 from geosurf.kernels.exact.predicates import frame_of
 from geosurf.kernels.meshes.mesh import inverted_triangles, weld
 from geosurf.rebuild.repair import crossing_faces, near_pairs

@@ -12,8 +12,7 @@ from geosurf.errors import GeometryError
 from geosurf.faults import lengthen_fault
 from geosurf.faults.rules import Rule
 from geosurf.scene import tearing as passed_faults
-from geosurf.scene.tear_rounds import same, sheets_on
-from geosurf.scene.tearing import warnings_of_passed_faults
+from geosurf.scene.tearing import same, sheets_on, warnings_of_passed_faults
 from geosurf.sheets.faults.tips import is_unchanged
 from geosurf.sheets.mesh import tear_ends
 from geosurf.sheets.tear import tear_from

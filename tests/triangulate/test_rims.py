@@ -8,7 +8,7 @@ import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import GeosurfWarning
-from geosurf.triangulate.rims import NEAR, _found_beside, _is_clear, off_the_rims
+from geosurf.triangulate.outline import NEAR, _found_beside, _is_clear, off_the_rims
 
 
 def turned(degrees, shape=(9, 7)):

@@ -12,8 +12,7 @@ from scipy.ndimage import label
 import geosurf as gs
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.triangulate.footprint import footprint_of
-from geosurf.triangulate.outline import signed_area
-from geosurf.triangulate.rims import with_fewer_corners
+from geosurf.triangulate.outline import signed_area, with_fewer_corners
 from geosurf.triangulate.shared_area import shared_area
 
 

@@ -17,7 +17,7 @@ from geosurf.conventions import place
 from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.meshes.mesh import weld
 from geosurf.kernels.meshes.shells import number_triangles
-from geosurf.kernels.search.voxels import faces_in_box, triangle_boxes
+from geosurf.kernels.search.tree import faces_in_box, triangle_boxes
 from geosurf.model import Check, Patches, TriSurface, Unit, Units
 
 # ---- partition ----------------------------------------

@@ -4,6 +4,7 @@
 file                question                                                   source
 ==================  =========================================================  ==================
 `triangle_contact`  How do two triangles meet?                                 Guigue & Devillers
+                    Which contacts could change when points are rounded?
 `packed_contact`    How is a contact stored in three numbers?
 `cell_contacts`     How do triangles of two cells meet? Heights of corners.
                     Which codes has a contact? A table without branches.
@@ -13,6 +14,5 @@ file                question                                                   s
                     Which points are near a segment?
 `naming`            Which named points and segments follow?
                     Where are the points, and which are equal?
-`stable_contacts`   Which contacts could change when points are rounded?
 ==================  =========================================================  ==================
 """

@@ -2,7 +2,7 @@
 
 A point is named by its definition: a corner, or an edge and a face, or two edges in one plane.
 Names come first, from integers alone. Then all points are placed (`place_points`), and
-points with several names are merged (`merging`): `geosurf.arrangement.gather` has all steps.
+points with several names are merged (`merging`): `geosurf.arrangement.arrange` has all steps.
 
 A record is (triangle, p, q, support): a segment p-q inside the triangle and a plane that holds it,
 or a single point (q = support = -1). Both triangles of a contact get the point or segment. So

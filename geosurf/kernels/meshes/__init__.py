@@ -13,6 +13,8 @@ file              question                                                source
 `volumes`         What are the volume below faces, area and bounds?       Knuth's two-sum
                   What volume of faces is above and below a level?        Knuth's two-sum
 `shells`          In which order are triangles? Which edges are open?     Hibbard 1963
+`lattice_units`   Which unit is at a point?                               Edelsbrunner & Mücke
+`nearest`         How far is the nearest boundary?
 `linking`         Which segments of curves cannot overlap?
                   Which curves do segments form?
 ================= ======================================================= ===============
