@@ -8,12 +8,7 @@ import pytest
 import geosurf as gs
 from geosurf.arrangement.search import find_contacts
 from geosurf.model.surfaces import torn_sheet
-<<<<<<< HEAD
 from geosurf.triangulate.outline import off_the_rims
-=======
-from geosurf.rebuild.assemble import first_of_equals
-from geosurf.triangulate.outline import off_the_rims
->>>>>>> 84e36629 (Thirteen files join their only callers; kernels/location is a part of kernels/meshes)
 from geosurf.warning import silenced
 
 ARRAYS = ("x", "t", "surface_of_face", "key_of_face", "rows", "near", "ids", "d", "m", "w")

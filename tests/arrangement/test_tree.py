@@ -10,15 +10,8 @@ from geosurf import rebuild_surfaces
 from geosurf.arrangement.search import find_contacts
 from geosurf.arrangement.tree import candidate_pairs, tree_of
 from geosurf.errors import SurfaceError
-<<<<<<< HEAD
 from geosurf.kernels.search.tree import triangle_boxes
 from tests.strategies import faulted_worlds, soup, soups
-=======
-from geosurf.kernels.lattices.lattice_corners import build_list_tree, survey_list
-from geosurf.kernels.search.tree import triangle_boxes
-from geosurf.model import Lattice
-from tests.strategies import faulted_worlds, grid, sheet, soup, soups
->>>>>>> 84e36629 (Thirteen files join their only callers; kernels/location is a part of kernels/meshes)
 
 BYTES = ("local", "triangles", "surface_of_triangle", "parent_of_triangle", "patch_of_triangle")
 
