@@ -115,7 +115,7 @@ MUTANTS = (
     Mutant("sheets", "picks.nodes_of(rows)]) * side[rows]", "picks.nodes_of(rows)])", "tests/sheets/test_propose_trim.py"),
     Mutant("sheets", "pairs = pairs[~_near_holes(band, pairs[:, 0], holes)]", "pairs = pairs[: 0 if holes else None]", "tests/field_data/test_reek.py"),
     Mutant("write", "columns = grid.values[::-1].T", "columns = grid.values.T", "tests/write"),
-    Mutant("write", "first=n_written + 1)", "first=1)", "tests/write tests/read/test_gocad_lines.py"),
+    Mutant("write", "first=n_written + 1)", "first=1)", "tests/write tests/read/test_lines.py"),
     # ---- grids for simulators, tetrahedra
     Mutant("grid", 'return from_top if self.parallel == "top" else thickness - from_top[::-1]', "return from_top", "tests/grid"),
     Mutant("grid", "return (odd % 2 == 1).reshape(z.shape)", "found: np.ndarray = (odd > 0).reshape(z.shape)", "tests/grid"),

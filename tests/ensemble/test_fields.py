@@ -12,7 +12,6 @@ from scipy.sparse import csr_matrix
 
 from geosurf.ensemble.fields import MODELS, Covariance, FieldGrid, GaussianField
 from geosurf.errors import InputError
-from geosurf.model import Lattice
 
 # of the variance: what the seam of the torus leaves (`Covariance.independent`)
 SEAM = {"gaussian": 2e-5, "exponential": 3e-4, "spherical": 1e-12}
@@ -106,17 +105,6 @@ def test_many_realisations_have_mean_zero_and_the_sill():
     assert at_range / 64.0 == pytest.approx(0.05, abs=0.04)
 
 
-def test_a_field_survives_the_way_to_another_process():
-    import pickle
-
-    grid = grid_of(30, 30)
-    known = grid.weights_at(grid.corner + np.array([[200.0, 300.0], [900.0, 500.0]]))
-    field = GaussianField(grid, Covariance(10.0, 500.0), known, np.array([3.0, -4.0]))
-    first = field.simulate(np.random.default_rng(1))
-    twin = pickle.loads(pickle.dumps(field))
-    assert np.array_equal(twin.simulate(np.random.default_rng(1)), first)
-
-
 def test_weights_are_exact_at_nodes_and_for_planes():
     grid = grid_of(9, 8, angle=0.3)
     nodes = grid.weights_at(places_of(grid)).toarray()
@@ -126,16 +114,6 @@ def test_weights_are_exact_at_nodes_and_for_planes():
     places = grid.corner + inner @ grid.steps
     plane = places_of(grid) @ [0.3, -0.7]
     np.testing.assert_allclose(grid.weights_at(places) @ plane, places @ [0.3, -0.7], atol=1e-9)
-
-
-def test_nodes_of_a_horizon_are_the_grid_only_in_equal_steps():
-    x, y = np.arange(5) * 50.0, np.arange(4) * -25.0
-    found = FieldGrid.of_lattice(Lattice(x, y, np.zeros((4, 5))))
-    assert found.cell.tolist() == [25.0, 50.0]
-    assert np.array_equal(places_of(found)[:, 0], np.tile(x, 4))
-    assert FieldGrid.of_lattice(Lattice(x**2, y, np.zeros((4, 5)))) is None
-    skewed = np.broadcast_arrays(x[None, :] + 0.2 * y[:, None], y[:, None])
-    assert FieldGrid.of_lattice(Lattice(*skewed, np.zeros((4, 5)))) is None
 
 
 def test_impossible_fields_are_refused():
@@ -149,18 +127,3 @@ def test_impossible_fields_are_refused():
     twice = grid.weights_at(grid.corner + np.array([[500.0, 400.0], [500.0, 400.0]]))
     with pytest.raises(InputError, match=r"cannot be met together with the others.*Leave one"):
         GaussianField(grid, Covariance(9.0, 500.0), twice, np.array([0.0, 5.0]))
-
-
-@pytest.mark.parametrize("shape", [(41, 60), (1, 30), (75, 64)])
-def test_transforms_have_the_bits_of_scipy(shape):
-    """Fields were made by `scipy.fft`, which takes a quarter of a second to load."""
-    from scipy.fft import irfft2, next_fast_len, rfft2
-
-    places = np.array([[0.0, 0.0], [50.0 * shape[1], 50.0 * shape[0]]])
-    grid = FieldGrid.around(places, 50.0)
-    field = GaussianField(grid, Covariance(sd=4.0, range=400.0))
-    assert all(n == next_fast_len(n, real=True) for n in field.torus)
-    noise = np.random.default_rng(5).standard_normal(field.torus)
-    roots = np.sqrt(np.maximum(rfft2(field.row).real, 0.0))
-    wanted = irfft2(roots * rfft2(noise), s=field.torus)[: grid.shape[0], : grid.shape[1]]
-    assert np.array_equal(field.simulate(np.random.default_rng(5)), wanted)

@@ -7,7 +7,6 @@ import re
 
 import numpy as np
 import pytest
-import xarray as xr
 from scipy import stats
 
 import geosurf as gs
@@ -20,7 +19,6 @@ from geosurf.ensemble import (
     Triangular,
     Uniform,
 )
-from geosurf.ensemble.report import map_chart
 from geosurf.ensemble.uncertain import words_of_distribution
 from geosurf.errors import InputError, OutputError
 from geosurf.report.page import number
@@ -75,46 +73,6 @@ def test_wrong_files_are_refused_before_anything_is_drawn(result, tmp_path):
     assert not (tmp_path / "page").exists()
 
 
-def test_a_layer_that_no_realisation_has_is_named_without_a_map(result, tmp_path):
-    twin = result.isel(layer=slice(3)).drop_vars("juxtaposed_area").copy(deep=True)
-    twin.probability[1] = 0.0
-    page = Ensemble(twin).report(tmp_path).read_text(encoding="utf-8")
-    assert f"In no realisation: {twin.layer.values[1]}." in page
-    assert len([*(tmp_path / "pictures").glob("map_*.png")]) == twin.sizes["layer"] - 1
-
-
-def test_parameters_that_may_be_chance_are_pale():
-    rng = np.random.default_rng(3)
-    drawn = rng.normal(size=(200, 2))
-    labels = {key: [""] for key in ("zone", "region", "block", "contact", "fluid")}
-    attrs = {"units": "m3", "long_name": "gross rock volume (GRV)"}
-    twin = xr.Dataset(
-        {"bulk": (("realisation", "unit"), 1e6 * (9.0 + drawn[:, :1]), attrs),
-         "status": ("realisation", np.ones(200, np.uint8)),
-         "drawn": (("realisation", "parameter"), drawn), "base_bulk": ("unit", [9e6])},
-        coords={"unit": ["Top/Base"], "parameter": ["throw F1", "dip F1"],
-                "realisation": np.arange(200), **{k: ("unit", v) for k, v in labels.items()}},
-    )  # fmt: skip
-    bars = Ensemble(twin).plot.tornado().axes[0]
-    assert "pale: may be chance" in bars.get_xlabel()
-    # low and high of the parameter that matters, then of the other one
-    assert [bar.get_alpha() < 1.0 for bar in bars.patches] == [False, True, False, True]
-
-
-def test_maps_are_blank_where_no_realisation_has_the_layer(result):
-    twin = result.copy(deep=True)
-    twin.probability[0, 0, 1] = 0.0
-    layer = twin.layer.values[0]
-    absent = twin.probability.sel(layer=layer).transpose("northing", "easting").values == 0
-    assert absent.sum() == 1
-    for axes in map_chart(twin, layer).axes[:3]:
-        assert (np.ma.getmaskarray(axes.collections[0].get_array()) == absent).all()
-        # kilometres without an offset
-        labels = [label.get_text() for label in axes.get_xticklabels()]
-        assert axes.get_xlabel() == "Easting [km]"
-        assert [float(label) for label in labels] == (axes.get_xticks() / 1000.0).tolist()
-
-
 def test_every_distribution_has_words_with_its_unit():
     assert words_of_distribution(5.0, "m") == "certain: 5 m"
     assert words_of_distribution(Triangular(0.0, 1.5, 4.0), "1") == (
@@ -123,17 +81,6 @@ def test_every_distribution_has_words_with_its_unit():
     assert words_of_distribution(Discrete(range(7)), "m") == "one of 0, 1, 2, 3, 4 m and 2 more"
     assert words_of_distribution([[0.0, 5.0]], "m") == "certain: list"
     assert words_of_distribution(stats.norm(3.0, 1.0), "m") == "scipy.stats.norm: median 3 m"
-
-
-def test_juxtaposed_areas_cover_the_fault_in_each_realisation(result):
-    areas, found = result.juxtaposed_area.values, Ensemble(result).juxtaposition("all")
-    # a plane in one box: its area is the same, however zones share it
-    np.testing.assert_allclose(areas.sum(axis=1), areas[0].sum())
-    assert np.ptp(areas, axis=0).max() > 0
-    assert found.probability.values.tolist() == (areas > 0).mean(axis=0).tolist()
-    assert (found.P90 <= found.P10).all()
-    with pytest.raises(InputError, match="maps=True"):
-        Ensemble(result.drop_vars("juxtaposed_area")).juxtaposition()
 
 
 def test_base_cases_of_sums_add_up(result):

@@ -136,22 +136,3 @@ def test_what_cannot_be_answered_is_refused(result):
         Ensemble(result.isel(realisation=[0])).convergence()
     with pytest.raises(InputError, match="no realisation of this ensemble has been built"):
         Ensemble(result.isel(realisation=[3])).quantiles()
-
-
-@pytest.mark.parametrize("wrong", [5, None, "store", np.zeros(3), xr.Dataset(), object()])
-def test_other_objects_are_refused_in_a_sentence(result, wrong):
-    with pytest.raises(InputError, match="takes the data of an ensemble, not"):
-        Ensemble(wrong)
-    ensemble = Ensemble(result)
-    for function in (ensemble.sums, ensemble.to_dataframe):
-        if wrong is not None or function == ensemble.sums:
-            with pytest.raises(InputError, match="by is"):
-                function(wrong)
-    if wrong is not None:
-        with pytest.raises(InputError, match="of is"):
-            ensemble.tornado(wrong)
-    with pytest.raises(InputError):
-        ensemble.tornado(region=wrong)
-    if not isinstance(wrong, str | np.ndarray | xr.Dataset):
-        with pytest.raises(InputError, match="takes percentages"):
-            ensemble.quantiles(exceeded=wrong)

@@ -16,18 +16,16 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.arrangement.threads import n_threads
 from geosurf.ensemble import ContactLevel, DepthError, DepthShift, Normal, Uniform, on_dask
 from geosurf.ensemble import store as store_room
 from geosurf.ensemble.on_dask import check_workers
 from geosurf.ensemble.plan import Plan
-from geosurf.ensemble.record import Record
-from geosurf.ensemble.run import Progress, console_line, planned
+from geosurf.ensemble.run import console_line, planned
 from geosurf.ensemble.store import EnsembleStore
 from geosurf.errors import DependencyError, GeometryError, InputError, OutputError, WorkerError
 from geosurf.scene.graph import Graph
 from geosurf.sheets import tear
-from tests.ensemble.worlds import AREA, bytes_of, layer_cake
+from tests.ensemble.worlds import bytes_of, layer_cake
 
 N = 25  # more than one batch
 POINTS = (70, 130, 186, 10_000)  # writes that fail
@@ -120,12 +118,6 @@ def test_workers_of_long_ensembles_start_with_the_base_case_and_end_with_the_cal
     assert len(started) == 1
 
 
-def test_no_worker_starts_for_few_realisations_or_contacts_alone(monkeypatch):
-    monkeypatch.setattr(on_dask, "_start", lambda: pytest.fail("a worker has started"))
-    run(7, workers=2)
-    run(60, uncertain=UNCERTAIN[2:], maps=None, workers=2)
-
-
 def test_another_process_builds_once_what_does_not_change(monkeypatch):
     """A plan begins there without results: moved contacts cut the model of the first one."""
     plan, n = planned(scene(), 3, UNCERTAIN[2:], None, None)
@@ -137,15 +129,6 @@ def test_another_process_builds_once_what_does_not_change(monkeypatch):
     there = pickle.loads(on_dask.dumps(plan))
     assert [there.run(k).amounts for k in range(n)] == here
     assert len(built) == 1
-
-
-def test_realisations_side_by_side_have_a_core_each(monkeypatch):
-    threads, plain = [], Plan.run
-    monkeypatch.setenv("GEOSURF_THREADS", "3")
-    monkeypatch.setattr(Plan, "run", lambda *given: threads.append(n_threads()) or plain(*given))
-    run(2, workers=2)
-    run(2, workers=1)
-    assert threads == [1, 1, 3, 3]
 
 
 @pytest.mark.filterwarnings("default")
@@ -190,13 +173,6 @@ def test_a_finished_ensemble_is_opened_without_a_model(tmp_path, monkeypatch):
         run(n=4, maps=None, store=tmp_path / "e.zarr")
     with pytest.raises(pytest.fail.Exception):  # other ones, too: the store is refused then
         run(n=3, seed=1, maps=None, store=tmp_path / "e.zarr")
-
-
-def test_seeds_differ(tmp_path):
-    one, two = (run(n=3, seed=seed, maps=None) for seed in (0, 1))
-    assert not np.isclose(one.drawn, two.drawn).any()
-    assert one.attrs["seed"] == "0"
-    assert "thickness_mean" not in one
 
 
 # ---- kills, full disks, lost workers -----------------------------------------------------
@@ -415,26 +391,9 @@ def test_maps_are_those_of_the_volumes(tmp_path, made):
     assert float(spread) == pytest.approx(np.hypot(10.0, 5.0), rel=0.35)
 
 
-def test_time_left_follows_the_last_realisations():
-    progress = Progress(100, 0, lambda line: None)
-    assert progress.seconds_left() is None
-    progress._times = [float(2 * k) for k in range(11)]
-    progress.done = 10
-    assert progress.seconds_left() == pytest.approx(180.0)
-    assert progress.line() == "10 of 100 realisations, 3 min 0 s left"
-
-
 def test_progress_is_silent_where_there_is_no_console(capsys):
     console_line("5 of 9 realisations, 3 s left")
     assert capsys.readouterr() == ("", "")
-
-
-def test_records_survive_their_file(made):
-    record = made[2][4]
-    twin = Record.from_bytes(record.to_bytes())
-    assert (twin.amounts, twin.numbers, twin.realisation) == (record.amounts, record.numbers, 4)
-    assert np.array_equal(twin.maps, record.maps)
-    assert sum(bulk for (bulk,) in record.amounts.values()) == pytest.approx(500.0 * AREA)
 
 
 def test_a_realisation_with_throw_is_the_scene_that_its_numbers_make():

@@ -81,23 +81,6 @@ def test_start_and_end_follow_the_right_hand_rule():
     assert made.surface.bounds[4:] == (3.0, 5.0)
 
 
-def test_a_fault_outside_or_through_the_box_is_left_alone():
-    through = sheet("F1", [(4, -1, -1), (4, 9, -1), (4, 9, 9), (4, -1, 9)])
-    made = extend_fault(through, BOX)
-    assert made.surface is through
-    assert made.extensions == ()
-    short = sheet("F1", [(4, -1, -1), (4, 7, -1), (4, 7, 9), (4, -1, 9)])
-    assert [e.side for e in extend_fault(short, BOX).extensions] == ["end"]
-
-
-def test_a_triangular_fault_leaves_the_box_with_all_four_sides():
-    given = TriSurface("F1", "fault", [[4, 3, 3], [4, 5, 3], [4, 5, 5]], [[0, 1, 2]])
-    assert_leaves(extend_fault(given, BOX), given)
-    (point,) = (side for side, arc in find_rim(given).arcs.items() if len(arc) == 1)
-    with pytest.raises(GeometryError, match=r"its side '.*' is a single point, \(E 4, N"):
-        extend_fault(given, BOX, sides=point)
-
-
 def test_a_listric_grid_goes_on_with_its_last_dip():
     z = np.array([7.0, 6.0, 5.0, 4.5])[:, None]
     x = np.array([2.0, 2.25, 2.75, 3.75])[:, None]

@@ -44,16 +44,6 @@ def test_halves_cut_the_same_blocks_as_two_faults_that_cross(older):
         assert other not in unit.block
 
 
-def test_halves_that_were_picked_apart_are_offset():
-    rules = {"A": ("F1", "hanging wall"), "B": ("F1", "footwall")}
-    made = scene(rules, {"F1": dipping(), "A": across(3, "A"), "B": across(5, "B")})
-    assert made.check().ok
-    found = {unit.block: unit.volume for unit in made.units.values()}
-    # F1 divides the box of 512 m3 in halves; A and B divide these at northing 3 and 5
-    share = {"A+ F1+": 5, "A- F1+": 3, "B+ F1-": 3, "B- F1-": 5}
-    assert found == pytest.approx({block: 256 * part / 8 for block, part in share.items()})
-
-
 def test_what_is_stated_for_the_fault_holds_for_its_halves():
     short = gs.TriSurface("F2", "fault", X["F2"].vertices * (1, 1, 0.8), X["F2"].triangles)
     faults = {"F1": dipping(), "F2": short}

@@ -17,7 +17,6 @@ from geosurf import (
 )
 from geosurf.errors import GeometryError, GeosurfWarning, InputError
 from geosurf.faults import propose as near_misses
-from geosurf.faults.distance import nearest_of
 from geosurf.model import Extension, NetworkRow, Truncation
 from tests import laws
 from tests.faults.worlds import (
@@ -104,18 +103,6 @@ def test_horizons_and_truncated_faults_together():
     assert sorted(v for n, v in found.items() if n.startswith("below Top F1+")) == pytest.approx(
         [8 * 2, 8 * 6], rel=1e-12
     )
-
-
-def test_a_bridge_is_only_built_where_it_is_needed():
-    short = sheet("F2", [(6, -1, 5), (6, 9, 5), (9, 9, 8), (9, -1, 8)])
-    made = scene(dipping(), short, truncations={"F2": ("F1", "hanging wall", True)})
-    bridge, cut = made.fault_actions
-    assert (bridge.side, bridge.until) == ("down", "F1")
-    assert cut.dropped_area < bridge.area
-    kept = made.surface("F2").vertices
-    assert (kept[:, 0] + kept[:, 2] - 8).min() == pytest.approx(0.0, abs=1e-13)
-    through = scene(dipping(), antithetic(), truncations={"F2": ("F1", "hanging wall", True)})
-    assert [type(a) for a in through.fault_actions] == [Truncation]
 
 
 def test_what_happens_outside_the_box_does_not_matter():
@@ -263,43 +250,6 @@ def ends_of(network):
     return {(r.fault, r.side): r.distance for r in network.rows if r.kind == "dangling end"}
 
 
-def slanting(name, *section):
-    """A fault that strikes north, through two points (easting, elevation) of its section."""
-    (a, b), (c, d) = section
-    return sheet(name, [(a, -1, b), (c, -1, d), (c, 9, d), (a, 9, b)])
-
-
-WEST_END = sheet("F3", [(1, 4, 1), (7, 4, 1), (7, 4, 7), (1, 4, 7)])
-LOWER = slanting("F1", (0.5, 5.5), (2.5, -0.5))  # cuts off the west end of F3 below 4
-UPPER = slanting("F2", (0.5, 2.5), (2.5, 8.5))  # and above
-
-
-def test_an_end_that_truncations_drop_is_no_dangling_end():
-    """Each of two main faults takes a half of it, which is not most of it: together all."""
-    sides = {"up", "down", "start", "end"}
-    for mains, left in (((), sides), ((LOWER,), sides), ((LOWER, UPPER), sides - {"end"})):
-        before = scene(WEST_END, *mains)
-        network = before.propose_fault_network()
-        assert {s for f, s in ends_of(network) if f == "F3"} == left
-        rules = {f: rule for f, rule in network.truncations.items() if f == "F3"}
-        after = before.replace(truncations=rules).propose_fault_network()
-        assert ends_of(after).keys() == ends_of(network).keys()
-        assert all(row.reason.startswith("F3 ends at") for row in after.rows if row.fault == "F3"
-                   and row.kind == "contact")  # fmt: skip
-
-
-def test_of_an_end_that_is_dropped_in_part_only_the_rest_counts():
-    """The lower half of the west end sticks out by six, and is dropped; the rest is one inside."""
-    out = sheet("F3", [(2.5, 4, 1), (7, 4, 1), (7, 4, 7), (1, 4, 7)])
-    alone = ends_of(scene(out).propose_fault_network())
-    assert alone["F3", "end"] > 2.0
-    cut = slanting("F1", (0.5, 6.5), (4.0, -0.5))  # x = 3.75 - z / 2: beyond it is below 4.3 or so
-    network = scene(out, cut).propose_fault_network()
-    (contact,) = [row for row in network.rows if row.kind == "contact"]
-    assert (contact.fault, contact.proposal) == ("F3", "truncate")
-    assert ends_of(network)["F3", "end"] < alone["F3", "end"]
-
-
 def test_rules_that_stand_are_kept_when_proposals_are_applied():
     row = NetworkRow("contact", "F2", "F1", "", 1.0, 0.0, (0, 0, 0), "truncate", "footwall", "")
     end = NetworkRow("dangling end", "F1", "", "up", 0.0, 1.0, (0, 0, 0), "extend", "", "")
@@ -310,16 +260,6 @@ def test_rules_that_stand_are_kept_when_proposals_are_applied():
     (dropped,) = trial.dropped
     assert dropped.row == row
     assert dropped.reason == "the scene has a truncation of 'F2' at 'F1' already"
-
-
-def test_faults_that_cross_by_a_lot_are_left_to_cross_and_those_inside_each_other_alone():
-    (row,) = scene(dipping(), antithetic()).propose_fault_network().rows
-    assert (row.proposal, row.keep) == ("cross", "")
-    inner = sheet("F2", [(2, 3, 2), (5, 3, 5), (5, 5, 5), (2, 5, 2)])
-    outer = sheet("F1", [(2, 4, 6), (6, 4, 2), (6, 8, 2), (2, 8, 6)])
-    rows = propose_network(rebuild_surfaces([outer, inner])).rows
-    assert rows[0].proposal == "leave"
-    assert "each end inside the other; extend one" in rows[0].reason
 
 
 def test_proposals_never_go_round_in_a_circle():
@@ -427,17 +367,6 @@ def test_proposals_that_a_person_takes_out_do_not_come_back():
         network.apply(scene(stub))
 
 
-def test_outside_the_model_box_nothing_is_proposed():
-    short = sheet("F3", [(-0.9, 4, 3), (7, 4, 3), (7, 4, 4), (-0.9, 4, 4)])
-    west = upright(-1.0, "F1")
-    assert not scene(west, short).propose_fault_network(reach=0.5).truncations
-    wide = Scene({}, {"F1": west, "F3": short}, (-2, 8, 0, 8, 0, 8))
-    assert list(wide.propose_fault_network(reach=0.5).truncations) == ["F3"]
-    stub = sheet("F2", [(-1.5, 2, 3), (7, 2, 3), (7, 2, 4), (-1.5, 2, 4)])
-    (row,) = (r for r in scene(west, stub).propose_fault_network().rows if r.kind == "contact")
-    assert (row.proposal, row.reason[:37]) == ("leave", "they meet outside the model box only;")
-
-
 def test_what_cannot_be_extended_is_not_proposed_for_it():
     """Faults in pieces, and those whose ends are unknown: a closed one has none."""
     one, two = (sheet("F3", [(5.5, y, 3), (7, y, 3), (7, y, 4), (5.5, y, 4)]) for y in (3.0, 5.0))
@@ -454,27 +383,6 @@ def test_what_cannot_be_extended_is_not_proposed_for_it():
     rows = propose_network(rebuild_surfaces([closed]), BOX).rows
     assert [(row.fault, row.proposal) for row in rows] == [("F4", "leave")]
     assert "its ends are unknown: fault 'F4' is closed" in rows[0].reason
-
-
-def test_an_end_beside_a_fault_but_not_towards_it_is_no_near_miss():
-    beside = sheet("F2", [(4.5, 2, 2), (4.5, 6, 2), (4.5, 6, 6), (4.5, 2, 6)])
-    (network) = scene(upright(4, "F1"), beside).propose_fault_network(reach=2.0)
-    assert {row.kind for row in network.rows} == {"dangling end"}
-    with pytest.raises(InputError, match=r"reach is -1; give a length in metres above 0"):
-        scene(upright(4, "F1")).propose_fault_network(reach=-1)
-
-
-def test_ends_count_where_they_pass_the_box_not_where_their_vertices_are():
-    """The only vertices of a fault of two triangles may lie above and below the box."""
-    tall = sheet("F1", [(1, 2, -1), (9, 2, 9), (9, 7, 9), (1, 7, -1)])
-    given = scene(tall)
-    ends = {row.side: row for row in given.propose_fault_network().rows}
-    assert sorted(ends) == ["end", "start"]
-    assert sorted(row.distance for row in ends.values()) == pytest.approx([1.0, 2.0], abs=1e-12)
-    for row in ends.values():
-        assert all(0 <= value <= 8 for value in row.place)
-        assert row.proposal == "leave" if row.distance > 1.5 else "extend"
-    assert len(scene(tall, extend={"F1": "strike"}).units) == 2
 
 
 # ---- fields that nobody here made ------------------------------------------------------
@@ -567,20 +475,6 @@ def test_drogon_network_of_a_default_box_can_be_applied(drogon):
     trial = network.trial(near)
     assert_all_decided(near, trial)
     assert not trial.dropped
-
-
-def test_what_is_farther_than_the_limit_is_not_measured():
-    rng = np.random.default_rng(5)
-    for _ in range(20):
-        segments, triangles = rng.uniform(0, 9, (40, 2, 3)), rng.uniform(12, 30, (50, 3, 3))
-        free = nearest_of(segments, triangles)
-        for limit in (0.5 * free.distance, free.distance, 2 * free.distance):
-            near = nearest_of(segments, triangles, limit)
-            if limit < free.distance:
-                assert near.distance > limit
-            else:
-                assert near.distance == free.distance
-                assert near.at.tolist() == free.at.tolist()
 
 
 def test_rows_that_are_known_are_those_of_a_new_process():

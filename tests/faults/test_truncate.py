@@ -113,38 +113,6 @@ def test_a_bent_main_fault_is_told_by_the_angle_between_its_flanks():
         assert made.surfaces["F2"].bounds[4:] == (low, high)
 
 
-def test_a_fault_that_just_touches_with_its_rim_is_whole_and_its_point_is_no_contact():
-    flush = sheet("F2", [(4, 0, 4), (4, 8, 4), (8, 8, 8), (8, 0, 8)])
-    (told,) = cut([dipping(), flush], {"F2": ("F1", "hanging wall")}).truncations
-    assert (told.dropped_area, told.length) == (0.0, 8.0)
-    with pytest.raises(
-        GeometryError, match=r"'F2' has no part in the footwall of 'F1'.*other part"
-    ):
-        cut([dipping(), flush], {"F2": ("F1", "footwall")})
-    corner = TriSurface("F2", "fault", [[4, 4, 4], [6, 3, 6], [6, 5, 6]], [[0, 1, 2]])
-    with pytest.raises(GeometryError, match=r"only touches 'F1', nearest at \(E 4,"):
-        cut([dipping(), corner], {"F2": ("F1", "hanging wall")})
-
-
-def test_what_lies_in_the_main_fault_is_dropped_and_told():
-    lid = TriSurface(
-        "F2", "fault", [[2, 2, 6], [4, 2, 4], [4, 6, 4], [2, 6, 6], [8, 2, 4], [8, 6, 4]],
-        [[0, 1, 2], [0, 2, 3], [1, 4, 5], [1, 5, 2]],
-    )  # fmt: skip
-    (told,) = cut([dipping(), lid], {"F2": ("F1", "hanging wall")}).truncations
-    assert told.kept_area == 16.0
-    assert told.dropped_area == told.coinciding_area == pytest.approx(8 * math.sqrt(2))
-
-
-def test_gaps_and_ends_are_told_with_their_place():
-    short = sheet("F2", [(6, 0, 5), (6, 8, 5), (8, 8, 7), (8, 0, 7)])
-    with pytest.raises(GeometryError, match=r"'F2' ends 2\.12132 m short of 'F1'.*True\)"):
-        cut([dipping(), short], {"F2": ("F1", "hanging wall")})
-    stub = sheet("F1", [(2, 2, 6), (6, 2, 2), (6, 6, 2), (2, 6, 6)])
-    with pytest.raises(GeometryError, match=r"goes on around the end of 'F1' at .*Extend 'F1'"):
-        cut([stub, antithetic()], {"F2": ("F1", "hanging wall")})
-
-
 def test_pieces_that_do_not_meet_the_main_fault_stay_and_are_told():
     far = sheet("F2", [(1, 1, 0), (2, 1, 0), (2, 2, 0), (1, 2, 0)])
     two = TriSurface(

@@ -1,18 +1,22 @@
-"""Helpers under numba: lowered once, merged into each entry, never machine code of their own."""
+"""Helpers under numba, names that two processes give, and where the sources of kernels lie."""
 
 from __future__ import annotations
 
 import ast
+import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
+
+from geosurf.kernels.compile.helpers import Helper, entry_dispatcher
+from geosurf.kernels.compile.sources import ROOT, file_of, kernel_files, module_of
 
 numba = pytest.importorskip("numba")
 if numba.config.DISABLE_JIT:
     pytest.skip("nothing is compiled", allow_module_level=True)
 
-from geosurf.kernels.compile.helpers import Helper, entry_dispatcher  # noqa: E402
-from geosurf.kernels.compile.sources import ROOT, kernel_files  # noqa: E402
 
 pytestmark = pytest.mark.long  # of the compile machinery: an edit of kernels, not of the model
 
@@ -133,3 +137,53 @@ def test_no_kernel_asks_an_array_for_what_cannot_be_frozen():
         and not (isinstance(call.func.value, ast.Name) and call.func.value.id == "np")
     ]
     assert not found
+
+
+# ---- Kernels that two processes compiled: what one of them calls is never a part of another.
+
+SAID = """
+import gc
+from geosurf.kernels.meshes import (mesh)
+from geosurf.kernels.compile.numba_runner import JitKernel
+for kernel in gc.get_objects():
+    if isinstance(kernel, JitKernel) and kernel._compiled.__name__ == "number_by_bits":
+        kernel.compile()
+        (made,) = kernel._compiled.overloads.values()
+        for function in made.library._final_module.functions:
+            if not (function.is_declaration or function.name.startswith("NRT_")):  # all alike
+                print(function.name)
+"""
+
+
+def names_in(folder):
+    """Names of all functions in a kernel that a process of its own compiles."""
+    env = {**os.environ, "GEOSURF_CACHE_DIR": str(folder), "GEOSURF_JIT": "1"}
+    said = subprocess.run([sys.executable, "-c", SAID], env=env, check=True,
+                          capture_output=True, text=True).stdout  # fmt: skip
+    return set(said.split())
+
+
+def test_two_processes_give_no_function_one_name(tmp_path):
+    """`np.sort` and `np.argsort` of numba have parts of one name, but for a count in it."""
+    one = names_in(tmp_path / "one")
+    two = names_in(tmp_path / "two")
+    assert one
+    assert two
+    assert not one & two
+
+
+# ---- Where the sources of kernels lie.
+
+
+def test_no_two_kernel_files_have_one_name() -> None:
+    """Compiled kernels are cached and frozen under the names of file and function."""
+    names = [path.stem for path in kernel_files(ROOT)]
+    assert len(names) == len(set(names)) > 30
+
+
+def test_modules_and_files_name_each_other() -> None:
+    assert all(file_of(module_of(path)) == path for path in kernel_files(ROOT))
+
+
+def test_the_machinery_holds_no_kernels() -> None:
+    assert not [path for path in kernel_files(ROOT) if path.parent.name == "compile"]

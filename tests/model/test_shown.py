@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-import numpy as np
 import pytest
 
 import geosurf as gs
@@ -68,14 +65,6 @@ def test_units_are_a_table_that_adds_up(shown):
     assert "contact" not in str(gs.carve_units(gs.rebuild_surfaces(gs.build_walls(units.box))))
 
 
-def test_long_tables_of_units_are_cut_short_and_say_so(shown):
-    one = next(iter(shown["units"].values()))
-    many = [replace(one, name=f"u{i}") for i in range(50)]
-    lines = str(type(shown["units"])(many, shown["units"].box)).splitlines()
-    assert len(lines) == 42
-    assert lines[-1].startswith("50 units, 10 more of them, ")
-
-
 def test_a_certificate_names_the_units_that_are_no_balls():
     """A ring around a shaft: Euler number 0, named beside those that have 2."""
     box, shaft = gs.build_walls((0, 9, 0, 9, -9, 0)), gs.build_walls((3, 6, 3, 6, -9, 0))[:4]
@@ -85,13 +74,6 @@ def test_a_certificate_names_the_units_that_are_no_balls():
     assert closed.passed
     assert closed.detail.startswith("2 units, 0 open edges; Euler number 2, but ")
     assert closed.detail.endswith(" 0")
-
-
-def test_curves_tell_pyvista_which_surfaces_meet(shown):
-    pytest.importorskip("pyvista")
-    curves = shown["curves"]
-    found = curves.to_pyvista().cell_data["surfaces"]
-    assert np.array_equal(found, curves.surfaces_of_curve)
 
 
 def test_what_was_done_to_faults_is_told_in_sentences():

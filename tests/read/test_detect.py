@@ -10,7 +10,6 @@ import pytest
 
 import geosurf as gs
 from geosurf.errors import FormatError, InputError
-from geosurf.read._common import numbers
 from geosurf.read.registry import SIGNATURES, detect, head_of
 
 # one map in all formats: 3 columns x 2 rows, steps 10 and 20, from (500, 1000); one undefined node
@@ -156,13 +155,6 @@ def test_a_file_of_another_kind_names_the_function_that_reads_it(tmp_path):
             gs.read_horizon(written(tmp_path, content), positive="up")
     with pytest.raises(InputError, match="positive="):
         gs.read_horizon(written(tmp_path, FILES["cps3"]))
-
-
-@pytest.mark.parametrize(
-    "text", ["1-2", "1.2.3", "1e", "-", "1e5.5", "1 2e400", "nan", "1_0", "1,5"]
-)
-def test_what_other_programs_do_not_take_is_no_number(text):
-    assert numbers(text.split()) is None
 
 
 def seismic(turn):

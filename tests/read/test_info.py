@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import json
 import re
-import zipfile
 
 import pytest
 
 import geosurf as gs
 from geosurf import cli
-from geosurf.errors import GeosurfError, InputError
+from geosurf.errors import InputError
 
 # suffix of a file, or its folder -> format by content; None: texts that are no data
 EXPECTED = {
@@ -79,28 +78,3 @@ def test_doubts_say_which_word_is_missing(tmp_path, name, text, format_, doubt):
 def test_only_files_are_looked_at(tmp_path):
     with pytest.raises(InputError, match="this is a folder"):
         gs.info(tmp_path)
-
-
-def test_an_empty_file_and_a_workbook_are_named(tmp_path):
-    (tmp_path / "empty.csv").write_text("")
-    assert "The file is empty" in str(gs.info(tmp_path / "empty.csv"))
-    (tmp_path / "wide.xyz").write_text("1 2 3\n", encoding="utf-16")
-    assert "Save the file as UTF-8" in str(gs.info(tmp_path / "wide.xyz"))
-    with zipfile.ZipFile(tmp_path / "tops.xlsx", "w") as book:
-        book.writestr("[Content_Types].xml", "<Types/>")
-        book.writestr("xl/workbook.xml", "<workbook/>")
-    assert "RESQML" not in str(gs.info(tmp_path / "tops.xlsx"))
-    with pytest.raises(GeosurfError, match="Excel workbook"):
-        gs.read_horizon(tmp_path / "tops.xlsx")
-
-
-def test_polygons_may_be_called_xyz_and_headers_of_gxf_may_be_quoted(tmp_path):
-    (tmp_path / "f.xyz").write_text("0 0 9\n9 0 9\n9 9 9\n999 999 999\n")
-    assert "read_polygons" in str(gs.info(tmp_path / "f.xyz"))
-    assert len(gs.read_polygons(tmp_path / "f.xyz", positive="down")) == 1
-    plain = "#POINTS\n2\n#ROWS\n2\n#PTSEPARATION\n10\n#RWSEPARATION\n20\n#GRID\n1 2\n3 4\n"
-    quoted = re.sub(r"(?m)^(\d+)$", r'"\1"', plain)
-    for name, text in (("a", plain), ("b", quoted)):
-        (tmp_path / f"{name}.gxf").write_text(text)
-    one, other = (gs.read_horizon(tmp_path / f"{name}.gxf", positive="up") for name in "ab")
-    assert one.equals(other)

@@ -52,20 +52,6 @@ def test_tsurf_quirks(tmp_path):
     assert fault.triangles.tolist() == [[0, 1, 2], [0, 2, 3]]
 
 
-def test_tsurf_without_direction_is_elevation_unless_the_caller_says_depth(tmp_path):
-    path = tsurf(tmp_path, frame="")
-    assert gs.read_fault(path).vertices[0, 2] == 10
-    assert gs.read_fault(path, positive="down").vertices[0, 2] == -10
-    assert gs.read_fault(path, length_unit="km").vertices[1].tolist() == [9, 0, 20000]
-
-
-def test_tsurf_units_per_axis(tmp_path):
-    fault = gs.read_fault(tsurf(tmp_path, unit="ft", direction="Elevation"))
-    assert fault.vertices[1].tolist() == [9, 0, 20 * 0.3048]
-    with pytest.raises(InputError, match=r"surface 'F1' is in time \(ms\)"):
-        gs.read_fault(tsurf(tmp_path, unit="ms"))
-
-
 def test_tsurf_properties(tmp_path):
     body = (
         'PROPERTIES throw "unit normal"\nNO_DATA_VALUES -99999 -1\nESIZES 1 3\nTFACE\n'
@@ -178,11 +164,6 @@ def test_sticks_in_csv_are_those_of_the_text(tmp_path):
         gs.read_fault(short, positive="down")
 
 
-def test_sticks_do_not_say_what_z_is(tmp_path):
-    with pytest.raises(InputError, match=r"fault 'F1'.*positive='down' .*positive='up' "):
-        gs.read_fault(write(tmp_path, STICKS))
-
-
 def test_polygons(tmp_path):
     flat = write(tmp_path, "0 0 0\n9 0 0\n999 999 999\n", "a.pol")
     assert gs.read_polygons(flat)[0].tolist() == [[0, 0, 0], [9, 0, 0]]
@@ -191,14 +172,6 @@ def test_polygons(tmp_path):
     table = write(tmp_path, "X_UTME,Y_UTMN,Z_TVDSS,POLY_ID\n1,2,3,0\n4,5,6,0\n7,8,9,1\n", "a.csv")
     lines = gs.read_polygons(table, positive="down")
     assert [line.tolist() for line in lines] == [[[1, 2, -3], [4, 5, -6]], [[7, 8, -9]]]
-
-
-def test_polygons_in_csv_that_cannot_be_told_apart(tmp_path):
-    with pytest.raises(InputError, match=r"the column POLY_ID .*missing.*read_points"):
-        gs.read_polygons(write(tmp_path, "X,Y,Z\n1,2,3\n", "a.csv"), positive="up")
-    text = "X,Y,Z,POLY_ID\n1,2,3,a\n1,2,3,b\n1,2,3,a\n"
-    with pytest.raises(FormatError, match=r"line 4: polyline 'a' continues after another.*Sort"):
-        gs.read_polygons(write(tmp_path, text, "a.csv"), positive="up")
 
 
 @pytest.mark.parametrize("suffix", ["csv", "xyz", "txt"])

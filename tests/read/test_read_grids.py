@@ -1,4 +1,4 @@
-"""Gridded horizons: IRAP, ZMAP+, NetCDF; synthetic files and the real ones."""
+"""Gridded horizons: IRAP, ZMAP+, NetCDF, GOCAD SGrid; synthetic files and the real ones."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 import geosurf as gs
-from geosurf.errors import DependencyError, FormatError, InputError
+from geosurf.errors import DependencyError, FormatError, GeosurfWarning, InputError
 
 CLASSIC = "-996 2 10 20\n500 520 1000 1020\n3 {rotation} 500 1000\n0 0 0 0 0 0 0\n1 2 3\n4 5 6\n"
 
@@ -30,13 +30,6 @@ def binary(nrow=2, ncol=3, values=(1, 2, 3, 4, 5, 6), yinc=20.0, rotation=0.0):
         np.array(values, dtype=">f4").tobytes(),
     ]
     return b"".join(struct.pack(">i", len(r)) + r + struct.pack(">i", len(r)) for r in records)
-
-
-def test_negative_xinc_is_turned_to_increase(tmp_path):
-    text = CLASSIC.replace("10 20\n", "-10 20\n")
-    top = gs.read_horizon(classic(tmp_path, text), positive="up")
-    assert top.easting.values.tolist() == [480, 490, 500]
-    assert top.values.tolist() == [[3, 2, 1], [6, 5, 4]]
 
 
 @pytest.mark.parametrize("yinc", [20, -20])
@@ -62,13 +55,6 @@ def test_rotated_grid_keeps_every_node_and_is_right_handed(tmp_path, yinc, rotat
     assert surface.right_handed
     assert top.attrs["yinc"] == 20
     assert (top.attrs["ncol"], top.attrs["nrow"]) == (3, 2)
-
-
-def test_undefined_values_are_nan(tmp_path):
-    text = CLASSIC.replace("5 6", "9999900.0000 6")
-    assert np.isnan(gs.read_horizon(classic(tmp_path, text), positive="up").values[1, 1])
-    (tmp_path / "b.gri").write_bytes(binary(values=(1, 2, 3, 4, 1e30, 6)))
-    assert np.isnan(gs.read_horizon(tmp_path / "b.gri", positive="up").values[1, 1])
 
 
 @pytest.mark.parametrize(
@@ -115,18 +101,6 @@ def test_unknown_suffix_lists_known_ones_and_format(tmp_path):
         gs.read_horizon(tmp_path / "top.grj", format="iraq")
 
 
-def test_format_overrides_the_suffix(tmp_path):
-    path = classic(tmp_path, name="top.grd")
-    assert gs.read_horizon(path, positive="up", format="irap").shape == (2, 3)
-
-
-def test_missing_file_and_misplaced_variable(tmp_path):
-    with pytest.raises(InputError, match=r"none.gri: cannot be read \(No such file.*Check"):
-        gs.read_horizon(tmp_path / "none.gri", positive="up")
-    with pytest.raises(FormatError, match=r"variable='z'.*this file is irap. Leave variable= out"):
-        gs.read_horizon(classic(tmp_path), positive="up", variable="z")
-
-
 ZMAP = "! made by hand\n@top, GRID, 3\n 8, -99, , 1, 1,\n 3, 2, 0, 10, 0, 20\n 0, 0, 0\n@\n"
 
 
@@ -161,20 +135,6 @@ def stored(tmp_path, data, **kwargs):
     path = tmp_path / "top.nc"
     data.to_netcdf(path, engine="h5netcdf", **kwargs)
     return path
-
-
-def test_netcdf_depth_in_kilometres_with_falling_northing(tmp_path):
-    path = stored(tmp_path, depth_grid(positive="down", units="km").T)
-    top = gs.read_horizon(path)
-    np.testing.assert_array_equal(top.values, [[-3000, np.nan], [-1000, -2000]])
-    assert top.dims == ("northing", "easting")
-    assert top.northing.values.tolist() == [10, 20]
-
-
-def test_netcdf_horizontal_units_are_honoured(tmp_path):
-    data = depth_grid(positive="down", units="m")
-    data["x"].attrs["units"] = "km"
-    assert gs.read_horizon(stored(tmp_path, data)).easting.values.tolist() == [5000, 6000]
 
 
 def test_netcdf_that_says_nothing_needs_arguments(tmp_path):
@@ -299,3 +259,98 @@ def test_reek_grid_agrees_with_its_unrotated_twin(shared):
     assert np.isfinite(difference).mean() > 0.6
     # nearest node is up to 14 m away: a fraction of a metre on these slopes
     assert np.nanmedian(difference) < 1.0
+
+
+# ---- GOCAD SGrid of one layer: a header, and its points in a second file.
+X, Y = np.meshgrid([461000.0, 461010, 461020], [5932000.0, 5932020])
+Z = np.array([[1600.5, 1601, 1602], [1603, 1604.25, 1605]])
+POINTS = np.stack([X, Y, Z], axis=-1)
+HEAD = (
+    "GOCAD SGrid 1 \nHEADER {{\nname: Top\nascii: off\ndouble_precision_binary: {wide}\n}}\n"
+    'GOCAD_ORIGINAL_COORDINATE_SYSTEM\nNAME "ED50 / UTM 31N"\nAXIS_NAME "X" "Y" "Z"\n'
+    'AXIS_UNIT "m" "m" "m"\nZPOSITIVE Depth\nEND_ORIGINAL_COORDINATE_SYSTEM\nAXIS_N {n}\n'
+    "PROP_ALIGNMENT CELLS\nPOINTS_OFFSET 0\nPOINTS_FILE top__points@@\n{more}END\n"
+)
+
+
+def written(tmp_path, data=None, wide="off", n="3 2 1", more="", head=HEAD):
+    path = tmp_path / "top.sg"
+    path.write_text(head.format(wide=wide, n=n, more=more))
+    kind = ">f8" if wide == "on" else ">f4"
+    data = POINTS.astype(kind).tobytes() if data is None else data
+    (tmp_path / "top__points@@").write_bytes(data)
+    return path
+
+
+@pytest.mark.parametrize("wide", ["off", "on"])
+@pytest.mark.parametrize("n", ["3 2 1", "3 1 2", "1 3 2"])
+def test_a_layer_is_a_horizon_and_a_fault(tmp_path, wide, n):
+    path = written(tmp_path, wide=wide, n=n)
+    top = gs.read_horizon(path)
+    np.testing.assert_array_equal(top.values, -Z)
+    assert top.dims == ("northing", "easting")
+    np.testing.assert_array_equal(top.easting.values, X[0])
+    np.testing.assert_array_equal(top.northing.values, Y[:, 0])
+    assert top.attrs["crs"] == "ED50 / UTM 31N"
+    fault = gs.triangulate_fault(gs.read_fault(path))
+    assert (fault.name, fault.n_triangle, fault.crs) == ("Top", 4, "ED50 / UTM 31N")
+    found = gs.info(path)
+    assert (found.format, found.count) == ("sgrid", 6)
+    with pytest.raises(InputError, match="positive='up'"):
+        gs.read_horizon(path, positive="up")
+
+
+def test_rows_are_turned_so_that_up_is_up_and_undefined_nodes_are_nan(tmp_path):
+    points = POINTS[::-1].copy()
+    points[0, 0, 2] = 1e30
+    top = gs.read_horizon(written(tmp_path, points.astype(">f8").tobytes(), "on"))
+    assert gs.Lattice(top.easting.values, top.northing.values, top.values).right_handed
+    assert np.isnan(top.values).sum() == 1
+    assert np.nanmax(-top.values) == 1605
+
+
+def test_points_in_text(tmp_path):
+    head = HEAD.replace("POINTS_FILE top__points@@", "ASCII_DATA_FILE top.dat")
+    path = written(tmp_path, head=head)
+    lines = [f"{x!r} {y!r} {z!r} 0.5 0 0 0\n" for x, y, z in POINTS.reshape(-1, 3).tolist()]
+    (tmp_path / "top.dat").write_text("*\n* X Y Z\n" + "".join(lines))
+    np.testing.assert_array_equal(gs.read_horizon(path).values, -Z)
+    (tmp_path / "top.dat").write_text("".join(lines[1:]))
+    with pytest.raises(FormatError, match=r"top\.dat: found 5 points, expected 6"):
+        gs.read_horizon(path)
+
+
+def test_flags_that_differ_are_named(tmp_path):
+    path = written(tmp_path, more="FLAGS_FILE flags@@\n")
+    (tmp_path / "flags@@").write_bytes(np.array([0, 0, 8, 0, 0, 0], ">u4").tobytes())
+    with pytest.warns(GeosurfWarning, match=r"'flags@@' marks 1 of 6 nodes of 'top\.sg'"):
+        gs.read_horizon(path)
+    assert gs.info(path).notes["flags"] == "not used; 1 of 6 nodes differ from the others"
+
+
+DAMAGES = {
+    "layers": ({"n": "3 2 4"}, "has 3 x 2 x 4 nodes, expected one layer"),
+    "counts": ({"n": "3 9 1"}, r"top__points@@: found 6 points of 12 bytes, expected 27"),
+    "huge": ({"n": "999999999 999999999 1"}, "expected 999999998000000001"),
+    "zero": ({"n": "3 0 1"}, "AXIS_N is '3 0 1'"),
+    "cut": ({"data": POINTS.astype(">f4").tobytes()[:-2]}, "found 5.83333 points"),
+    "nan": ({"data": np.full(18, np.nan, ">f4").tobytes()}, "point 0 is not finite"),
+    "undefined": ({"data": np.full(18, 1e30, ">f4").tobytes()}, "all nodes of the SGrid are undef"),
+    "elsewhere": ({"head": HEAD.replace("top__", "../top__")}, "expected a file of the same"),
+    "no end": ({"head": HEAD.replace("END\n", "\n")}, "has no END"),
+    "no points": ({"head": HEAD.replace("POINTS_FILE", "POINTS_FILM")}, "or no file of points"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", DAMAGES)
+def test_damaged_grids_get_one_sentence(tmp_path, case):
+    words, message = DAMAGES[case]
+    with pytest.raises(FormatError, match=message):
+        gs.read_horizon(written(tmp_path, **words))
+
+
+def test_missing_points_are_named(tmp_path):
+    path = written(tmp_path)
+    (tmp_path / "top__points@@").unlink()
+    with pytest.raises(InputError, match=r"top__points@@: cannot be read"):
+        gs.read_horizon(path)

@@ -1,8 +1,10 @@
-"""Which columns are coordinates, and what is a number."""
+"""Tables in text: what is a number, which columns are coordinates, blocks, marks of no data."""
 
 from __future__ import annotations
 
 import re
+import tempfile
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,8 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import geosurf as gs
-from geosurf.errors import FormatError, InputError
-from geosurf.read._common import is_number, line_blocks, number_text, numbers
+from geosurf.conventions.checks import NO_DATA
+from geosurf.errors import FormatError, GeosurfError, InputError
+from geosurf.read import _common
+from geosurf.read._common import TextBlocks, is_number, numbers
 
 PLAIN = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 AXES = ("easting", "northing", "elevation")
@@ -38,20 +42,6 @@ def test_law_a_number_is_what_every_program_takes(word):
         assert numbers(["1", word, "2"]).tolist() == [1.0, float(word), 2.0]
     elif is_number(word):
         assert word.strip("+-").lower() in ("nan", "inf", "infinity")
-
-
-@given(st.text(" 1\n", max_size=60), st.integers(1, 7))
-def test_law_pieces_of_a_text_are_the_text(text, size):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("geosurf.read._common.BLOCK", size)
-        pieces = list(line_blocks(text))
-        words = number_text(text, "a", 1, "value")
-    assert "".join(piece for _, piece in pieces) == text
-    at = 0
-    for first, piece in pieces:
-        assert first == 1 + text.count("\n", 0, at)
-        at += len(piece)
-    assert words.tolist() == list(map(float, text.split()))
 
 
 @given(
@@ -163,3 +153,93 @@ def test_999_ends_points_on_the_last_lines_only(tmp_path):
         points(write(tmp_path, body + end + body, "c.poi"))
     with pytest.raises(FormatError, match=r"the file has end marks only"):
         points(write(tmp_path, end, "d.poi"))
+
+
+# ---- A text in blocks is the whole text, whatever its line ends and the size of blocks.
+words = st.text("01.e-+ \tné\n\r", max_size=60)
+
+
+@given(words, st.integers(4, 9))
+def test_law_blocks_join_to_the_text(text, size):
+    text += "1\n"
+    with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
+        patch.setattr(_common, "BLOCK", size)
+        path = Path(folder) / "a.txt"
+        path.write_bytes(b"\xef\xbb\xbf" + text.encode())
+        plain = text.replace("\r\n", "\n").replace("\r", "\n")
+        found = list(TextBlocks(path))
+        assert "".join(piece for _, piece in found) == plain
+        starts = np.cumsum([1] + [piece.count("\n") for _, piece in found])[:-1]
+        assert [line for line, _ in found] == starts.tolist()
+        assert all(piece.endswith("\n") for _, piece in found)
+
+
+def map_of_numbers(n, word="-1600.25", end="\n"):
+    """A ZMAP+ map of n x n nodes; its last value is `word`."""
+    body = [" -1600.25"] * (n * n - 1) + [f" {word}"]
+    lines = ["".join(body[k : k + 5]) for k in range(0, len(body), 5)]
+    head = ["@top, GRID, 5", "15, -99, , 2, 1"]
+    return end.join([*head, f"{n}, {n}, 0, 10, 0, 10", "0, 0, 0", "@", *lines, ""])
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_large_maps_with_all_line_ends(tmp_path, end):
+    path = tmp_path / "top.zmap"
+    path.write_bytes(map_of_numbers(300, "-99", end).encode())
+    found = gs.read_horizon(path, positive="up").values
+    assert np.isnan(found[0, -1])
+    assert (found.ravel()[np.arange(found.size) != found.shape[1] - 1] == -1600.25).all()
+
+
+def test_cut_files_are_refused(tmp_path):
+    path = tmp_path / "top.zmap"
+    text = map_of_numbers(300)
+    path.write_text(text[: text.rindex("\n", 0, -1) + 1])
+    with pytest.raises(FormatError, match="incomplete"):
+        gs.read_horizon(path, positive="up")
+    path.write_text(text[:-1])
+    with pytest.warns(gs.errors.GeosurfWarning, match="no line end follows .* may be cut off"):
+        gs.read_horizon(path, positive="up")
+    path.write_text(text + "1\n")
+    with pytest.raises(FormatError, match="found 90001 values, expected 90000"):
+        gs.read_horizon(path, positive="up")
+
+
+# ---- Marks of no data in wells, sticks and polygons: refused with their place, in every unit.
+STRONG = [mark for mark in NO_DATA if mark != 999.0]
+
+
+@pytest.mark.parametrize("unit", ["m", "ft"])
+@pytest.mark.parametrize("mark", [sign * mark for mark in STRONG for sign in (1, -1)])
+def test_law_no_mark_becomes_a_place(tmp_path, mark, unit):
+    (tmp_path / "lines.csv").write_text(f"X,Y,Z,POLY_ID\n0,0,-100,1\n10,0,{mark!r},1\n9,9,-100,1\n")
+    with pytest.raises(GeosurfError, match=r"point 2 of line 1 has .* mark of no data"):
+        gs.read_polygons(tmp_path / "lines.csv", positive="up", length_unit=unit)
+    (tmp_path / "wells.csv").write_text(
+        f"Well,X,Y,TVDSS\nA,1000,1000,-25\nA,1000,1000,500\nA,1000,1000,{mark!r}\nA,1000,1000,900\n"
+    )
+    with pytest.raises(GeosurfError, match=r"line 4: well 'A' has .* mark of no data"):
+        gs.read_wells(tmp_path / "wells.csv", positive="down", length_unit=unit)
+    scale = {"m": 1.0, "ft": 0.3048}[unit]
+    stick = [[0.0, 500, -1000], [0, 520, mark * scale], [0, 560, -1600]]
+    with pytest.raises(GeosurfError, match=r"point 2 of stick 1 has .* mark of no data"):
+        gs.FaultSticks("F", [np.add(stick[0], [[9, 0, 0], [9, 9, -9]]), np.array(stick)])
+
+
+def test_law_measured_places_are_no_marks():
+    """Whole numbers, 999 m and 9999 ft among them, are depths; only 999 999 999 is none."""
+    z = np.concatenate([-np.arange(0.0, 9000.0), -0.3048 * np.arange(9000.0, 10100.0)])
+    z = z[z != -999.25]
+    gs.FaultSticks(
+        "F", [np.column_stack([0 * z, 0 * z, z]), np.column_stack([0 * z + 9, 0 * z, z])]
+    )
+    with pytest.raises(GeosurfError, match=r"has 999"):
+        gs.FaultSticks("F", [[[0, 0, -9], [-999, -999, -999]]])
+
+
+def test_a_path_longer_than_its_measured_depth_is_refused(tmp_path):
+    (tmp_path / "w.csv").write_text(
+        "Well,X,Y,TVDSS,MD\nA,0,0,-25,0\nA,0,0,500,525\nA,0,0,-1000,800\nA,0,0,1200,1225\n"
+    )
+    with pytest.raises(GeosurfError, match=r"line 4: well 'A' goes 1500 m while .* by 275 m"):
+        gs.read_wells(tmp_path / "w.csv", positive="down")

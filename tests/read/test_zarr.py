@@ -95,17 +95,6 @@ def test_of_several_variables_the_name_selects_one(tmp_path, suffix, capsys):
     np.testing.assert_allclose(one.values, base.values, atol=1e-3)
 
 
-def test_a_store_without_a_grid_and_a_folder_that_is_no_store(tmp_path):
-    xr.Dataset({"depth": ("easting", np.arange(3.0))}).to_zarr(
-        tmp_path / "line.zarr", consolidated=False
-    )
-    with pytest.raises(FormatError, match=r"found 0 variables .* Export a grid of elevations"):
-        gs.read_horizon(tmp_path / "line.zarr")
-    (tmp_path / "empty.zarr").mkdir()
-    with pytest.raises(InputError, match=r"Zarr store, which has a zarr\.json or \.zgroup"):
-        gs.read_horizon(tmp_path / "empty.zarr")
-
-
 @pytest.mark.parametrize("suffix", [".nc", ".zarr"])
 @pytest.mark.parametrize("form", ["chunks", "whole"])
 def test_a_small_file_that_announces_many_nodes_is_refused_at_once(tmp_path, suffix, form):

@@ -7,7 +7,7 @@ import pytest
 
 from geosurf import Scene, synthetic, tear_horizon
 from geosurf.render import surface_layers
-from geosurf.render.clip import INSIDE, NEAR, OUTSIDE, OutlineCells, Prism, convex_parts
+from geosurf.render.clip import Prism, convex_parts
 from geosurf.render.surface_layers import as_modelled
 
 SQUARE = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]])
@@ -72,14 +72,6 @@ def test_levels_cut_too_and_neighbours_share_the_cut():
     assert on_rim.all()
 
 
-@pytest.mark.parametrize("ring", [SQUARE, HOOK], ids=["square", "hook"])
-def test_lines_are_cut_where_they_leave(ring):
-    points = np.array([[-2.0, 1.0, 0.0], [10.0, 1.0, 0.0], [-2.0, 6.0, 0.0], [10.0, 6.0, 0.0]])
-    ends = Prism((0, 8, 0, 8, -1, 1), ring).segments(points, np.array([[0, 1], [2, 3]]))
-    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum()
-    assert length == pytest.approx(4.0 if ring is SQUARE else 8.0 + 2.0 + 2.0)
-
-
 def test_torn_horizons_are_drawn_as_far_as_their_faults():
     world = synthetic.torn("normal", n=41)
     sheet = tear_horizon(world.horizons["Top"], world.faults, name="Top")
@@ -92,33 +84,3 @@ def test_torn_horizons_are_drawn_as_far_as_their_faults():
     assert not (shown.vertices[:, None] == outer[None]).all(axis=2).any()
     fault = scene.surface("F1")
     assert as_modelled(scene, fault, 10) is fault
-
-
-def test_short_sides_on_one_line_cut_like_one_side():
-    """Exported outlines have hundreds of corners on straight sides, rounded to a micrometre."""
-    square = np.array([[1.0, 1], [7, 1], [7, 6], [1, 6]])
-    share = np.linspace(0, 1, 50, endpoint=False)[:, None]
-    sides = zip(square, np.roll(square, -1, axis=0), strict=True)
-    dense = np.concatenate([a + share * (b - a) for a, b in sides]).round(7)
-    points = np.array([[0.0, 0, 0], [9, 0, 0], [0, 9, 0]])
-    prisms = [Prism((0, 9, 0, 9, -1, 1), ring) for ring in (square, dense)]
-    assert len(prisms[1].outline) == 4
-    areas = [map_area(*one.triangles(points, np.array([[0, 1, 2]]))[:2]) for one in prisms]
-    assert areas[0] == pytest.approx(areas[1], rel=1e-6)
-
-
-@pytest.mark.parametrize("ring", [STAR, HOOK], ids=["star", "hook"])
-@pytest.mark.parametrize("n", [7, 150])
-def test_cells_of_an_outline_decide_only_what_is_certain(ring, n, rng):
-    points, triangles = tilted(n)
-    points[:, :2] += rng.uniform(-0.4, 0.4, (len(points), 2)) * 11.0 / n
-    code = OutlineCells(ring).sort(points, triangles)
-    for decided in (INSIDE, OUTSIDE):
-        some = triangles[code == decided]
-        parts = [Prism((0, 8, 0, 8, -5, 5), of) for of, _ in convex_parts(ring)]
-        clipped = (part.triangles(points, some) for part in parts)
-        area = sum(map_area(x, t) for x, t, _ in clipped)
-        assert area == pytest.approx(
-            map_area(points, some) if decided == INSIDE else 0.0, rel=1e-12
-        )
-    assert (code == NEAR).mean() < (0.2 if n == 150 else 1.0)

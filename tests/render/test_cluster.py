@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from benchmarks.results import inputs_of
 from geosurf.render.interactive import clustered, view_of_units
 from geosurf.render.surface_layers import UnitMesh, mesh_to_draw, outline
 
@@ -54,16 +53,6 @@ def corner_points(mesh: UnitMesh) -> np.ndarray:
         for point in corners:
             at.setdefault(point, set()).add(surface)
     return mesh.points[[point for point, of in at.items() if len(of) > 2]]
-
-
-@pytest.mark.parametrize("n_horizon", [3, 12])
-def test_views_of_many_horizons_have_as_many_triangles(n_horizon):
-    """Lines of many surfaces take all that may be drawn: horizons between them keep their part."""
-    scene = gs.Scene(*inputs_of(n_horizon, 41, 2))
-    view = view_of_units(scene.units, 6000)
-    assert sum(len(body.triangles) for body in view.bodies) <= 6000
-    most = {body.name: len(body.triangles) for body in view.bodies}
-    assert min(most.values()) > 20
 
 
 def test_units_that_share_a_surface_go_on_sharing_its_points(units):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import xarray as xr
-from matplotlib.path import Path
 
 from geosurf.errors import GeosurfWarning
 from geosurf.model import TriSurface
@@ -13,7 +12,7 @@ from geosurf.render import palette, render_place
 from geosurf.render.allan import draw_allan
 from geosurf.render.compose import plotted
 from geosurf.render.furniture import Sheet, plain_number
-from geosurf.render.isochores import _checked, _dense, cut_by_faults, draw_thickness
+from geosurf.render.isochores import _checked, cut_by_faults, draw_thickness
 from tests.measure.worlds import faulted
 
 SIZE = (640, 400)
@@ -80,42 +79,6 @@ def test_neither_contours_nor_colours_follow_a_fault_through_a_zone(scene):
     np.testing.assert_allclose(whole[~cut], 10.0, atol=1e-9)
     assert 0.0 < (cut & (whole > 9.999)).mean() < 0.15  # a cell or two on either side
     assert not cut_by_faults(x, y, {}).any()
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_nodes_between_polygons_are_those_that_all_distances_find(seed):
-    """Rings at any place, far from most nodes: distances of all nodes to all points of rings."""
-    rng = np.random.default_rng(seed)
-    x, y = np.meshgrid(np.arange(60.0), np.arange(50.0))
-    turn = np.linspace(0.0, 2.0 * np.pi, 40, endpoint=False)
-    round_ = np.column_stack([3.0 * np.cos(turn), 8.0 * np.sin(turn), 0.0 * turn])
-    places = [rng.uniform(0.0, 60.0, 3) for _ in range(2)]
-    rings = [round_ + place for place in (*places, places[0] + (rng.uniform(6.0, 12.0), 3.0, 0.0))]
-    top, base = (
-        xr.Dataset(
-            {
-                "easting": ("point", np.concatenate(some)[:, 0]),
-                "northing": ("point", np.concatenate(some)[:, 1]),
-                "count": ("line", [40] * len(some)),
-                "fault": ("line", names),
-            }
-        )
-        for some, names in ((rings[:2], ["F1", "F2"]), (rings[2:], ["F1"]))
-    )
-    nodes = np.column_stack([x.ravel(), y.ravel()])
-    expected = np.zeros(len(nodes), dtype=bool)
-    lines = [_dense(np.vstack([ring, ring[:1]])[:, :2], 0.5) for ring in rings]
-    for ring in rings:
-        expected |= Path(np.vstack([ring, ring[:1]])[:, :2]).contains_points(nodes)
-    for one, two in ((lines[0], lines[2]), (lines[1], lines[1])):
-        to = [np.hypot(*(nodes[:, None] - line[None]).transpose(2, 0, 1)) for line in (one, two)]
-        across = np.hypot(*(one[:, None] - two[None]).transpose(2, 0, 1)).min(axis=1)
-        nearest = to[0].argmin(axis=1)
-        expected |= to[0].min(axis=1) + to[1].min(axis=1) <= across[nearest] + 2.0
-
-    cut = cut_by_faults(x, y, {"Top": top, "Base": base}).ravel()
-    assert cut.any()
-    assert (cut != expected).sum() == 0
 
 
 def test_letters_that_the_font_lacks_are_replaced_and_named_once(tmp_path):

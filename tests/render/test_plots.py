@@ -132,21 +132,6 @@ def test_files_have_the_same_bytes_twice(scene, tmp_path, suffix):
     assert not re.search(rb"20[0-9]{2}-[01][0-9]-[0-3][0-9]", found[0])
 
 
-def test_names_on_a_map_do_not_lie_over_each_other():
-    """Short lines at one place: only the longest is named there."""
-    flat = gs.TriSurface("Top", "horizon", [[0, 0, 0], [900, 0, 0], [900, 900, 0], [0, 900, 0]],
-                         [[0, 1, 2], [0, 2, 3]])  # fmt: skip
-    walls = [
-        gs.TriSurface(f"Wall {k}", "fault", [[400, y, -9], [500 + 50 * k, y, -9], [450, y, 9]],
-                      [[0, 1, 2]])
-        for k, y in enumerate((450.0, 452.0, 454.0))
-    ]  # fmt: skip
-    curves = gs.intersect_surfaces([flat, *walls])
-    figure = plotted(draw_map, flat, curves, faults=[wall.name for wall in walls])
-    words = [text.get_text() for text in figure.axes[1].texts]
-    assert [word for word in words if word.startswith("Wall")] == ["Wall 2"]
-
-
 @pytest.mark.parametrize("east", [100.0, 870.0, 899.0])
 def test_names_on_a_map_stay_inside_it(east):
     """Next to the right edge the name stands to the left of its line."""

@@ -10,7 +10,6 @@ from geosurf.render.backend import draw_layers
 from geosurf.render.compose import plotted
 from geosurf.render.layers import Layer
 from geosurf.render.map import draw_map
-from geosurf.render.sheet import Sheet, lay_out
 from geosurf.scene.plots import ScenePlots
 
 SMALL = (640, 400)
@@ -155,22 +154,3 @@ def test_map_is_the_same_twice_and_leaves_pyplot_alone(top, curves, tmp_path):
     two = plotted(draw_map, top, curves, path=tmp_path / "2.png", size=SMALL).read_bytes()
     assert one == two
     assert figures() == before
-
-
-@pytest.mark.parametrize("n_channel", [3, 4])
-def test_pasted_pixels_are_those_that_matplotlib_would_draw(rng, n_channel):
-    image = rng.integers(0, 256, (41, 67, n_channel), dtype=np.uint8)
-    buffers = []
-    for paste in ("pasted", "figimage"):
-        sheet = Sheet(lay_out((300, 200)))
-        if paste == "pasted":
-            sheet.paste(image)
-        else:
-            sheet.figure.figimage(image, xo=sheet.layout.left, yo=sheet.layout.bottom)
-        sheet.figure.patch.set_alpha(0.0)
-        sheet.figure.canvas.draw()
-        buffers.append(np.asarray(sheet.figure.canvas.buffer_rgba()).copy())
-    assert buffers[0][..., 3].any()
-    # of pixels that are half transparent, matplotlib rounds colours twice
-    off = np.abs(np.subtract(*buffers, dtype=int))
-    assert off.max() <= (n_channel == 4)

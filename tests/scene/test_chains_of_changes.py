@@ -1,4 +1,4 @@
-"""Scenes made from scenes, change by change: each is the scene made afresh, whatever was asked."""
+"""Scenes made from scenes are those made afresh: change by change, moved surfaces, any threads."""
 
 from __future__ import annotations
 

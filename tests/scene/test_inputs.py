@@ -1,4 +1,4 @@
-"""Inputs of a scene: grids, meshes, sticks and files; units and directions; what is refused."""
+"""Inputs of a scene in all their forms: units, directions, reference systems, made when asked for."""
 
 from __future__ import annotations
 

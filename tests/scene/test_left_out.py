@@ -1,4 +1,4 @@
-"""The default box, and boxes that do not fit."""
+"""The default box and area, and what the model leaves out or leaks at: named with its share."""
 
 from __future__ import annotations
 

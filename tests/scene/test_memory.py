@@ -1,4 +1,4 @@
-"""What scenes of one family remember: whatever input differs, each is the scene made afresh."""
+"""What scenes of one family remember and share: as made afresh, and within its budget."""
 
 from __future__ import annotations
 

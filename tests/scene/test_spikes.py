@@ -1,4 +1,4 @@
-"""Marks of absent values are refused, other spikes warned of, and relief is neither."""
+"""Doubtful inputs: marks of absent values, spikes, horizons in the wrong order, a fault given twice."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`Scene(tear=...)`: from data to a model in one step."""
+"""`Scene(tear=...)`: one step, horizons torn one after another, faults that tears take past others."""
 
 from __future__ import annotations
 

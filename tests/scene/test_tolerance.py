@@ -1,4 +1,4 @@
-"""Scenes of simplified horizons: volumes within their bound."""
+"""Scenes with a tolerance: fewer nodes, within proven bounds of places and volumes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A scene never changes: what is set is refused by name, and copies and pickles still work."""
+"""A scene never changes, and its warnings are issued once; copies and pickles still work."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A scene computes what is asked for, once; results come from memory by what went into them."""
+"""A scene computes what is asked for, once; `replace`; words of the field."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Each message of the sheets says what is wrong, where, and what next."""
+"""Messages of the sheets say what is wrong, where, and what next; reference systems are not mixed."""
 
 from __future__ import annotations
 

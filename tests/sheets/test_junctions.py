@@ -1,4 +1,4 @@
-"""Throw up to the line in which three faults meet: see `tests.sheets.junctions`."""
+"""Throw up to where faults meet: junctions of three, and branches."""
 
 from __future__ import annotations
 

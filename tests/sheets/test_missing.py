@@ -1,4 +1,4 @@
-"""Horizons without data in a block beside a fault: refused by name, or carried on."""
+"""Horizons without data in a block: refused by name, carried on, or pinched out onto another."""
 
 from __future__ import annotations
 

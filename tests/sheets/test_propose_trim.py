@@ -1,4 +1,4 @@
-"""Trim is proposed from ignored data; what data cannot show is reported; blocks are filled."""
+"""Smear: trim is proposed from it, wedges are met despite it, and lost throw is named."""
 
 from __future__ import annotations
 

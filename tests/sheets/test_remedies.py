@@ -1,4 +1,4 @@
-"""Remedies by law: faults without throw or half outside the data, junctions that stop short."""
+"""Remedies of sheets that stay open: faults left out, holes by a minimum cut, longer faults."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Points that sit on no lattice: met like grids, never across a fault, refused by name."""
+"""Points on no lattice: met like grids; those on the wrong side; walls that overlap widely."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Horizons as picked, torn: against worlds whose cut-offs are known in closed form."""
+"""Horizons as picked, torn: against worlds whose cut-offs are known; hidden data."""
 
 from __future__ import annotations
 

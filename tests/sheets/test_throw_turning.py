@@ -1,4 +1,4 @@
-"""By throw on faults that turn in the map: throw is met down the dip they have at each place."""
+"""By throw on faults that turn in the map or turn back: throw is met down their own dip."""
 
 from __future__ import annotations
 

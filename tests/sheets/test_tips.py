@@ -1,4 +1,4 @@
-"""Throw that dies at a tip: shapes of cracks are taken out of a sheet, and only where they pay."""
+"""Throw that dies at a tip, and faults that were picked too short for it."""
 
 from __future__ import annotations
 

@@ -34,15 +34,6 @@ def area_of(ring):
 
 
 # --------------------------------------------------------------------------- volumes
-def test_an_l_shape():
-    slope = grid("Top", [[0, 6], [0, 6]], spacing=6.0, corner=(-1.0, -1.0))  # x + 1
-    units = carve([slope, level("Base", 0.5)], ELL)
-    assert units.footprint == 10.0
-    # the integral of x over the L is 4 * 2 (x < 2) + 6 (x from 2 to 4, 1 wide)
-    assert units["Top/Base"].volume == pytest.approx(8 + 6 + 10 * 0.5, rel=1e-12)
-    assert units["below Base"].volume == pytest.approx(10 * 4.5, rel=1e-12)
-    assert units.volume == pytest.approx(10 * 12.0, rel=1e-15)
-    assert units["Top/Base"].bounded_by == ("Top", "Base", "aoi")
 
 
 def test_a_concave_area_parts_blocks_that_only_touch_outside():
@@ -119,12 +110,6 @@ def test_a_scene_with_an_area():
     assert other.units.box_volume == 360.0
 
 
-def test_an_area_beyond_a_horizon_leaks_there():
-    with pytest.raises(OpenUnitError, match=r"leak around horizon 'Top'.*N 2\.5") as caught:
-        Scene({"Top": grid("Top", np.ones((2, 2)), spacing=2.5)}, aoi=ELL).units  # noqa: B018
-    assert caught.value.place[2] == 1.0
-
-
 def test_open_fences_are_refused():
     for k in (1, 2):
         walls = [w for i, w in enumerate(build_walls(BOX, ELL)) if i != k]
@@ -147,14 +132,6 @@ def test_where_a_ring_starts_and_how_it_turns_changes_nothing(ring, start, back)
     areas = [signed_area(checked[face]) for face in faces]
     assert min(areas) > 0
     assert math.fsum(areas) == pytest.approx(area_of(ring), rel=1e-12)
-
-
-def test_corners_in_a_row_and_a_comb():
-    ring = check_outline([(0, 0), (1, 0), (2, 0), (3, 0), (3, 3), (2, 3), (2, 1), (1, 1), (1, 3),
-                          (0, 3), (0, 2), (0, 1)])  # fmt: skip
-    faces = triangulate_ring(ring)
-    assert sum(signed_area(ring[face]) for face in faces) == 7.0
-    assert min(signed_area(ring[face]) for face in faces) > 0
 
 
 @pytest.mark.parametrize(

@@ -8,9 +8,7 @@ import xarray as xr
 
 import geosurf as gs
 from geosurf.conventions import rising_diagonal
-from geosurf.model import Lattice, TriSurface
-from geosurf.triangulate import footprint, shared_area
-from geosurf.triangulate.footprint import footprint_of
+from geosurf.model import Lattice
 
 
 def coordinates(rng, kind):
@@ -64,29 +62,6 @@ def test_a_map_that_differs_in_one_bit_is_another():
     assert not Lattice(0.0 * x, y, x).has_map(-0.0 * x, y)
 
 
-@pytest.mark.parametrize("kind", ["rotated", "bent"])
-@pytest.mark.parametrize("seed", range(6))
-def test_what_is_proven_of_steps_holds(kind, seed):
-    x, y = coordinates(np.random.default_rng([seed, 9]), kind)
-    lattice = Lattice(x, y, np.zeros(x.shape))
-    frame = lattice.map_frame
-    cells = (x[:-1, 1:] - x[:-1, :-1]) * (y[1:, :-1] - y[:-1, :-1]) - (y[:-1, 1:] - y[:-1, :-1]) * (
-        x[1:, :-1] - x[:-1, :-1]
-    )
-    assert frame.height > 0.0
-    assert lattice.right_handed == (np.sign(cells).sum() >= 0)
-    i, j = np.indices(x.shape)
-    steps = np.array([frame.column, frame.row], dtype=np.longdouble)
-    off = [
-        (of.astype(np.longdouble) - of[0, 0]) - (j * steps[0, k] + i * steps[1, k])
-        for k, of in enumerate((x, y))
-    ]
-    assert np.hypot(*off).max() <= frame.off
-    assert frame.off < (3e-8 if kind == "rotated" else 20.0)
-    for axis, least in zip((1, 0), frame.least_step, strict=True):
-        assert least <= np.hypot(np.diff(x, axis=axis), np.diff(y, axis=axis)).min()
-
-
 def survey_of(seed, n=3):
     """Horizons over one rotated map, as `Scene` takes them."""
     rng = np.random.default_rng(seed)
@@ -127,26 +102,3 @@ def test_a_scene_holds_the_map_once_and_has_the_same_bytes(seed):
         one.coords["easting"].values[:] = 0.0
     assert scene.volumes.equals(before)
     assert np.abs(lattices[0].easting).min() > 1.0
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_areas_of_whole_grids_are_those_of_all_cells(seed, monkeypatch):
-    horizons = [gs.triangulate_horizon(one, name=name) for name, one in survey_of(seed).items()]
-    small = horizons[0].lattice
-    part = Lattice(small.easting[:-1, 1:], small.northing[:-1, 1:], small.elevation[:-1, 1:])
-    some = (
-        [*horizons, TriSurface("Part", "horizon", lattice=part)]
-        if min(part.shape) > 1
-        else horizons
-    )
-    for few in (horizons, some):
-        quick = shared_area.shared_area([footprint_of(one) for one in few])
-        with monkeypatch.context() as patch:
-            patch.setattr(shared_area, "_runs_around", lambda *_: False)
-            patch.setattr(footprint, "_is_rectangle", lambda _: False)
-            footprints = [footprint_of(one) for one in few]
-            long = shared_area.shared_area(footprints)
-        assert quick.outline.tobytes() == long.outline.tobytes()
-        assert (quick.area, quick.share, quick.pieces) == (long.area, long.share, long.pieces)
-        for one, other in zip(few, footprints, strict=True):
-            assert footprint_of(one).rim.tobytes() == other.rim.tobytes()

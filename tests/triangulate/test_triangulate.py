@@ -106,17 +106,6 @@ def test_the_diagonal_rule_holds_for_sheared_and_rough_grids(degrees, stretch, s
     assert all(t == triangles[0] for t in triangles)
 
 
-def test_the_diagonal_runs_north_east_and_north_where_that_is_a_tie():
-    plain = triangulate_horizon(horizon(np.zeros((2, 2))))
-    assert plain.lattice.rising
-    diamond = [
-        rising_diagonal(*rotated(45, 2, 2, origin)) for origin in ((0, 0), (456000.3, 6780000.7))
-    ]
-    assert diamond == [True, True]
-    x, y = rotated(45, 2, 2)
-    assert abs(x[1, 1] - x[0, 0]) < 1e-6 < y[1, 1] - y[0, 0]
-
-
 def test_one_and_two_dimensional_coordinates_agree():
     da = horizon(np.arange(12.0).reshape(3, 4))
     x, y = np.meshgrid(da.easting, da.northing)
@@ -147,18 +136,6 @@ def test_triangles_exist_where_their_three_nodes_do(n_row, n_col, seed):
             assert number[i, j] == -1
         else:
             assert surface.vertices[number[i, j]].tolist() == [25.0 * j, 50.0 * i, values[i, j]]
-
-
-def test_depth_is_turned_and_feet_are_converted():
-    da = horizon([[1000.0, 1000.0], [2000.0, 2000.0]], positive="down", units="ft")
-    da["easting"].attrs["units"] = "km"
-    surface = triangulate_horizon(da, name="Base")
-    assert surface.name == "Base"
-    assert surface.role == "horizon"
-    np.testing.assert_allclose(surface.bounds, (0, 25000, 0, 50, -609.6, -304.8))
-    assert (normals(surface)[:, 2] > 0).all()
-    said = triangulate_horizon(da, positive="up", length_unit="m")
-    assert said.bounds[4:] == (1000.0, 2000.0)
 
 
 def test_the_volume_under_a_dome_converges_with_order_two():

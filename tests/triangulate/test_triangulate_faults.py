@@ -289,22 +289,6 @@ def test_sticks_of_a_strongly_curved_fault_keep_their_order(n_stick):
     assert (times == 1).sum() == rim
 
 
-def test_planar_sticks_cover_their_plane_once():
-    r = np.random.default_rng(4)
-    sticks = []
-    for y in (0.0, 300.0, 650.0, 800.0):
-        t = np.r_[0.0, np.sort(r.random(4)), 1.0]
-        sticks.append(np.stack([250.0 * t, np.full(6, y), -1500.0 - 400.0 * t], axis=1))
-    area = np.linalg.norm(normals(triangulate_sticks(sticks, name="F1")), axis=1).sum()
-    assert np.isclose(area, 800.0 * np.hypot(250.0, 400.0), rtol=1e-12)
-
-
-def test_sticks_that_fan_out_of_one_point_share_it():
-    sticks = [[[0, 0, 0], [100.0 * i, 300, -300]] for i in range(4)]
-    fan = triangulate_sticks(sticks, name="F1")
-    assert (fan.n_vertex, fan.n_triangle) == (5, 3)
-
-
 def test_level_sticks_run_along_with_their_neighbours():
     sticks = [
         [[0, 0, -z], [900, 3 * (-1) ** i, -z]] for i, z in enumerate((1500, 1700, 1900, 2100))
@@ -313,12 +297,6 @@ def test_level_sticks_run_along_with_their_neighbours():
     assert trace.n_triangle == 6
     area = np.linalg.norm(normals(trace), axis=1).sum()
     assert np.isclose(area, 900 * 600, rtol=0.02)
-
-
-def test_a_stick_digitised_down_and_up_again_is_one_stick():
-    down, side = [[0, 0, -1500], [300, 0, -2000]], [[0, 400, -1500], [300, 400, -2000]]
-    twice = triangulate_sticks([[*down, down[0]], side], name="F1")
-    assert in_the_world(twice) == in_the_world(triangulate_sticks([down, side], name="F1"))
 
 
 @pytest.mark.parametrize("fault", ["F1", "F2", "F3", "F4", "F5", "F6"])

@@ -36,15 +36,6 @@ def test_fault_polygons_come_back_from_pol_and_csv(scene, tmp_path):
     assert set(rows[0]) == {"X", "Y", "Z", "POLY_ID", "FAULT", "PART", "MAP_AREA", "KIND"}
 
 
-def test_tables_without_lines_are_refused(scene, tmp_path):
-    with pytest.raises(
-        OutputError, match=r"Dataset cannot be written as '.pol'. Use one of the suffixes .nc"
-    ):
-        gs.write(scene.juxtaposition("F1", "all"), tmp_path / "a.pol")
-    with pytest.raises(OutputError, match=r"no lines in space"):
-        gs.write(scene.fault_polygons("Top").isel(line=slice(0, 0)), tmp_path / "a.csv")
-
-
 def test_what_is_no_file_says_what_is(scene, tmp_path):
     with pytest.raises(
         OutputError, match=r"suffixes .epc\. Or write its scene.units, scene.curves or"

@@ -54,15 +54,6 @@ def test_points_that_files_do_not_hold(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-def test_depths_are_turned(tmp_path):
-    cloud = points()
-    cloud["elevation"] = -cloud.elevation
-    cloud.elevation.attrs |= {"positive": "down", "units": "ft"}
-    (path,) = gs.write(cloud, tmp_path / "a.xyz")
-    back = gs.read_points(path, positive="up").elevation
-    np.testing.assert_allclose(back, -0.3048 * cloud.elevation.values, rtol=1e-15)
-
-
 @pytest.mark.parametrize("suffix", [".pol", ".csv", ".geojson"])
 def test_law_lines_come_back(scene, tmp_path, suffix):
     ring = np.array([[0.0, 0, 1], [9e5, 0, 2], [9e5, 9e5, 1 / 3], [0, 0, 1]])

@@ -111,15 +111,6 @@ def test_vertex_data_come_back(tmp_path, suffix):
         np.testing.assert_array_equal(back[key], value)
 
 
-def test_vertex_data_that_cannot_be_held_are_named(tmp_path):
-    words = {"facies": np.array(["a", "b", "c", "d"])}
-    for suffix in (".ts", ".vtp", ".obj"):
-        notes = gs.write(surface(**words), tmp_path / f"fault{suffix}").notes
-        assert any("'facies'" in note for note in notes)
-    with pytest.raises(OutputError, match=r"'F 1': vertex data hold infinite.*Write .vtp"):
-        gs.write(surface(throw=np.array([1, np.inf, 3, 4])), tmp_path / "f.ts")
-
-
 @pytest.mark.parametrize("suffix", [*EXACT, ".stl"])
 def test_the_same_object_gives_the_same_bytes(tmp_path, suffix):
     (one,) = gs.write(surface(), tmp_path / f"one{suffix}")
@@ -191,18 +182,6 @@ def test_a_unit_comes_back_closed(tmp_path, suffix):
     assert back.n_vertex == 4
     if suffix == ".ts":
         assert path.read_text().count("TFACE") == 1  # xtgeo reads no second one
-
-
-def test_units_as_multiblock(tmp_path):
-    pyvista = pytest.importorskip("pyvista")
-    written = gs.write(units(), tmp_path / "model.vtm")
-    assert written[0] == tmp_path / "model.vtm"
-    assert len(written) == 3
-    blocks = pyvista.read(written[0])
-    assert blocks.keys() == ["Top/Base F1+", "Top/Base F1-"]
-    assert blocks[0].volume == pytest.approx(1 / 6)
-    assert blocks[0].field_data["block"][0] == "F1+"
-    np.testing.assert_array_equal(blocks[1].points, units()["Top/Base F1-"].vertices)
 
 
 def test_units_as_tables(tmp_path):
@@ -343,26 +322,6 @@ def test_a_name_that_is_changed_is_among_the_losses(tmp_path, name):
         written = gs.write(horizon(), tmp_path / f"a{suffix}", name=name)
         told = [loss.what for loss in written.lost].count("name")
         assert told == (" ".join(changed.split()) != name)
-
-
-def test_a_thickness_is_not_called_elevation(tmp_path):
-    top = horizon()
-    del top.attrs["positive"], top.attrs["long_name"]
-    for suffix in (".irapasc", ".zmap", ".cps3", ".asc", ".xyz"):
-        notes = gs.write(top.rename("isochore of Upper"), tmp_path / f"top{suffix}").notes
-        assert any("Values are isochore of Upper in m, which" in note for note in notes)
-
-
-def test_irregular_grids_do_not_fit_irap(tmp_path):
-    top = horizon(np.zeros((3, 3))).assign_coords(easting=[0.0, 1.0, 3.0])
-    with pytest.raises(OutputError, match=r"not on a regular rectangular grid.*Write .nc"):
-        gs.write(top, tmp_path / "top.irapasc")
-    with pytest.raises(OutputError, match=r"a value of 9999900.0.*'undefined' in IRAP. Write .nc"):
-        gs.write(horizon([[1, 9999900.0], [1, 2]]), tmp_path / "top.irapasc")
-    with pytest.raises(OutputError, match=r"has infinite values. Set missing nodes to NaN"):
-        gs.write(horizon([[1, np.inf], [1, 2]]), tmp_path / "top.gri")
-    with pytest.raises(OutputError, match=r"needs two dims and the coordinates easting and"):
-        gs.write(horizon().drop_vars("easting"), tmp_path / "top.gri")
 
 
 def test_unknown_suffixes_and_objects(tmp_path):
