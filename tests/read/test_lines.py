@@ -1,4 +1,4 @@
-"""Points, lines and sticks in text and JSON: CPS-3, GOCAD, RMS and Petrel, Charisma, GeoJSON, shapefiles."""
+"""Points, lines and sticks: CPS-3, GOCAD, RMS and Petrel, Charisma, GeoJSON, shapefiles."""
 
 from __future__ import annotations
 

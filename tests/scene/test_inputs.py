@@ -1,4 +1,4 @@
-"""Inputs of a scene in all their forms: units, directions, reference systems, made when asked for."""
+"""Inputs of a scene in all forms: units, directions, reference systems, made when asked for."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`Scene(tear=...)`: one step, horizons torn one after another, faults that tears take past others."""
+"""`Scene(tear=...)`: one step, horizons torn one after another, faults that pass others."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Messages of the sheets say what is wrong, where, and what next; reference systems are not mixed."""
+"""Messages of the sheets say what is wrong, where, what next; reference systems stay apart."""
 
 from __future__ import annotations
 

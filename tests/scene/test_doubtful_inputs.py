@@ -1,4 +1,4 @@
-"""Doubtful inputs: marks of absent values, spikes, horizons in the wrong order, a fault given twice."""
+"""Doubtful inputs: marks of absent values, spikes, wrong order, a fault given twice."""
 
 from __future__ import annotations
 
