@@ -23,11 +23,12 @@ WAYS = {"two-way": 0.0005, "one-way": 0.001}  # seconds on the way down for each
 ELSEWHERE = "elsewhere"
 DATUM = "datum"
 WELLS = "wells"
+TOPS = "tops"  # in place of checkshots: depths of well tops, and times of their horizons there
 COLUMNS = ("well", "easting", "northing", "depth", "time")
 EVEN = 1e-6  # of a cell: how far nodes of a rotated map may be off equal steps
 HOW = (
     'Write velocity={"above Top": 2000.0, "Top/Base": {"v0": 1800.0, "k": 0.6}, "elsewhere": '
-    '3000.0} in m/s; a value may be a map, and "wells" takes checkshots'
+    '3000.0} in m/s; a value may be a map, and "wells" takes checkshots or "tops"'
 )
 
 

@@ -414,7 +414,7 @@ def scene_in_time(scenario: Scenario) -> Scene:
         aoi=None if scenario.aoi is None else scenario.aoi.value, crs=scenario.crs,
         tear=None if tear is None else tear.trim_cells,
         fill_empty_blocks=None if tear is None else tear.fill_empty_blocks,
-        time=scenario.time, velocity=scenario.velocity,
+        time=scenario.time, velocity=scenario.velocity, tops=_tops(scenario).get("tops"),
     )  # fmt: skip
 
 

@@ -600,7 +600,7 @@ class Scenario:
 
     velocity: dict[str, Any] | None = key(
         'With `time`: velocity of each zone, as in `"Top/Base" = 2800.0`, or average velocity from '
-        "the datum to a horizon.",
+        'the datum to a horizon; `wells` is a file of checkshots, or `"tops"` for `[tops]`.',
         values.velocities,
         unit="m/s",
         default=None,

@@ -18,6 +18,7 @@ from typing import Any, NoReturn, Protocol
 from geosurf.conventions import did_you_mean, is_number
 from geosurf.conventions.text import closest
 from geosurf.errors import InputError
+from geosurf.measure.velocity import TOPS, WELLS
 from geosurf.model.network import SIDES, WAYS
 from geosurf.model.regions import check_regions
 from geosurf.read._guard import is_zarr
@@ -476,7 +477,9 @@ def velocities(at: KeyPath, value: Any) -> dict[str, Any] | None:
     if not isinstance(value, Mapping):
         return None
     files = {
-        name: file(at.inside(name), one) for name, one in value.items() if isinstance(one, str)
+        name: file(at.inside(name), one)
+        for name, one in value.items()
+        if isinstance(one, str) and (name, one) != (WELLS, TOPS)
     }
     return {**value, **files}
 

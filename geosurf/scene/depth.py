@@ -24,6 +24,7 @@ from geosurf.conventions.crs import crs_of
 from geosurf.conventions.text import length_text
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.measure.places import points_of_array
+from geosurf.measure.throw import FOUND, STATUSES, UNKNOWN, well_misfit
 from geosurf.measure.time_to_depth import (
     Mesh,
     Starts,
@@ -38,6 +39,8 @@ from geosurf.measure.time_to_depth import (
     velocities_at_wells,
 )
 from geosurf.measure.velocity import (
+    COLUMNS,
+    TOPS,
     WAYS,
     WELLS,
     Velocity,
@@ -52,11 +55,11 @@ from geosurf.model import FluidContact, Lattice, Sheet, TriSurface
 from geosurf.model.base import in_crs_of
 from geosurf.model.column import names_of_zones
 from geosurf.model.surfaces import cutoffs_kept
-from geosurf.model.tops import tops_of
+from geosurf.model.tops import Tops, tops_of
 from geosurf.rebuild import patches_from, trim_sheets
 from geosurf.scene.graph import Graph
 from geosurf.scene.inputs import SceneInputs, in_time_unit, opened_map, undeclared
-from geosurf.scene.surfaces import opened_horizon
+from geosurf.scene.surfaces import opened_horizon, opened_tops
 from geosurf.triangulate.horizon import horizon_over
 
 MET = 0.05  # m: checkshots that are met as well as they are measured
@@ -82,9 +85,10 @@ def converted(graph: Graph, inputs: SceneInputs, time: str, in_time: bool) -> Ti
     velocity = _velocity(graph, inputs, time)
     key, columns = _columns(graph, velocity)
     second = WAYS[time]
+    said = memory.hold(inputs.velocity), _tops_key(inputs)
     found: TimeDepth = memory.get_or_compute(
         "convert", "time to depth" if in_time else "depth to time",
-        ("convert", key, memory.hold(inputs.velocity), in_time, second),
+        ("convert", key, *said, in_time, second),
         lambda: convert_mesh(*columns, velocity, in_time, second),
         lambda made: f"{made.depth.min():.6g} to {made.depth.max():.6g} m",
     )  # fmt: skip
@@ -105,13 +109,73 @@ def _velocity(graph: Graph, inputs: SceneInputs, time: str) -> Velocity:
                 raise InputError(
                     'velocity: "wells" needs horizons in time. Give velocities by zone instead.'
                 )
-            shots = {name: from_datum(rows, datum) for name, rows in checkshots_of(given).items()}
+            shots, _ = _shots(graph, inputs, given)
+            shots = {name: from_datum(rows, datum) for name, rows in shots.items()}
             return velocities_at_wells(graph.patches, graph.units, zones, shots, WAYS[time])
 
         return velocity_of(inputs.velocity, horizons, zones, open_map, of_wells)
 
-    key = ("velocity", graph.memory.hold(inputs.velocity), zones, time, graph.units_key)
+    said = graph.memory.hold(inputs.velocity), _tops_key(inputs)
+    key = ("velocity", *said, zones, time, graph.units_key)
     return graph.memory.stored_for(inputs.velocity, key, run)
+
+
+def _of_wells(inputs: SceneInputs) -> Any:
+    """What stands for checkshots among the velocities of a scene; None without."""
+    entries = inputs.velocity if is_by_name(inputs.velocity) else {}
+    return unscaled(entries.get(WELLS))[0]
+
+
+def _is_tops(given: Any) -> bool:
+    return isinstance(given, str) and given == TOPS
+
+
+def _tops_in_depth(inputs: SceneInputs) -> Tops:
+    """The well tops that give velocities."""
+    if inputs.tops is None or is_time_unit(getattr(_column(inputs.tops), "attrs", {}).get("units")):
+        lacks = "well tops" if inputs.tops is None else "well tops in depth; these are in time"
+        raise InputError(
+            f'velocity: "wells" = "tops" needs {lacks}. Give them: tops=geosurf.read_tops(path).'
+        )
+    tops = opened_tops(inputs.tops, inputs.options)
+    assert tops is not None
+    return tops
+
+
+def _tops_key(inputs: SceneInputs) -> Hashable:
+    """What well tops add to the key of velocities."""
+    if not _is_tops(_of_wells(inputs)):
+        return None
+    tops = _tops_in_depth(inputs)
+    return tops.wells, tops.horizons, tops.points.tobytes()
+
+
+def _shots(
+    graph: Graph, inputs: SceneInputs, given: Any
+) -> tuple[dict[str, np.ndarray], list[GeosurfWarning]]:
+    """Checkshots by well, as given or from tops on the model in time; tops that give none."""
+    if not _is_tops(given):
+        return checkshots_of(given), []
+    tops = _tops_in_depth(inputs)
+    found = well_misfit(graph.patches, graph.units, tops)
+    status, times = found.status.values, -found.model.values
+    used = np.flatnonzero(status == FOUND)
+    left = np.flatnonzero((status != FOUND) & (status != UNKNOWN))  # those are warned of already
+    warnings = []
+    if len(left):
+        why = dict.fromkeys(f"{tops.words(k)} ({STATUSES[status[k]]})" for k in left.tolist())
+        words = f"{counted(len(left), 'well top')} without a velocity: {', '.join(why)}."
+        how = "Leave them out, or correct their wells, horizons or depths."
+        warnings = [GeosurfWarning("tops", TOPS, words, how)]
+    if not len(used):
+        raise InputError(
+            'velocity: "wells" = "tops" needs well tops on horizons of the scene; none of '
+            f"{len(tops)} is on one. Give their velocities by zone instead."
+        )
+    east, north, up = tops.points[used].T
+    names = [tops.wells[k] for k in used]
+    columns = (names, east, north, -up, times[used])
+    return checkshots_of(dict(zip(COLUMNS, columns, strict=True))), warnings
 
 
 def _columns(graph: Graph, velocity: Velocity) -> tuple[Hashable, Columns]:
@@ -345,27 +409,27 @@ def plain_in_depth(given: Graph, built: Graph, inputs: SceneInputs) -> Graph:
 
 def _warnings_of_wells(built: Graph, inputs: SceneInputs) -> list[GeosurfWarning]:
     """How far checkshots are from the model, where they give its velocities."""
-    entries = inputs.velocity if is_by_name(inputs.velocity) else {}
-    given, _ = unscaled(entries.get(WELLS))
+    given = _of_wells(inputs)
     if given is None:
         return []
-    shots = checkshots_of(given)
+    shots, found = _shots(built, inputs, given)
     rows = np.concatenate([*shots.values()])
     names = [name for name, some in shots.items() for _ in some]
     pair = converted(built, inputs, str(inputs.time), True)
     off = pair.convert(np.column_stack([rows[:, :2], -rows[:, 3]]), True)[:, 2] + rows[:, 2]
     k = int(np.abs(off).argmax())
     if abs(off[k]) < MET:
-        return []
+        return found
     worst = f"{length_text(abs(off[k]))} (well {names[k]!r}, {rows[k, 2]:.0f} m deep)"
+    what = "well top" if _is_tops(given) else "checkshot"
     words = (
         f"Interval velocities of {counted(len(shots), 'well')} stand for "
-        f"{counted(len(rows), 'checkshot')}. The model misses these by up to {worst}; the root "
+        f"{counted(len(rows), what)}. The model misses these by up to {worst}; the root "
         f"mean square is {length_text(float(np.sqrt((off**2).mean())))}."
     )
     remedy = "Give zones where it is large v0 and k, a map, or more horizons."
     place = (rows[k, 0], rows[k, 1], -rows[k, 2])
-    return [GeosurfWarning("velocity", WELLS, words, remedy, place)]
+    return [*found, GeosurfWarning("velocity", WELLS, words, remedy, place)]
 
 
 def inputs_in_time(

@@ -170,8 +170,9 @@ class Scene:
         [m/s]. The model becomes one in depth; box, contacts and tops are in metres. By zone a
         number, a map (`xarray.DataArray` or path) or ``{"v0": 1800.0, "k": 0.6}``, v0 + k times
         the depth below the datum; by horizon the average velocity to it; ``"wells"`` for
-        checkshots, ``"elsewhere"`` for all other zones, ``"datum"`` for the elevation at time zero.
-        One value alone counts for all zones. See docs/guides/time_and_depth.md.
+        checkshots or ``"tops"``, for those of the scene, ``"elsewhere"`` for all other zones,
+        ``"datum"`` for the elevation at time zero. One value alone counts for all zones. See
+        docs/guides/time_and_depth.md.
     on_start : callable, optional
         Is called before each step: stage, subject, its number, and how many there are, as in
         ``("tear", "Top", 2, 4)``. Scenes made by `replace` call it, too; copies do not. Default:

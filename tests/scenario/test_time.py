@@ -69,3 +69,14 @@ def test_time_and_velocity_belong_together(folder):
     (folder / "no.toml").write_text(TOML.format(velocity=""))
     with pytest.raises(gs.errors.ScenarioError, match="belong together"):
         gs.run_scenario(folder / "no.toml", folder / "out")
+
+
+def test_tops_of_a_scenario_give_its_velocities(folder):
+    rows = ["well,horizon,easting,northing,elevation"]
+    rows += [f"W{x},Top,{x},500,{z}" for x, z in ((150, -1700.0), (850, -1790.0))]
+    (folder / "tops.csv").write_text("\n".join([*rows, ""]))
+    velocity = '[tops]\nfile = "tops.csv"\npositive = "up"\nlength_unit = "m"\n'
+    velocity += '[velocity]\nwells = "tops"\nelsewhere = 2500.0'
+    (folder / "t.toml").write_text(TOML.partition("[[uncertain]]")[0].format(velocity=velocity))
+    scene = gs.run_scenario(folder / "t.toml", folder / "out_t")
+    np.testing.assert_allclose(scene.misfit().misfit.values, 0.0, atol=1e-6)

@@ -301,6 +301,37 @@ def test_checkshots_of_wells_give_velocities_and_state_their_misfit() -> None:
         _ = scene.replace(velocity=velocity | {"wells": wrong}).units
 
 
+def test_tops_give_velocities_which_horizons_meet() -> None:
+    """Depths of tops over times of horizons; equal to the same numbers as checkshots."""
+    levels = {"Top": -2000.0, "Base": -2120.0}
+    tops = {
+        "well": ["A", "A", "B", "B", "C"], "horizon": ["Top", "Base", "Top", "Base", "Top"],
+        "easting": [600.0, 600.0, 3400.0, 3400.0, 9e4], "northing": [1000.0] * 5,
+        "elevation": [-2310.0, -2500.0, -2190.0, -2350.0, -2000.0],
+    }  # fmt: skip
+    more = {"velocity": {"wells": "tops", "below Base": 3500.0}, "box": None}
+    scene = in_time(2000.0, levels, tops=tops, **more)
+    with pytest.warns(gs.errors.GeosurfWarning, match="1 well top without a velocity: 'Top'"):
+        off = scene.misfit().misfit.values
+    np.testing.assert_allclose(off[:4], 0.0, atol=1e-6)
+
+    # the same as checkshots, whose times are those of the horizons there
+    first = {key: value[:4] for key, value in tops.items()}
+    names = ("easting", "northing", "elevation")
+    at_tops = np.column_stack([first[name] for name in names])
+    depth, time = -at_tops[:, 2], -scene.to_time(at_tops)[:, 2]
+    shots = {key: first[key] for key in ("well", *names[:2])} | {"depth": depth, "time": time}
+    other = scene.replace(velocity={"wells": shots, "below Base": 3500.0}, tops=None)
+    np.testing.assert_allclose(other.volumes.values, scene.volumes.values, rtol=1e-9)
+
+    # other tops, other velocities: nothing of the first ones is kept
+    lower = {**first, "elevation": [up - 30.0 for up in first["elevation"]]}
+    changed = scene.replace(tops=lower)
+    np.testing.assert_allclose(changed.misfit().misfit.values, 0.0, atol=1e-6)
+    with pytest.raises(gs.errors.InputError, match='"wells" = "tops" needs well tops'):
+        _ = scene.replace(tops=None).units
+
+
 def test_tops_and_contacts_in_time_become_depth_and_ties_meet_tops() -> None:
     levels = {"Top": -2000.0, "Base": -2150.0}
     velocity = {"above Top": 2200.0, "Top/Base": 3000.0, "below Base": 3500.0}
