@@ -280,7 +280,8 @@ def _near_pairs(
     if not len(triangles):
         return np.empty((0, 2), dtype=np.int64)
     boxes, codes, _, _ = survey_list(x, triangles)
-    given = x, triangles, n_first, graph, boxes, *build_list_tree(boxes, codes)
+    order, nodes, levels = build_list_tree(boxes, codes)
+    given = x, triangles, n_first, graph, boxes.take(order, axis=0), order, nodes, levels
 
     def of_range(first: int, last: int) -> np.ndarray:
         """Pairs of a range: as many as there is room for, again if there were more."""

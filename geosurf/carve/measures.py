@@ -175,25 +175,11 @@ def _sums(
 
 
 def _of_runs(lattice: Lattice, runs: np.ndarray, level: float | None = None) -> np.ndarray:
-    """Volume below each run and its map area (n_run, 3), without a level its heights (n_run, 2).
-
-    A moved fault changes a few runs of each row: what the last model had of them is known.
-    """
-    held = lattice.__dict__.setdefault("_known_runs", {})  # with the lattice, as its tree is
-    kind = "heights" if level is None else "volumes"
-    before, runs0, known = held.get(
-        kind, (level, runs[:0], np.empty((0, 2 if level is None else 3)))
-    )
-    if before != level:
-        runs0, known = runs0[:0], known[:0]
-    given = lattice.coordinates, lattice.places, runs
+    """Volume below each run and its map area (n_run, 3), without a level its heights (n_run, 2)."""
+    x, y, z = lattice.coordinates
     if level is None:
-        found = kernels.heights_of_runs(given[0][2], *given[1:], runs0, known)
-    else:
-        found = kernels.volume_below_runs(*given[0], *given[1:], level, runs0, known)
-    if len(runs) >= len(runs0):  # else a change: the next one may be of the same scene as this
-        held[kind] = level, runs, found
-    return found
+        return kernels.heights_of_runs(z, lattice.places, runs)
+    return kernels.volume_below_runs(x, y, z, lattice.places, runs, level)
 
 
 def _runs(

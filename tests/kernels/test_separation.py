@@ -112,7 +112,8 @@ def test_neighbours_of_a_bent_grid_are_never_asked_about_exactly():
     a = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
     t = np.concatenate([np.stack([a, a + 1, a + n + 1], 1), np.stack([a, a + n + 1, a + n], 1)])
     boxes, codes, _, _ = survey_list(x, t)
-    given = x, t, len(t), np.full(len(t), -1), boxes, *build_list_tree(boxes, codes), 0, len(t)
+    order, *tree = build_list_tree(boxes, codes)
+    given = x, t, len(t), np.full(len(t), -1), boxes[order], order, *tree, 0, len(t)
     assert undecided_pairs(*given, np.empty((9, 2), dtype=np.int64)) == 0
     assert len(crossing_pairs(x, t)) == 0
     x[:, 2] = 0.0

@@ -10,7 +10,14 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from geosurf.arrangement.threads import gigabytes, lack_of_room, map_threads, spare_threads
-from geosurf.arrangement.tree import Tree, apart, of_one_map, pairs_of_one_map, tree_of_list
+from geosurf.arrangement.tree import (
+    Tree,
+    apart,
+    candidate_pairs,
+    of_one_map,
+    pairs_of_one_map,
+    tree_of_list,
+)
 from geosurf.arrangement.triangles import crossing_pairs
 from geosurf.carve.certificate.elements import matched, numbered
 from geosurf.carve.certificate.facts import Facts, sides_of
@@ -36,7 +43,6 @@ from geosurf.carve.certificate.lines import (
 from geosurf.carve.measures import exact_volume
 from geosurf.conventions import place
 from geosurf.errors import InputError
-from geosurf.kernels.lattices.unlisted_triangles import mark_near, unlisted_boxes
 from geosurf.kernels.meshes.shells import copies_of_parents, count_open_edges, sums_of_triangles
 from geosurf.model import Certificate, Check, Lattice, Patches, TriSurface, Units
 from geosurf.model.pieces import Pieces, Strips
@@ -186,9 +192,6 @@ def _mesh_by_runs(facts: Facts) -> list[Check] | None:
 # ---- triangles in runs that are near other surfaces: a certificate compares them one by one, too -
 
 
-_NONE = np.empty(0, dtype=bool)
-
-
 def candidates(facts: Facts) -> tuple[np.ndarray, np.ndarray]:
     """Corners (n, 3, 3) and surfaces of the triangles in runs that are not listed, and whose
     boxes meet those of triangles of other surfaces, or of copies at tears of their own.
@@ -198,27 +201,22 @@ def candidates(facts: Facts) -> tuple[np.ndarray, np.ndarray]:
 
     # triangles in runs that are not listed count; others are compared one by one anyway
     free = [one.unlisted() for one in lattices]
-    trees = [_tree_of(one.lattice, origin, f) for one, f in zip(lattices, free, strict=True)]
+    trees = [_tree_of(one.lattice, origin) for one in lattices]
     hit = [np.zeros(len(some), dtype=bool) for some in free]
 
     def between(i: int, j: int) -> None:
         """Mark the triangles of two lattices that are near each other."""
-        one, two = lattices[i], lattices[j]
-        if not of_one_map(of[i], of[j]):
-            beside(i, trees[j], free[j], hit[j])
-            return
-        whole = [_tree_of_all(of.lattice, origin) for of in (one, two)]
-        p, q = pairs_of_one_map((one.lattice, two.lattice), (whole[0], whole[1]))[0].T
-        both = (one.run_of(p) >= 0) & (two.run_of(q) >= 0)
-        hit[i][p[both]] = hit[j][q[both]] = True
+        if of_one_map(of[i], of[j]):
+            both = lattices[i].lattice, lattices[j].lattice
+            p, q = pairs_of_one_map(both, (trees[i], trees[j]))[0].T
+        else:
+            p, q = candidate_pairs(trees[i], trees[j])[0].T
+        near = free[i][p] & free[j][q]
+        hit[i][p[near]] = hit[j][q[near]] = True
 
-    def beside(i: int, other: Tree, free_: np.ndarray, hit_: np.ndarray) -> None:
-        """Mark the triangles of a lattice that are near another surface."""
-        tree = trees[i]
-        mark_near(
-            *tree.coordinates, tree.places, tree.nodes, tree.levels, free[i], hit[i],
-            *other.arguments(), free_, hit_,
-        )  # fmt: skip
+    def beside(i: int, other: Tree) -> None:
+        """Mark the triangles of a lattice that are near listed ones."""
+        hit[i][candidate_pairs(trees[i], other)[0][:, 0]] = True
 
     here = range(len(trees))
     of_lattices = [one.surface for one in lattices]
@@ -236,11 +234,11 @@ def candidates(facts: Facts) -> tuple[np.ndarray, np.ndarray]:
         tree = tree_of_list(listed.local, some)
         pairs = [(i, len(trees)) for i in here]
         for i, _ in _near([*trees, tree], [*of_lattices, surface], pairs):
-            beside(i, tree, _NONE, _NONE)
+            beside(i, tree)
 
     def around_copies(i: int, copies: np.ndarray) -> None:
         """Mark the triangles of a torn lattice that are near its own copies: over or below them."""
-        beside(i, tree_of_list(listed.local, listed.triangles[copies]), _NONE, _NONE)
+        beside(i, tree_of_list(listed.local, listed.triangles[copies]))
 
     map_threads(around, [(surface,) for surface in surfaces])
     copies = [(i, facts.copies_of(lattices[i])) for i in here]
@@ -261,15 +259,7 @@ def _near(
     return [(i, j) for i, j in pairs if surface[i] != surface[j] and not far[i, j]]
 
 
-def _tree_of(lattice: Lattice, origin: np.ndarray, free: np.ndarray) -> Tree:
-    """The boxes around some triangles of a lattice in the local frame."""
-    x, y, z = (part - origin[k] for k, part in enumerate(lattice.coordinates))
-    none = np.empty((0, 3), dtype=np.int64), np.empty(0, dtype=np.int64)
-    given = (x, y, z), lattice.places, *none
-    return Tree(*given, *unlisted_boxes(x, y, z, lattice.places, free))
-
-
-def _tree_of_all(lattice: Lattice, origin: np.ndarray) -> Tree:
+def _tree_of(lattice: Lattice, origin: np.ndarray) -> Tree:
     """The boxes of a lattice in the local frame: rounding keeps the order of numbers."""
     x, y, z = (part - origin[k] for k, part in enumerate(lattice.coordinates))
     survey = lattice.survey

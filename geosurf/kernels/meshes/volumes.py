@@ -113,40 +113,14 @@ def _volume_below_run(p, q, r, a, run, level):
     return high, low, flat
 
 
-@scalar
-def same_run(runs, i, runs0, k):
-    """Whether two runs of one lattice are the same triangles."""
-    same = runs[i, ROW] == runs0[k, ROW] and runs[i, FIRST] == runs0[k, FIRST]
-    return same and runs[i, LAST] == runs0[k, LAST]
-
-
-@scalar
-def next_run(runs, i, runs0, k):
-    """The first of some runs, from k on, that does not come before another one: in order."""
-    while k < runs0.shape[0] and (
-        runs0[k, ROW] < runs[i, ROW]
-        or (runs0[k, ROW] == runs[i, ROW] and runs0[k, FIRST] < runs[i, FIRST])
-    ):
-        k += 1
-    return k
-
-
-@entry("d1 d1 d1 l1 l2 d l2 d2 -> d2")
-def volume_below_runs(p, q, r, a, runs, level, runs0, known):
+@entry("d1 d1 d1 l1 l2 d -> d2")
+def volume_below_runs(p, q, r, a, runs, level):
     """Rows (n_run, 3) of runs, in order: six times the volume between each and a level (two
     numbers), and twice its map area, before the lattice is turned.
-
-    `known` has the rows of some runs (`runs0`, in order) of this lattice.
     """
     out = np.empty((runs.shape[0], 3))
-    k = 0
     for i in range(runs.shape[0]):
-        k = next_run(runs, i, runs0, k)
-        if k < runs0.shape[0] and same_run(runs, i, runs0, k):
-            for c in range(3):
-                out[i, c] = known[k, c]
-        else:
-            out[i, 0], out[i, 1], out[i, 2] = _volume_below_run(p, q, r, a, runs[i], level)
+        out[i, 0], out[i, 1], out[i, 2] = _volume_below_run(p, q, r, a, runs[i], level)
     return out
 
 
@@ -416,19 +390,11 @@ def heights_of_triangles(x, t, face, asked, out):
             out[face[i], 1] = max(out[face[i], 1], height)
 
 
-@entry("d1 l1 l2 l2 d2 -> d2")
-def heights_of_runs(r, a, runs, runs0, known):
-    """Lowest and highest node of each run (n_run, 2), in order.
-
-    `known` has the rows of some runs (`runs0`, in order) of this lattice.
-    """
+@entry("d1 l1 l2 -> d2")
+def heights_of_runs(r, a, runs):
+    """Lowest and highest node of each run (n_run, 2), in order."""
     out = np.empty((runs.shape[0], 2))
-    m = 0
     for i in range(runs.shape[0]):
-        m = next_run(runs, i, runs0, m)
-        if m < runs0.shape[0] and same_run(runs, i, runs0, m):
-            out[i, 0], out[i, 1] = known[m, 0], known[m, 1]
-            continue
         low, high = np.inf, -np.inf
         first, last = runs[i, FIRST], runs[i, LAST]
         for k in range(2):

@@ -13,8 +13,8 @@ one, none                 separated if the plane half-way between them separates
 
 Notation
     x, t     corners and triangles
-    boxes    lower and upper corner of each triangle
-    order, nodes, levels   a tree over them, as in `tree`
+    order, nodes, levels   a tree over the triangles, as in `tree`
+    boxes    lower and upper corner of each triangle, in that order
     graph    number of the graph over the map that each triangle is a part of, -1 for none: two
              parts of one graph meet in common corners and edges only
 """
@@ -263,8 +263,9 @@ def _box_off_plane(p, boxes, i):
 def undecided_pairs(x, t, n_first, graph, boxes, order, nodes, levels, first, last, pairs):
     """Pairs of triangles that are not certainly separated, lower row first; their number.
 
-    Of triangles at the places from `first` up to `last` in the order of the tree. They are written
-    up to capacity. Triangles from row `n_first` on are not compared with each other.
+    Of triangles at the places from `first` up to `last` in the order of the tree, as `boxes` are.
+    They are written up to capacity. Triangles from row `n_first` on are not compared with each
+    other.
     """
     common, stack = np.empty((2, 9), dtype=np.int64), np.empty((64 * FAN, 2), dtype=np.int64)
     p, n_all = np.empty(9), t.shape[0]
@@ -275,7 +276,7 @@ def undecided_pairs(x, t, n_first, graph, boxes, order, nodes, levels, first, la
             continue
         plane_of(x, t, a, p)
         begin = s + 1 if n_first == n_all else 0  # each pair from its first place
-        width = extent(boxes, a)
+        width = extent(boxes, s)
         stack[0, 0], stack[0, 1] = nodes.shape[0] - 1, levels.shape[0] - 1
         top = 1
         while top > 0:
@@ -289,18 +290,16 @@ def undecided_pairs(x, t, n_first, graph, boxes, order, nodes, levels, first, la
                 size, below = LEAF * FAN ** (level - 1), levels[level - 1, 0]
                 low = max(at * FAN, begin // size)
                 for k in range(low, min((at + 1) * FAN, levels[level - 1, 2])):
-                    if not boxes_apart(boxes, a, nodes, below + k):
+                    if not boxes_apart(boxes, s, nodes, below + k):
                         stack[top, 0], stack[top, 1] = below + k, level - 1
                         top += 1
                 continue
             for k in range(max(at * LEAF, begin), min((at + 1) * LEAF, n_all)):
+                if boxes_apart(boxes, s, boxes, k):
+                    continue
                 b = order[k]
                 if (b < n_first and k <= s) or (graph[a] >= 0 and graph[b] == graph[a]):
                     continue
-                if not (
-                    boxes_apart(boxes, a, boxes, b)
-                    or is_beside_plane(x, t, p, a, b)
-                    or separated_triangles(x, t, a, b, common)
-                ):
+                if not (is_beside_plane(x, t, p, a, b) or separated_triangles(x, t, a, b, common)):
                     n = append_pair(pairs, n, min(a, b), max(a, b))
     return n
