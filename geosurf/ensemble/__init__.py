@@ -31,6 +31,7 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
     from geosurf.ensemble.fields import GaussianField as GaussianField
     from geosurf.ensemble.results import Ensemble as Ensemble
     from geosurf.ensemble.results import open_ensemble as open_ensemble
+    from geosurf.ensemble.run import realisations as realisations
     from geosurf.ensemble.run import realise as realise
     from geosurf.ensemble.run import run_ensemble as run_ensemble
     from geosurf.ensemble.uncertain import ContactLevel as ContactLevel

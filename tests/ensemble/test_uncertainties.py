@@ -17,6 +17,7 @@ from geosurf.ensemble import (
     Normal,
     Throw,
     Uniform,
+    realisations,
     realise,
     run_ensemble,
 )
@@ -135,6 +136,8 @@ def test_throw_is_the_one_that_is_drawn():
     base = one.sheets["Base"].cuts["F1"].throw
     np.testing.assert_allclose(base[np.isfinite(base)], throw, atol=1e-6)
     assert result.volume("Top/Base F1+")[2] == one.units["Top/Base F1+"].volume
+    every = [some.units["Top/Base F1+"].volume for some in realisations(scene, 3, uncertain=unc)]
+    assert every == result.volume("Top/Base F1+").tolist()
 
 
 FORMS = {
