@@ -1,4 +1,4 @@
-"""Coordinates of all sizes: ``python -m tests.arrangement.extremes 2000 --seed 0``.
+"""Coordinates of all sizes: ``python -m tests.arrangement.extremes 2000``.
 
 Soups whose coordinates are tiny, huge, or both, from the least numbers that there are to the
 largest, axis by axis, corner by corner or digit by digit. What geosurf takes is judged as
@@ -9,10 +9,7 @@ no index may leave its array. Ends with 1 if an answer is wrong or an error is a
 
 from __future__ import annotations
 
-import argparse
 import sys
-import time
-from collections import Counter
 
 import numpy as np
 
@@ -20,6 +17,7 @@ from benchmarks.stress.case import Case
 from benchmarks.stress.rational import flat
 from benchmarks.stress.shapes import soup
 from benchmarks.stress.stress import run_case
+from tests.counting import count
 
 SIZES = (
     "exact arithmetic takes 0 and sizes from",
@@ -82,24 +80,5 @@ def check(seed: int) -> str:
     return "refused for rounding" if outcome.refused else "right"
 
 
-def main(arguments: list[str]) -> int:
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("cases", nargs="?", type=int, default=2_000)
-    parser.add_argument("--seed", type=int, default=0, help="the first one")
-    given = parser.parse_args(arguments)
-    start, done = time.monotonic(), Counter()
-    for seed in range(given.seed, given.seed + given.cases):
-        try:
-            done[check(seed)] += 1
-        except Exception as error:  # whatever it is, it is counted
-            done["wrong"] += 1
-            words = " ".join(str(error).split())[:300]
-            sys.stdout.write(f"case {seed}: {type(error).__name__}: {words}\n")
-            sys.stdout.flush()
-    counts = ", ".join(f"{n} {word}" for word, n in sorted(done.items()))
-    sys.stdout.write(f"{done.total()} cases: {counts}; {time.monotonic() - start:.0f} s\n")
-    return int(done["wrong"] > 0)
-
-
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(count(check, cases=2_000))

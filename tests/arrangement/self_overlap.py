@@ -1,6 +1,6 @@
 """Soups that coincide, cross and touch.
 
-``python -m tests.arrangement.self_overlap 10000 --seed 0``.
+``python -m tests.arrangement.self_overlap [soups] [seconds] [first]``.
 
 One to three surfaces of triangles with corners on a small lattice, from few planes, so that they
 coincide with themselves and each other, in part and wholly, turned and not, and other triangles
@@ -15,11 +15,8 @@ conformity are asked. Ends with 1 if an answer is wrong, or refused without a pl
 
 from __future__ import annotations
 
-import argparse
 import itertools
 import sys
-import time
-from collections import Counter
 from importlib import import_module
 
 import numpy as np
@@ -29,6 +26,7 @@ from geosurf import TriSurface, build_walls, intersect_surfaces, rebuild_surface
 from geosurf.arrangement.triangles import crossing_pairs
 from geosurf.errors import GeosurfError, InvariantError
 from tests import laws, oracles
+from tests.counting import count
 from tests.field_data import checked
 from tests.overlaps import together
 
@@ -263,33 +261,13 @@ def tool(load):
         return None
 
 
-def main(arguments: list[str]) -> int:
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("soups", nargs="?", type=int, default=10_000)
-    parser.add_argument("--seed", type=int, default=0, help="the first one")
-    parser.add_argument("--seconds", type=float, default=float("inf"))
-    given = parser.parse_args(arguments)
-    kit = tool(lambda: import_module("igl.copyleft.cgal"))
-    verify = tool(lambda: checked.kit()[0])
-    start, done = time.monotonic(), Counter()
-    for seed in range(given.seed, given.seed + given.soups):
-        if time.monotonic() - start > given.seconds:
-            break
-        try:
-            done[check(seed, kit, verify)] += 1
-        except Exception as error:  # whatever it is, it is counted
-            known = isinstance(error, GeosurfError) and not isinstance(error, InvariantError)
-            placed = known and " at (" in str(error)
-            done["refused" if placed else "wrong"] += 1
-            words = " ".join(str(error).split())[:300]
-            sys.stdout.write(f"soup {seed}: {type(error).__name__}: {words}\n")
-            sys.stdout.flush()
-    counts = ", ".join(f"{n} {word}" for word, n in sorted(done.items()))
-    asked = ", ".join(w for w, of in (("libigl", kit), ("verify", verify)) if of) or "no other"
-    seconds = time.monotonic() - start
-    sys.stdout.write(f"{done.total()} soups ({asked} asked): {counts}; {seconds:.0f} s\n")
-    return int(done["wrong"] > 0)
+def is_refused(error: Exception) -> bool:
+    """Whether an error is one of ours that names a place."""
+    known = isinstance(error, GeosurfError) and not isinstance(error, InvariantError)
+    return known and " at (" in str(error)
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    kit = tool(lambda: import_module("igl.copyleft.cgal"))
+    verify = tool(lambda: checked.kit()[0])
+    sys.exit(count(lambda seed: check(seed, kit, verify), refused=is_refused))

@@ -1,4 +1,4 @@
-"""Count wrong answers in worlds of planes: ``python -m tests.carve.plane_worlds [n] --seed S``.
+"""Count wrong answers in worlds of planes: ``python -m tests.carve.plane_worlds [worlds]``.
 
 Three to seven planes of a small lattice, moved by decimals, scaled or at UTM coordinates, in a box
 whose walls go through points of the lattice, or a unit in the last place beside them. So many
@@ -15,12 +15,9 @@ than one world in a thousand is refused.
 
 from __future__ import annotations
 
-import argparse
 import itertools
 import math
 import sys
-import time
-from collections import Counter
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -30,6 +27,7 @@ from geosurf.arrangement.triangles import crossing_pairs
 from geosurf.carve.certificate import certify
 from geosurf.errors import RoundingError
 from tests.carve.half_spaces import Pieces
+from tests.counting import count
 from tests.strategies import UTM
 
 REACH = 64
@@ -261,27 +259,5 @@ def compare(world: PlaneWorld, patches, units) -> None:
     assert abs(total - box) <= slack, f"volumes add up to {total:.17g} m3, not to {box:.17g}"
 
 
-def main(arguments: list[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
-    parser.add_argument("worlds", nargs="?", type=int, default=10_000)
-    parser.add_argument("--seed", type=int, default=0, help="number of the first world")
-    given = parser.parse_args(arguments)
-    start, done = time.monotonic(), Counter()
-    for seed in range(given.seed, given.seed + given.worlds):
-        try:
-            found = check(seed)
-            done[found] += 1
-            if found == "refused":
-                sys.stdout.write(f"world {seed} ({KINDS[seed % len(KINDS)]}): refused\n")
-        except Exception as error:  # whatever it is, it is counted as wrong
-            done["wrong"] += 1
-            words = " ".join(str(error).split())[:300]
-            kind = KINDS[seed % len(KINDS)]
-            sys.stdout.write(f"world {seed} ({kind}): {type(error).__name__}: {words}\n")
-    counts = ", ".join(f"{n} {word}" for word, n in sorted(done.items()))
-    sys.stdout.write(f"{done.total()} worlds: {counts}; {time.monotonic() - start:.0f} s\n")
-    return int(done["wrong"] > 0 or done["refused"] > MOST_REFUSED * done.total())
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(count(check, most_refused=MOST_REFUSED))

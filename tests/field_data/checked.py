@@ -25,7 +25,7 @@ from geosurf.arrangement.search import find_contacts
 from geosurf.errors import GeosurfError, InvariantError
 from geosurf.kernels.contacts.packed_contact import in_plane, n_corners
 from tests import oracles
-from tests.field_data.spoiled import run
+from tests.counting import count
 
 KINDS = ("random", "lattice", "lattice triple", "catalogue", "structured", "random triple")
 OFFSET = np.array([456_000.0, 6_780_000.0, -2_000.0])
@@ -169,4 +169,4 @@ def what_becomes_of(seed: int) -> tuple[str, str]:
 
 
 if __name__ == "__main__":
-    sys.exit(run(what_becomes_of, sys.argv[1:]))
+    sys.exit(count(what_becomes_of))

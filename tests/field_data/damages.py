@@ -18,7 +18,7 @@ import geosurf as gs
 from geosurf.carve.certificate import certify
 from geosurf.errors import GeosurfError, InvariantError
 from tests import oracles
-from tests.field_data.spoiled import run
+from tests.counting import count
 from tests.field_data.test_fuzz import DAMAGES, put, read_only, whole, whole_way
 
 
@@ -195,4 +195,4 @@ def what_becomes_of(seed: int) -> tuple[str, str]:
 
 if __name__ == "__main__":
     what_becomes_of(0)  # kernels are compiled in no case's time
-    sys.exit(run(what_becomes_of, sys.argv[1:]))
+    sys.exit(count(what_becomes_of))

@@ -20,7 +20,6 @@ import sys
 import tempfile
 import time
 import warnings
-from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -31,6 +30,7 @@ import geosurf as gs
 from geosurf.carve.certificate import certify
 from geosurf.errors import GeosurfError, GeosurfWarning, InvariantError
 from geosurf.scenario import build_scene, read_scenario
+from tests.counting import count
 
 WORDS = {"positive": "up", "length_unit": "m"}
 WALL = gs.TriSurface(
@@ -455,26 +455,6 @@ def compile_all() -> None:
     use(scene.surface("Top"))
 
 
-def run(case: Callable[[int], tuple[str, str]], arguments: list[str]) -> int:
-    """Run cases by seed, a word and a reason each; [cases] [seconds] [first]; 1 if one is wrong."""
-    total, seconds, first, *_ = *map(float, arguments), *(10_000, np.inf, 0)[len(arguments) :]
-    start, done = time.monotonic(), Counter()
-    warnings.simplefilter("error")  # one that we let through is as foreign as an error
-    warnings.simplefilter("ignore", gs.GeosurfWarning)
-    for seed in range(int(first), int(first + total)):
-        if time.monotonic() - start > seconds:
-            break
-        faulthandler.dump_traceback_later(30, exit=True)
-        word, why = case(seed)
-        done[word] += 1
-        if why and word != "refused":
-            sys.stdout.write(f"case {seed}: {' '.join(why.split())[:300]}\n")
-    faulthandler.cancel_dump_traceback_later()
-    counts = ", ".join(f"{n} {word}" for word, n in sorted(done.items()))
-    sys.stdout.write(f"{done.total()} cases: {counts}; {time.monotonic() - start:.0f} s\n")
-    return int(done["wrong"] > 0)
-
-
 if __name__ == "__main__":
     compile_all()
-    sys.exit(run(what_becomes_of, sys.argv[1:]))
+    sys.exit(count(what_becomes_of))

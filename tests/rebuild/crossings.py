@@ -1,4 +1,4 @@
-"""Count crossings that the shortlist misses: ``python -m tests.rebuild.crossings [n] --seed S``.
+"""Count crossings that the shortlist misses: ``python -m tests.rebuild.crossings [worlds]``.
 
 Worlds that are degenerate up to rounding are cut, and their points rounded. Which pieces cross then
 is asked of the shortlist (`geosurf.rebuild.repair`) and of an exact test of all pairs: both must
@@ -8,10 +8,7 @@ may cross. Refusals are counted. Ends with 1 if anything is missed.
 
 from __future__ import annotations
 
-import argparse
 import sys
-import time
-from collections import Counter
 
 import numpy as np
 
@@ -19,6 +16,7 @@ from benchmarks.stress.catalogue import random_turn, turned
 from geosurf import Lattice, TriSurface, rebuild_surfaces
 from geosurf.arrangement.triangles import crossing_pairs
 from geosurf.errors import RoundingError, SurfaceError
+from tests.counting import count
 from tests.rebuild.test_soundness import degenerate, found_and_there, hinged, through_one_point
 from tests.strategies import soup
 
@@ -121,31 +119,17 @@ def check(family: str, seed: int) -> list[str]:
     return [*out, "left"] if len(crossing_pairs(patches.local, rows)) else out
 
 
-def main(arguments: list[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
-    parser.add_argument("worlds", nargs="?", type=int, default=10_000, help="of each family")
-    parser.add_argument("--seed", type=int, default=0, help="number of the first world")
-    given = parser.parse_args(arguments)
-    start, total = time.monotonic(), Counter()
-    for family in FAMILIES:
-        done = Counter()
-        for seed in range(given.seed, given.seed + given.worlds):
-            try:
-                found = check(family, seed)
-            except SurfaceError:  # a triangle without area
-                found = ["flat"]
-            for word in {"missed", "left", "refused"} & set(found):
-                sys.stdout.write(f"{family} {seed}: {word}\n")
-            done.update([*found, "worlds"])
-        sys.stdout.write(f"{family}: {', '.join(f'{n} {w}' for w, n in sorted(done.items()))}\n")
-        total.update(done)
-    seconds = time.monotonic() - start
-    sys.stdout.write(
-        f"{total['worlds']} worlds: {total['crossing']} with crossings, {total['missed']} missed, "
-        f"{total['left']} left after repair, {total['refused']} refused; {seconds:.0f} s\n"
-    )
-    return int(total["missed"] + total["left"] > 0)
+def verdict(seed: int) -> str | tuple[str, str]:
+    """What became of a world of one family after another."""
+    number, row = divmod(seed, len(FAMILIES))
+    family = list(FAMILIES)[row]
+    try:
+        words = " ".join(check(family, number)) or "apart"
+    except SurfaceError:  # a triangle without area
+        return "flat"
+    is_wrong = "missed" in words or "left" in words
+    return ("wrong", f"{family} {number}: {words}") if is_wrong else words
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(count(verdict, cases=60_000))

@@ -13,8 +13,6 @@ from __future__ import annotations
 
 import re
 import sys
-import time
-from collections import Counter
 from fractions import Fraction
 from itertools import combinations
 
@@ -25,6 +23,7 @@ from geosurf.carve.certificate import certify
 from geosurf.conventions import length_text
 from geosurf.errors import GeometryError, GeosurfError, InvariantError, OpenUnitError
 from tests import laws, oracles
+from tests.counting import count
 from tests.rebuild import spaces
 from tests.rebuild.worlds import again, as_list, boxed_world, world
 from tests.strategies import BOX
@@ -259,28 +258,9 @@ def check(seed, oracle=None):
     return "rebuilt"
 
 
-def main(arguments: list[str]) -> int:
-    total = int(arguments[0]) if arguments else 10_000
-    seconds = float(arguments[1]) if len(arguments) > 1 else float("inf")
-    first = int(arguments[2]) if len(arguments) > 2 else 0
+if __name__ == "__main__":
     try:
         from verify import nonconforming_pairs as oracle
     except ImportError:
         oracle = None
-    start, done = time.monotonic(), Counter()
-    for seed in range(first, first + total):
-        if time.monotonic() - start > seconds:
-            break
-        try:
-            done[check(seed, oracle)] += 1
-        except Exception as error:  # whatever it is, it is counted as wrong
-            done["wrong"] += 1
-            words = " ".join(str(error).split())[:200]
-            sys.stdout.write(f"world {seed}: {type(error).__name__}: {words}\n")
-    counts = ", ".join(f"{n} {word}" for word, n in sorted(done.items()))
-    sys.stdout.write(f"{done.total()} worlds: {counts}; {time.monotonic() - start:.0f} s\n")
-    return int(done["wrong"] > 0)
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(count(lambda seed: check(seed, oracle)))
