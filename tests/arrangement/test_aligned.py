@@ -87,7 +87,6 @@ def in_order(patches):
     return rows[np.lexsort(rows.T[::-1])]
 
 
-@settings(max_examples=60, deadline=None)
 @given(of_one_map_horizons())
 def test_results_are_the_voxels_to_the_byte(surfaces):
     assert_one_result(surfaces)
@@ -105,7 +104,7 @@ def test_blocks_and_their_rims(rng, turned, holes):
     assert_one_result(made)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(of_one_map_horizons())
 def test_the_list_has_all_that_meet_and_no_more_than_is_needed(surfaces):
     if len(surfaces) == 2:
@@ -117,7 +116,7 @@ def test_the_list_has_all_that_meet_and_no_more_than_is_needed(surfaces):
         assert needed(one.lattice, two.lattice, np.array(sorted(found)).reshape(-1, 2)).all()
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(of_one_map_horizons())
 def test_near_pairs_above_one_triangle_are_kept(surfaces):
     """What rounding could make meet stays a candidate, however little apart it is."""

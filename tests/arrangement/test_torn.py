@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from geosurf import TriSurface, rebuild_surfaces
 from geosurf.arrangement.candidates import over_itself, pairs_with_itself
+from geosurf.kernels.sheets.torn_links import are_over_nodes, edges_over_ghosts
 from tests import oracles
 
 N = 3
@@ -77,7 +78,7 @@ def places_of(patches):
     )
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(torn_sheets())
 def test_all_crossings_of_a_sheet_with_itself_are_found(sheet):
     expected = crossing(*sheet)
@@ -91,7 +92,7 @@ def test_all_crossings_of_a_sheet_with_itself_are_found(sheet):
     assert over_itself(plain, rows, ORIGIN).all()
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(torn_sheets(), st.integers(0, 2))
 def test_a_sheet_is_split_alike_however_it_is_asked(sheet, slope):
     x = np.array([[-1.0, 0.3, -9], [3, 0.7 + slope, -9], [1, 1.9, 9]])
@@ -103,3 +104,27 @@ def test_a_sheet_is_split_alike_however_it_is_asked(sheet, slope):
     ]
     first, *others = (places_of(way) for way in ways)
     assert all(first == other for other in others)
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_edges_over_nodes_below_ghosts(seed):
+    rng = np.random.default_rng(seed)
+    n, n_node = 9, 6
+    node, ghost = rng.integers(0, n_node, n), rng.random(n) < 0.2
+    t = np.array([rng.permutation(n)[:3] for _ in range(12)])
+    under = {int(node[v]) for row in t if ghost[row].any() for v in row}
+    expected = []
+    for i, row in enumerate(t.tolist()):
+        for a, b in zip(row, row[1:] + row[:1], strict=True):
+            if node[a] in under and node[b] in under:
+                expected.append((i, b, a) if node[a] > node[b] else (i, a, b))
+    found = edges_over_ghosts(t, node, ghost, n_node)
+    assert list(zip(*(part.tolist() for part in found), strict=True)) == expected
+
+    # one place for each node, until one vertex moves
+    vertices = rng.normal(size=(n_node, 3))[node]
+    vertices[:, 2] = rng.normal(size=n)
+    assert are_over_nodes(node, vertices, n_node).all()
+    vertices[0, 1] += 1.0
+    alone = (node == node[0]).sum() == 1
+    assert bool(are_over_nodes(node, vertices, n_node)[0]) == alone

@@ -34,7 +34,6 @@ def meeting(one, two, same=False):
     return {tuple(row) for row in rows.tolist()}, {tuple(p) for p in np.argwhere(near).tolist()}
 
 
-@settings(max_examples=60, deadline=None)
 @given(soups(most=12))
 def test_no_contact_is_missed(surfaces):
     one, two = surfaces
@@ -42,7 +41,7 @@ def test_no_contact_is_missed(surfaces):
     assert touching <= pairs_of(one, two) <= near
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(soups(most=12))
 def test_a_surface_with_itself(surfaces):
     one = surfaces[0]
@@ -52,7 +51,7 @@ def test_a_surface_with_itself(surfaces):
     assert all(a < b for a, b in found)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(faulted_worlds())
 def test_trees_and_voxels_give_the_same_bytes(world):
     one = rebuild_surfaces(world, method="tree")

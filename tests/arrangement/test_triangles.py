@@ -8,7 +8,7 @@ from itertools import permutations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 
 from geosurf import intersect_triangles
 from geosurf.errors import SurfaceError
@@ -38,13 +38,11 @@ def assert_true(P, Q):
     return contact
 
 
-@settings(max_examples=400)
 @given(triangles(), triangles())
 def test_lattice_pairs(P, Q):
     assert_true(P, Q)
 
 
-@settings(max_examples=300)
 @given(triangles(), triangles())
 def test_coplanar_lattice_pairs(P, Q):
     P[:, 2] = Q[:, 2] = 1.0
@@ -52,7 +50,6 @@ def test_coplanar_lattice_pairs(P, Q):
         assert_true(P, Q)
 
 
-@settings(max_examples=150)
 @given(triangles(2), triangles(2))
 def test_points_of_skew_coplanar_pairs_are_rounded_once(P, Q):
     P[:, 2] = 3.0 * P[:, 0] - 7.0 * P[:, 1]
@@ -61,7 +58,6 @@ def test_points_of_skew_coplanar_pairs_are_rounded_once(P, Q):
         assert_true(P, Q)
 
 
-@settings(max_examples=60)
 @given(triangles(), triangles())
 def test_order_of_corners_and_triangles_changes_nothing(P, Q):
     straight = intersect_triangles(P, Q)
@@ -77,7 +73,6 @@ def test_order_of_corners_and_triangles_changes_nothing(P, Q):
                 assert key == sorted(map(tuple, straight.points.tolist()))
 
 
-@settings(max_examples=60)
 @given(triangles(), triangles())
 def test_motions_change_nothing_but_place(P, Q):
     straight = intersect_triangles(P, Q)
@@ -94,7 +89,6 @@ def test_motions_change_nothing_but_place(P, Q):
     assert_true(P * 12.5 + UTM, Q * 12.5 + UTM)
 
 
-@settings(max_examples=100)
 @given(triangles(), triangles())
 def test_nudged_pairs(P, Q):
     rng = np.random.default_rng(5)
@@ -146,7 +140,6 @@ def test_catalogue(case):
         assert contact.coplanar == case.startswith("coplanar")
 
 
-@settings(max_examples=200)
 @given(triangles(), triangles())
 def test_law_the_textbook_says_the_same_where_its_numbers_are_clear(P, Q):
     contact = intersect_triangles(P, Q, steps=True)

@@ -53,24 +53,6 @@ def volumes(scene, zone="Top/Base"):
     }
 
 
-def test_each_block_has_its_own_level():
-    scene = scene_of({"OWC": {"F1+": 2.0, "F1-": 1.5}})
-    # Top is 3 + x / 2 high; the fault stands at x = 1
-    assert volumes(scene) == pytest.approx(
-        {
-            ("F1+", "above OWC"): 4 * (3 * 1.0 + 15 / 4), ("F1+", "below OWC"): 12.0,
-            ("F1-", "above OWC"): 4 * (1.5 + 0.25), ("F1-", "below OWC"): 2.0,
-        },
-        rel=1e-12,
-    )  # fmt: skip
-    unit = scene.units["Top/Base", "F1+", "above OWC"]
-    assert unit.name == "Top/Base F1+ above OWC"
-    assert "OWC in F1+" in unit.bounded_by
-    assert "OWC in F1-" not in unit.bounded_by  # the level of the other block leaves no trace
-    certificate = scene.check()
-    assert certificate.ok, str(certificate)
-
-
 def test_the_block_with_more_sides_counts():
     across = sheet("F2", [(-1, 2, -5), (5, 2, -5), (5, 2, 9), (-1, 2, 9)])
     contacts = {"OWC": {"F1+": 2.0, "F2+ F1+": 1.5, "elsewhere": 1.25}}

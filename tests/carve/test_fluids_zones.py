@@ -40,27 +40,6 @@ def split(scene):
     return {(u.zone, u.block) for u in scene.units.values() if u.contact}
 
 
-def test_a_zone_that_is_not_named_is_not_split():
-    """The level cuts through both zones; what is above and below it adds up to the zone's unit."""
-    plain = scene_of({})
-    slope = tilted("level", 1.5, 3.5)
-    scene = scene_of({"OWC": FluidContact(slope, zones="Middle/Base")})
-    assert split(scene) == {("Middle/Base", "F1+"), ("Middle/Base", "F1-")}
-    for zone in ("above Top", "Top/Middle", "below Base"):
-        assert volumes(scene, zone) == pytest.approx(volumes(plain, zone), rel=1e-12)
-    for block in ("F1+", "F1-"):
-        parts = {c: v for (b, c), v in volumes(scene, "Middle/Base").items() if b == block}
-        assert set(parts) <= {"above OWC", "below OWC"}
-        assert sum(parts.values()) == pytest.approx(volumes(plain, "Middle/Base")[block, ""])
-    # the contact is at 1.5 + x / 2, so above the zone's top from x = 1 on
-    above = volumes(scene, "Middle/Base")["F1-", "above OWC"]
-    assert above == pytest.approx(4 * 0.25, rel=1e-12)
-    assert ("F1+", "above OWC") not in volumes(scene, "Middle/Base")
-    assert all("OWC" not in str(unit.bounded_by) for unit in scene.units.values()
-               if unit.zone in ("above Top", "Top/Middle"))  # fmt: skip
-    assert scene.check().ok
-
-
 def test_each_zone_has_its_own_level_and_each_block_in_it():
     contacts = {
         "OWC": [

@@ -46,21 +46,3 @@ def test_the_exact_checker_accepts(verify, name, offset):
         [(unit.local, unit.triangles) for unit in scene.units.values()], (low, high),
         rtol=1e-12, samples=100, require_matching=True,
     )  # fmt: skip
-
-
-@pytest.mark.parametrize("name", ["graben", "tilted_planes"])
-def test_the_order_of_faults_changes_no_byte_of_a_unit(name):
-    one, two = scene_of(name).units, scene_of(name, turned=True).units
-    key = lambda unit: unit.local.tobytes()  # noqa: E731
-    for a, b in zip(sorted(one.values(), key=key), sorted(two.values(), key=key), strict=True):
-        assert a.local.tobytes() == b.local.tobytes()
-        assert a.triangles.tobytes() == b.triangles.tobytes()
-        assert a.volume == b.volume
-        assert set(a.block.split()) == set(b.block.split())
-
-
-def test_a_shift_by_utm_offsets_changes_no_volume():
-    one, two = scene_of("graben").units, scene_of("graben", UTM).units
-    assert list(one) == list(two)
-    for a, b in zip(one.values(), two.values(), strict=True):
-        assert a.volume == pytest.approx(b.volume, rel=1e-12)

@@ -45,7 +45,6 @@ def test_two_reliefs_on_one_lattice(one, two):
     assert_true(one, two)
 
 
-@settings(max_examples=60)
 @given(
     relief(),
     st.integers(0, 3),
@@ -117,20 +116,6 @@ def test_curves_that_branch():
     assert all(node[0] in (curve[0], curve[-1]) for curve in curves.curves)
 
 
-def test_an_overlap_has_an_outline_and_an_area():
-    """Two level grids, shifted: the outline is a curve, no edge inside it is."""
-    one = grid("Top", np.zeros((6, 6)))
-    two = grid("Base", np.zeros((6, 6)), corner=(1.0, 2.0), rising=False)
-    curves = assert_true(one, two)
-    (touch,) = curves.contacts
-    assert (touch.kind, touch.area) == ("area", 12.0)
-    assert curves.n_curve == 1
-    assert curves.closed[0]
-    assert curves.length == 14.0
-    x, y = curves.points[:, 0], curves.points[:, 1]
-    assert (np.isin(x, (1.0, 5.0)) | np.isin(y, (2.0, 5.0))).all()
-
-
 @pytest.mark.parametrize("self_intersections", [False, True])
 def test_an_overlap_beside_a_surface_that_crosses_itself(self_intersections):
     """Two walls of B cross each other on A, and a third triangle of B lies on A: walls were cut
@@ -163,34 +148,6 @@ def test_upright_triangles_that_overlap_above_a_slope(along, offset):
     assert len(curve) == 6  # three segments begin, three end
     assert curves.length == pytest.approx(np.linalg.norm(ends[1] - ends[0]), rel=1e-12)
     assert curves.length > 2.0 * np.hypot(*along)
-
-
-def test_a_surface_that_lies_on_itself_and_crosses_itself():
-    """The outline of its overlap once stood for all of its curves."""
-    over = [[(0, 0, 0), (4, 0, 0), (0, 4, 0)], [(1, 1, 0), (5, 1, 0), (1, 5, 0)]]
-    # the third crosses both, and their overlap: all of that line is a curve
-    through = [(0, 1.5, -1), (4, 1.5, -1), (2, 1.5, 3)]
-    apart = [[(10, 0, 0), (14, 0, 0), (10, 4, 0)], [(11, 1, -1), (11, 1, 3), (11, 2, -1)]]
-    curves = intersect_surfaces([soup("A", [*over, through, *apart])], self_intersections=True)
-    assert [(c.kind, c.area) for c in curves.contacts] == [("area", 2.0)]
-    outline, line, away = 4 + 2 * math.sqrt(2), 3.0, 0.75
-    assert curves.length == pytest.approx(outline + line + away, rel=1e-12)
-
-
-def test_three_surfaces_meet_in_a_point():
-    top = grid("Top", np.tile(np.arange(5) / 4, (5, 1)))
-    one = sheet("F1", [(1.625, -1, -2), (1.625, 9, -2), (1.625, 9, 4), (1.625, -1, 4)])
-    two = sheet("F2", [(-1, 2.125, -2), (9, 2.125, -2), (9, 2.125, 4), (-1, 2.125, 4)])
-    curves = intersect_surfaces([top, one, two])
-    assert curves.surfaces_of_curve.tolist() == [[0, 1], [0, 2], [1, 2]]
-    laws.assert_curves_are_whole(curves)
-    for i, j in ((0, 1), (0, 2), (1, 2)):
-        pair = [(top, one, two)[i], (top, one, two)[j]]
-        alone = intersect_surfaces(pair)
-        together = curves.between(pair[0].name, pair[1].name)
-        assert [line.tolist() for line in together] == [
-            alone.points[curve].tolist() for curve in alone.curves
-        ]
 
 
 def test_refusals():
@@ -291,7 +248,6 @@ def length_covered(segments) -> float:
     return total
 
 
-@settings(max_examples=60)
 @given(soups(most=5))
 def test_curves_of_soups_cover_each_line_once(pair):
     """Separate triangles that overlap their neighbours' curves in part: counted once."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 
 from geosurf import Scene, synthetic
 from geosurf.arrangement.search import find_contacts
@@ -22,7 +22,6 @@ from tests.rebuild.worlds import boxed_world, world
 from tests.strategies import soups
 
 
-@settings(max_examples=50, deadline=None)
 @given(soups(most=14))
 def test_what_is_plain_has_no_overlaps(surfaces):
     contacts = find_contacts(surfaces)

@@ -50,7 +50,7 @@ def scaled(surfaces, kind):
 
 
 @pytest.mark.parametrize("kind", ["lattice", "thirds", "tiny"])
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(surfaces=soups(most=8))
 def test_points_of_soups(kind, surfaces):
     check(find_contacts(scaled(surfaces, kind), self_intersections=True))

@@ -87,26 +87,6 @@ def test_conventions():
     assert kernel_signs("orient3d", up) == 1
 
 
-@pytest.mark.parametrize(
-    ("value", "k", "bits"),
-    [
-        (1.0, 0, 1),
-        (3.0, 0, 2),
-        (0.5, 1, 1),
-        (6.0, -1, 2),
-        (2.0**-40, 40, 1),
-        (0.1, 55, 52),
-        (0.0, 0, 1),
-    ],
-)
-def test_scale_of_one_coordinate(value, k, bits):
-    found_k, found_bits = scale_of(np.array([value, 0.0, -value]))
-    whole = value * 2.0**found_k
-    assert whole == int(whole)
-    assert abs(int(whole)).bit_length() <= found_bits
-    assert (found_k, found_bits) == (k, bits)
-
-
 @given(
     st.lists(
         st.one_of(

@@ -6,7 +6,7 @@ import itertools
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from geosurf.arrangement.triangles import crossing_pairs
@@ -51,7 +51,6 @@ def exact_pairs(x, t, n_first):
     return found
 
 
-@settings(max_examples=150)
 @given(meshes(), st.sampled_from([1.0, 1e-3, 1e9]), st.booleans(), st.integers(0, 3))
 def test_crossing_pairs_are_those_of_all_pairs(mesh, scale, jitter, n_other):
     x, t = mesh
@@ -85,7 +84,6 @@ def test_what_was_in_one_plane_before_rounding_is_not_sure(shift):
     assert found == expected
 
 
-@settings(max_examples=80)
 @given(meshes())
 def test_against_clipping(mesh):
     """Without the engine's contacts: what two triangles have in common, in rational numbers."""

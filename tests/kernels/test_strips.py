@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from geosurf import TriSurface
@@ -51,7 +51,6 @@ def edges_of(lattice):
     return found
 
 
-@settings(max_examples=150, deadline=None)
 @given(holed_lattices())
 def test_runs_hold_what_is_left_and_know_their_neighbours(case):
     lattice, taken = case
@@ -80,7 +79,6 @@ def test_runs_hold_what_is_left_and_know_their_neighbours(case):
             assert found.tolist() == [other]
 
 
-@settings(max_examples=60, deadline=None)
 @given(holed_lattices())
 def test_measures_are_those_of_the_triangles(case):
     lattice, taken = case
@@ -120,7 +118,6 @@ def test_measures_are_those_of_the_triangles(case):
         np.testing.assert_allclose(up - down, below[:, 2], atol=1e-12)
 
 
-@settings(max_examples=60, deadline=None)
 @given(holed_lattices())
 def test_triangles_measure_as_runs_do_at_any_corner(case):
     lattice, _ = case

@@ -45,7 +45,7 @@ def assert_exact(units, seed):
     assert (of_lines.ravel() == locator.find(points)).all()
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(faulted_worlds(), st.integers(0, 2**32))
 def test_triangles_agree_with_rays(surfaces, seed):
     try:
@@ -83,7 +83,7 @@ def gridded_worlds(draw):
     return gs.Scene(horizons, faults, box, contacts=contacts)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(gridded_worlds(), st.integers(0, 2**32))
 def test_grids_agree_with_rays(scene, seed):
     try:

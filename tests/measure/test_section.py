@@ -7,7 +7,7 @@ import itertools
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import geosurf as gs
@@ -72,7 +72,6 @@ def test_lines_lie_on_their_surfaces_where_these_bound_units(scene):
 whole = st.integers(-2, 12)
 
 
-@settings(deadline=None, max_examples=60)
 @given(st.lists(st.tuples(whole, whole), min_size=2, max_size=4))
 def test_areas_of_units_add_up_to_what_is_inside_the_box(points):
     """Whole numbers: lines run through corners, along edges and walls, and out of the model."""

@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from geosurf import TriSurface, build_walls, carve_units, intersect_surfaces, rebuild_surfaces
+from geosurf import TriSurface, build_walls, carve_units, rebuild_surfaces
 from geosurf.carve.certificate import certify
 from geosurf.errors import GeosurfError, InputError
 from tests import laws, oracles
-from tests.strategies import faulted_worlds, grid, moved, relief, sheet, shuffled, soups
+from tests.strategies import faulted_worlds, grid, relief, sheet, shuffled, soups
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -87,41 +87,6 @@ def test_untouched_triangles_stay_as_they_are():
     )
 
 
-def test_coinciding_areas_share_triangles():
-    one = grid("Top", np.zeros((4, 4)))
-    two = grid("Base", np.zeros((4, 4)), corner=(1.5, 1.0), rising=False)
-    patches = assert_true([one, two])
-    keys = [frozenset(t) for t in patches.triangles.tolist()]
-    of = patches.surface_of_triangle
-    shared = {k for k, s in zip(keys, of, strict=True) if s == 0} & {
-        k for k, s in zip(keys, of, strict=True) if s == 1
-    }
-    corners = patches.local[[sorted(k) for k in shared]]
-    area = 0.5 * np.abs(
-        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2]
-    )
-    assert area.sum() == 1.5 * 2.0
-    assert patches.n_patch == 4  # of each surface its overlap and its rest
-    first: dict[frozenset, int] = {}
-    of_first = [
-        first.setdefault(frozenset(t), i) for i, t in enumerate(patches.pieces.triangles.tolist())
-    ]
-    again = [i for i, k in enumerate(of_first) if i != k]
-    assert again
-    assert [one.tolist() for one in patches.pieces.coinciding] == [
-        again,
-        [of_first[i] for i in again],
-    ]
-    apart = rebuild_surfaces([one, grid("Base", np.ones((4, 4)))]).pieces
-    assert len(apart.twin) == len(apart.coinciding[0]) == 0
-    outline = intersect_surfaces([one, two])
-    ends = patches.local[patches.curve_edges]
-    edges = {frozenset(map(tuple, edge)) for edge in ends.tolist()}
-    assert edges == {
-        frozenset(map(tuple, edge)) for edge in outline.local[outline.segments].tolist()
-    }
-
-
 def test_taking_apart():
     top = grid("Top", np.zeros((5, 5)))
     wall = sheet("F1", [(1.5, 0, -1), (1.5, 4, -1), (1.5, 4, 1), (1.5, 0, 1)])
@@ -162,16 +127,6 @@ def test_voxels_and_runs_change_no_byte(one, two, size):
     for other in (rebuild_surfaces([one, two]), rebuild_surfaces([one, two], voxel_size=size)):
         for key in ("local", "triangles", "parent_of_triangle", "patch_of_triangle", "curve_edges"):
             assert getattr(straight, key).tobytes() == getattr(other, key).tobytes()
-
-
-@settings(max_examples=15)
-@given(relief(), relief("Base"))
-def test_a_shift_by_utm_offsets_changes_no_byte(one, two):
-    offset = np.array([445 * 1024.0, 6620 * 1024.0, 0.0])
-    straight = rebuild_surfaces([one, two])
-    other = rebuild_surfaces([moved(one, offset), moved(two, offset)])
-    assert straight.local.tobytes() == other.local.tobytes()
-    assert straight.triangles.tobytes() == other.triangles.tobytes()
 
 
 # ----------------------------------------------------------- an independent check

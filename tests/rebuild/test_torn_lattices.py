@@ -117,20 +117,3 @@ def test_units_and_their_certificate_are_those_of_lists(kind, monkeypatch):
     for one, two in zip(units, expected, strict=True):
         assert one[3:] == pytest.approx(two[3:], rel=1e-13)
     assert checks == expected_checks
-
-
-@pytest.mark.parametrize("kind", WORLDS)
-def test_a_moved_contact_gives_the_scene_made_afresh(kind):
-    sheets, faults, box = WORLDS[kind]()
-
-    def scene(level):
-        torn = {name: replace(one) for name, one in sheets.items()}
-        return gs.Scene(torn, faults, box, contacts={"OWC": level})
-
-    level = 0.5 * (box[4] + box[5])
-    before = scene(level)
-    before.patches  # noqa: B018 - what the next scene takes from it
-    found, expected = before.replace(contacts={"OWC": level + 7.0}), scene(level + 7.0)
-    for name in ("local", "triangles", "patch_of_triangle", "curve_edges"):
-        assert np.array_equal(getattr(found.patches, name), getattr(expected.patches, name)), name
-    assert found.volumes.values.tobytes() == expected.volumes.values.tobytes()

@@ -233,16 +233,6 @@ def test_netcdf_that_was_asked_for_is_an_error_before_anything_is_read_and_else_
     assert "volumes.nc" not in names
 
 
-def test_the_graben_has_the_volumes_of_its_formula():
-    scene = build_scene(read_scenario(ROOT / "data" / "synthetic_horizons" / "graben.toml"))
-    truth = gs.synthetic.graben(n=33).truth["volumes"]
-    assert len(scene.units) == len(truth) == 12
-    for (zone, sides), volume in truth.items():
-        # blocks outside the graben are named after the one fault that bounds them
-        block = " ".join(side for side in sides if side.endswith("-")) or " ".join(sides)
-        assert scene.units[zone, block].volume == pytest.approx(volume, rel=1e-9)
-
-
 def test_the_demo_splits_only_where_a_fault_goes_through():
     scene = build_scene(
         read_scenario(ROOT / "data" / "synthetic_horizons" / "faulted_reservoir.toml")

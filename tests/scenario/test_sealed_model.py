@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 
 import geosurf as gs
-from geosurf.read.model3d import read_region_faces, read_regions
+from geosurf.read.model3d import read_regions
 from geosurf.scenario import read_scenario, run
 from geosurf.scenario.build import unit_of_body
 
@@ -96,26 +96,6 @@ def test_a_small_model_has_its_units_and_the_report_its_regions(tmp_path):
     # both volumes are 4: only the place tells them apart
     for region, unit in (("above", "above H"), ("below", "below H")):
         assert re.search(rf"<td[^>]*>{region}</td>\s*<td[^>]*>{unit}</td>", section)
-
-
-def test_units_of_model_a4_are_the_regions_of_its_file(shared, tmp_path):
-    file = shared / "data" / "modelA4" / "modelA4.ml"
-    path = tmp_path / "scenario.toml"
-    path.write_text(f"[model]\nfile = '{file}'\n{OUTPUT}")
-    outcome = run(read_scenario(path), tmp_path / "out", pictures=False)
-    assert outcome.certificate.ok, str(outcome.certificate)
-    regions, units = read_regions(file), outcome.scene.units
-    shells = read_region_faces(file)
-    assert len({unit_of_body(shell, units) for shell in shells.values()}) == 8
-    assert len(units) == len(regions) == 8
-    volumes = sorted(unit.volume for unit in units.values())
-    np.testing.assert_allclose(volumes, sorted(regions.values()), rtol=1e-12)
-    page = (tmp_path / "out" / "report" / "index.html").read_text(encoding="utf-8")
-    section = page.partition("Regions of the input file")[2].partition("Pictures")[0]
-    section = re.sub(r'<div class="paper">.*?</div>', "", section, flags=re.DOTALL)
-    found = [float(words) for words in re.findall(r"<td>(\d\.\de[+-]\d\d)</td>", section)]
-    assert len(found) == 8
-    assert max(found) < 1e-12
 
 
 def body(*bounds):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import xarray as xr
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import geosurf as gs
@@ -159,7 +159,6 @@ def test_noisy_points_of_a_reverse_fault_are_met_as_well_as_asked():
     st.integers(0, 2**32 - 1), st.floats(1.0, 30.0), st.floats(0.0, 2.0 * np.pi),
     st.sampled_from([0.0, 0.2, 0.5]),
 )  # fmt: skip
-@settings(max_examples=60)
 def test_law_points_of_any_lattice_are_met_exactly(seed, ratio, turn, gaps):
     """Steps in any ratio, rotated, with gaps, rounded to a centimetre: every point is a node."""
     rng = np.random.default_rng(seed)

@@ -106,19 +106,6 @@ def test_the_diagonal_rule_holds_for_sheared_and_rough_grids(degrees, stretch, s
     assert all(t == triangles[0] for t in triangles)
 
 
-def test_one_and_two_dimensional_coordinates_agree():
-    da = horizon(np.arange(12.0).reshape(3, 4))
-    x, y = np.meshgrid(da.easting, da.northing)
-    assert in_the_world(triangulate_horizon(da)) == in_the_world(
-        triangulate_horizon(curvilinear(da.values, x, y))
-    )
-    for values in (da.easting.values, da.easting.values[::-1]):
-        flat = Lattice(values, da.northing.values, da.values)
-        x, y = np.meshgrid(values, da.northing)
-        assert flat.right_handed == Lattice(x, y, da.values).right_handed
-        assert rising_diagonal(values, da.northing.values) == rising_diagonal(x, y)
-
-
 @given(st.integers(2, 6), st.integers(2, 6), st.integers(0, 2**32 - 1))
 def test_triangles_exist_where_their_three_nodes_do(n_row, n_col, seed):
     r = np.random.default_rng(seed)
