@@ -1,12 +1,24 @@
-"""A small scene for the tests of this folder."""
+"""Small surfaces, a scene of them, and a look at its steps."""
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from geosurf import Scene
-from tests.scene.small import level, upright
-from tests.strategies import BOX, sheet
+from tests.strategies import BOX, grid, sheet
+
+
+def upright(x, name="F1", **options):
+    return sheet(name, [(x, -1, -5), (x, 5, -5), (x, 5, 9), (x, -1, 9)], **options)
+
+
+def level(z, name="Top"):
+    return grid(name, np.full((4, 4), float(z)), spacing=2.0, corner=(-1.0, -1.0))
+
+
+def ran(scene, stage=None, outcome="ran"):
+    return [s.subject for s in scene.steps if s.outcome == outcome and stage in (None, s.stage)]
 
 
 @pytest.fixture

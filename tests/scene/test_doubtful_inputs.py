@@ -10,7 +10,7 @@ import geosurf as gs
 from geosurf.errors import HorizonError
 from geosurf.model import Lattice, TriSurface
 from geosurf.triangulate.spikes import MARKS, check_spikes, mark_of
-from tests.scene.small import level, upright
+from tests.scene.conftest import level, upright
 from tests.strategies import BOX
 
 CELL = 50.0

@@ -12,7 +12,7 @@ import geosurf as gs
 from geosurf import Lattice, Scene, TriSurface, synthetic
 from geosurf.conventions.crs import are_same, crs_of
 from geosurf.errors import GeometryError, InputError
-from tests.scene.small import level
+from tests.scene.conftest import level
 from tests.strategies import BOX, sheet
 
 

@@ -14,7 +14,7 @@ from geosurf import Lattice, Scene, TriSurface, synthetic, tear_horizon
 from geosurf.errors import GeometryError, GeosurfWarning, InputError, OpenUnitError, SurfaceError
 from geosurf.triangulate.stored import check_horizon_mesh
 from tests import laws
-from tests.scene.small import level
+from tests.scene.conftest import level
 
 
 def test_the_default_box_is_where_all_horizons_are():

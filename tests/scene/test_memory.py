@@ -15,7 +15,7 @@ from geosurf import FaultSticks, Lattice, Scene, TriSurface
 from geosurf.errors import InputError
 from geosurf.scene.memory import CHOICE, Memory, Store, budget_of_family, buffers_of, fingerprint
 from tests import laws
-from tests.scene.small import level
+from tests.scene.conftest import level
 from tests.strategies import BOX, sheet
 
 AXIS = np.array([-1.0, 1.0, 3.0, 5.0])

@@ -1,4 +1,4 @@
-"""What notebooks show: every object has a card, names are escaped, nothing is computed for it."""
+"""What notebooks show: a card of every object, names escaped, nothing computed; which pictures."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
+from geosurf.errors import InputError
 from geosurf.render.interactive import view_of
 
 NAME = "<b>Top & 'x\"</b>"
@@ -115,3 +116,35 @@ def test_law_a_view_has_all_lines_of_curves_and_sticks(scene):
     assert sum(lengths[:-1]) == pytest.approx(scene.curves.length)
     assert lengths[-1] == 11.0
     assert len(bodies) == 1 + len(np.unique(scene.curves.surfaces_of_curve, axis=0))
+
+
+# ---- Which pictures of a scene are drawn, and how: what is refused before anything is compute
+NONE = {
+    "views": [], "exploded": False, "maps": False, "thickness": False, "allan": False,
+    "throw": False, "sections": [],
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def scene_picture_choice():
+    world = gs.synthetic.tilted_planes(n=3)
+    return gs.Scene(world.horizons, world.faults, world.box)
+
+
+def test_a_camera_gives_a_further_view_in_the_style_of_all(scene_picture_choice, tmp_path):
+    style = gs.PictureStyle(theme="dark", colours={"Top": "teal", "Tpo": "red"})
+    look = {"camera": (225, 30), "zoom": 1.5, "style": style, "size": (300, 200)}
+    with pytest.warns(gs.GeosurfWarning, match="'Tpo': its colour is not used.*'Top'"):
+        drawn = scene_picture_choice.render_pictures(tmp_path, **NONE, **look)
+    ((caption, path),) = drawn.items()
+    assert caption.endswith("seen from azimuth 225°, 30° above the horizontal.")
+    assert path.name == "view_camera.png"
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"camera": (1, 2, 3)}, {"zoom": -1}, {"colour_by": "zoen"}, {"only": 5}, {"style": "dark"}],
+)
+def test_wrong_looks_are_refused(scene_picture_choice, wrong, tmp_path):
+    with pytest.raises(InputError):
+        scene_picture_choice.render_pictures(tmp_path, **NONE, **wrong)

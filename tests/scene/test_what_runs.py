@@ -10,7 +10,7 @@ from geosurf import Scene, intersect_surfaces
 from geosurf.errors import InputError
 from geosurf.synthetic.world import make_fault
 from tests import laws
-from tests.scene.small import level, ran, upright
+from tests.scene.conftest import level, ran, upright
 from tests.strategies import BOX
 
 

@@ -1,4 +1,4 @@
-"""What is asked of bands of nodes, lines and picks, against slow and obvious ways."""
+"""Traces of faults on a drape: one line on both, however wide triangles are."""
 
 from __future__ import annotations
 
