@@ -31,7 +31,7 @@ from benchmarks.tables import JOBS, LAYOUT, decades
 from benchmarks.targets import FULL_SIZE, select
 from geosurf.conventions import did_you_mean
 from geosurf.errors import InputError, OutputError
-from geosurf.files.atomic import write_whole
+from geosurf.files import write_whole
 
 SIZE = 2e6
 SMALLEST = 2e4

@@ -103,7 +103,7 @@ def done(command: str, folder: Path, limit: int | None = None) -> Done:
         if limit is not None:
             resource.setrlimit(resource.RLIMIT_CPU, (limit, limit))
 
-    words = [sys.executable, "-m", "geosurf.cli", *shlex.split(command)[1:]]
+    words = [sys.executable, "-m", "geosurf", *shlex.split(command)[1:]]
     start = time.perf_counter()
     with (folder / "console.txt").open("w+") as console:
         child = subprocess.Popen(

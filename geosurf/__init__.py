@@ -108,8 +108,8 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
         fault_from_polygons as fault_from_polygons,
     )
     from geosurf.write import write as write
-    from geosurf.write.neighbours import to_geodataframe as to_geodataframe
-    from geosurf.write.neighbours import to_xtgeo as to_xtgeo
+    from geosurf.write.points_and_lines import to_geodataframe as to_geodataframe
+    from geosurf.write.points_and_lines import to_xtgeo as to_xtgeo
 # isort: on
 
 __getattr__, _names = lazily(__name__)

@@ -18,7 +18,7 @@ import geosurf as gs
 from benchmarks.formats.round_trips import read_back, reader
 from benchmarks.formats.subjects import CRS, difference, places
 from geosurf.errors import GeosurfError
-from geosurf.write.registry import AXES, WRITERS
+from geosurf.write import AXES, WRITERS
 from geosurf.write.written import SMALLEST
 
 ROUNDING = 1e-9  # of a coordinate: what float64 loses where steps follow from corners

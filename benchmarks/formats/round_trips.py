@@ -13,7 +13,7 @@ import geosurf as gs
 from benchmarks.formats.subjects import CRS, UPRIGHT, difference, grid_of, nodes, places
 from geosurf.errors import GeosurfError
 from geosurf.read.registry import HORIZON_FORMATS, MESH_FORMATS, POINT_FORMATS, POLYGON_FORMATS
-from geosurf.write.registry import WRITERS
+from geosurf.write import WRITERS
 
 MESHES = ("TriSurface", "Unit", "Patches")
 NEEDS = {".parquet": "pyarrow", ".egrid": "xtgeo", ".roff": "xtgeo"}

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 import geosurf as gs
-from geosurf.write.registry import AXES
+from geosurf.write import AXES
 
 CRS = "EPSG:23031"
 UPRIGHT = (".zmap", ".zmp", ".cps3", ".cps", ".asc")  # formats without rotation
@@ -58,7 +58,7 @@ def points_of(n: int) -> xr.Dataset:
 
 
 def subjects() -> dict[str, Any]:
-    """One object for each kind of `geosurf.write.registry.WRITERS`."""
+    """One object for each kind of `geosurf.write.WRITERS`."""
     world = gs.synthetic.tilted_planes(n=9)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")

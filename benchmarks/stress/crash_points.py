@@ -28,8 +28,8 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.stress.crash_writers import WRITERS, Writer, warm
+from geosurf import files
 from geosurf.errors import GeosurfError
-from geosurf.files import atomic, folders
 
 CALLS = (
     "open",
@@ -59,7 +59,7 @@ class Steps:
         """Put itself between Python and the system; in a child process, so for good."""
         for name in CALLS:
             setattr(os, name, self._watched(name, getattr(os, name)))
-        swap = folders.exchange
+        swap = files.exchange
 
         def exchange(one: Path, two: Path) -> bool:
             with suppress(OSError):  # the system says that it cannot, by an answer
@@ -67,7 +67,7 @@ class Steps:
                 return swap(one, two)
             return False
 
-        folders.exchange = exchange
+        files.exchange = exchange
 
     def _watched(self, name: str, call: Callable[..., Any]) -> Callable[..., Any]:
         def watched(*words: Any, **named: Any) -> Any:
@@ -106,7 +106,7 @@ def digests(folder: Path, hidden: bool = False) -> dict[str, str]:
     return {
         path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
         for path in sorted(folder.rglob("*"))
-        if path.is_file() and (hidden or atomic.PREFIX not in str(path.relative_to(folder)))
+        if path.is_file() and (hidden or files.PREFIX not in str(path.relative_to(folder)))
     }
 
 
@@ -168,7 +168,7 @@ def verdict(found: dict[str, str], old: dict[str, str], new: dict[str, str], wri
         return "old" if found == old else "new"
     of_old = {name for name, data in found.items() if old.get(name) == data}
     of_new = {name for name, data in found.items() if new.get(name) == data}
-    rest = found.keys() - of_old - of_new - {folders.MARK}
+    rest = found.keys() - of_old - of_new - {files.MARK}
     common = {name for name, data in old.items() if new.get(name) == data}
     foreign = {name for name in common if not writer.is_ours(name)}
     if rest:
@@ -210,8 +210,8 @@ def attack(
                 found = "WRONG: it was not killed"
             again = in_child(lambda: writer.write_new(place))
             if not found.startswith("WRONG"):
-                hidden = [p for p in digests(base, hidden=True) if atomic.PREFIX in p]
-                left = [name for name in hidden if not name.endswith(atomic.SUFFIX)]
+                hidden = [p for p in digests(base, hidden=True) if files.PREFIX in p]
+                left = [name for name in hidden if not name.endswith(files.SUFFIX)]
                 if again or digests(place) != new:
                     found = "WRONG: the next write does not give the new results"
                 elif left:

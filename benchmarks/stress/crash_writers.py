@@ -12,7 +12,7 @@ from importlib.util import find_spec
 from pathlib import Path, PurePosixPath
 
 import geosurf as gs
-from geosurf.files import folders
+from geosurf import files
 from geosurf.kernels.compile import file_cache
 from geosurf.render.compose import save_png
 from geosurf.scenario import execute, output
@@ -166,7 +166,7 @@ def _run(k: int, notes: bool = False, swap: bool = True, inside: bool = False) -
             for name in ("notes.txt", "units/mine.vtp"):
                 (place / name).write_text("mine")
         if not swap:
-            folders.exchange = lambda one, two: False
+            files.exchange = lambda one, two: False
         if inside:
             os.chdir(place)
         with computed(k):
@@ -179,7 +179,7 @@ def _runs(name: str, **how: bool) -> Writer:
     return Writer(
         name, _run(0, **how), _run(1, **how), bool(how),
         is_ours=lambda name: PurePosixPath(name) in output.OURS,
-        marked=lambda found: folders.MARK in found,
+        marked=lambda found: files.MARK in found,
     )  # fmt: skip
 
 

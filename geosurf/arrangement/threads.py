@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions.memory import free_memory
+from geosurf.conventions.machine import free_memory
 from geosurf.errors import InputError
 
 # ---- room ----------------------------------------

@@ -186,13 +186,10 @@ def live_progress(options: argparse.Namespace, *, steps: bool) -> Lines:
 
 
 def peak_megabytes() -> float:
-    """Return the largest memory of this process so far; NaN where the system does not count it."""
-    try:
-        import resource
-    except ImportError:  # Windows
-        return float("nan")
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak / (1e6 if sys.platform == "darwin" else 1e3)
+    """Return the most memory that this process has had [MB]."""
+    from geosurf.conventions.machine import most_memory_so_far  # not for --help: it loads numpy
+
+    return most_memory_so_far() / 1e6
 
 
 # ---- answer ----------------------------------------

@@ -24,8 +24,7 @@ from geosurf.read.netcdf import holds_fault
 from geosurf.read.registry import MESH_FORMATS, TITLES, detect
 from geosurf.read.resqml.surfaces import function_of
 from geosurf.triangulate import triangulate_fault, triangulate_horizon, triangulate_sticks
-from geosurf.write import write
-from geosurf.write.registry import NO_DIRECTION, WRITERS, kind_of
+from geosurf.write import NO_DIRECTION, WRITERS, kind_of, write
 from geosurf.write.written import Loss, Written
 
 # ---- curves command ----------------------------------------

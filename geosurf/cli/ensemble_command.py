@@ -10,12 +10,12 @@ from pathlib import Path
 
 from geosurf.cli.console import Answer
 from geosurf.cli.scenario_commands import scenario_of
-from geosurf.conventions.packages import missing_sentence
+from geosurf.conventions.machine import missing_sentence
 from geosurf.ensemble import run_ensemble
 from geosurf.ensemble.results import quantile_csv, quantile_text, realisations_csv
 from geosurf.ensemble.run import console_line
 from geosurf.errors import OutputError
-from geosurf.files.atomic import write_whole
+from geosurf.files import write_whole
 from geosurf.scenario.output import input_files
 
 EVERY = 30.0  # s between two lines of progress in a log file

@@ -11,7 +11,7 @@ from dataclasses import asdict
 from typing import NamedTuple
 
 from geosurf.cli.console import Answer, clear_line
-from geosurf.conventions.packages import (
+from geosurf.conventions.machine import (
     DRAWING,
     EXTRAS,
     REQUIRED,

@@ -9,9 +9,8 @@ from pathlib import Path
 
 from geosurf.cli.console import Answer
 from geosurf.errors import InputError, OutputError
-from geosurf.files.atomic import write_whole
-from geosurf.scenario.new import FILE, NewScenario, new_scenario
-from geosurf.scenario.new.text import table_text
+from geosurf.files import write_whole
+from geosurf.scenario.new import FILE, NewScenario, new_scenario, table_text
 from geosurf.synthetic import field_export
 
 # Of the example: depths of its horizons, so that `geosurf ensemble` runs on it.

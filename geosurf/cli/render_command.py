@@ -10,7 +10,7 @@ from typing import Any
 from geosurf.cli.console import Answer, clear_line, live_progress
 from geosurf.cli.parser import SHOW, VIEW
 from geosurf.cli.scenario_commands import cache_of, scenario_of
-from geosurf.conventions.packages import need_plots
+from geosurf.conventions.machine import need_plots
 from geosurf.errors import InputError
 from geosurf.render.colouring import check_colour_by
 from geosurf.render.compose import check_look, png_path

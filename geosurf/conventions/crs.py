@@ -15,7 +15,7 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
 
-from geosurf.conventions.packages import install_line
+from geosurf.conventions.machine import install_line, is_installed
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.warning import warn
 
@@ -168,17 +168,23 @@ def _metres(crs: str) -> float:
         return DEGREE
     if code is None or METRIC.fullmatch(str(code)):
         return 1.0
-    try:
-        from pyproj import CRS
-        from pyproj.exceptions import CRSError
-    except ImportError:
+    if not is_installed("pyproj"):
         return math.nan
+    system = proj_system(f"EPSG:{code}")
+    return system.axis_info[0].unit_conversion_factor if system and system.axis_info else 1.0
+
+
+def proj_system(crs: str) -> Any:
+    """Return a system as pyproj has it; None if pyproj does not know it, or is not installed."""
+    if not is_installed("pyproj"):
+        return None
+    from pyproj import CRS
+    from pyproj.exceptions import CRSError
+
     try:
-        system = CRS.from_epsg(code)
+        return CRS.from_user_input(crs)
     except CRSError:
-        return 1.0
-    axes = system.axis_info
-    return axes[0].unit_conversion_factor if axes else 1.0
+        return None
 
 
 def _bracketed(text: str) -> str:

@@ -17,15 +17,15 @@ import threading
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from functools import partial
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, BinaryIO
 
 from geosurf.arrangement.threads import n_threads, on_one_core
+from geosurf.conventions.machine import need
 from geosurf.ensemble.plan import Plan
 from geosurf.ensemble.record import Record
 from geosurf.ensemble.uncertain import ContactLevel
-from geosurf.errors import DependencyError, GeosurfError, InputError, WorkerError
+from geosurf.errors import GeosurfError, InputError, WorkerError
 
 # ---- worker processes ----------------------------------------
 # Worker processes of one machine: each reads the plan once, then realisations one by one.
@@ -231,13 +231,7 @@ _PLANS: dict[str, Plan] = {}  # of a worker of a cluster: the one that it works 
 
 def require_extra() -> None:
     """Raise an error that names the extra, if a package of it is missing."""
-    # Found without importing: dask takes a second to load.
-    missing = [name for name in ("dask", "zarr") if find_spec(name) is None]
-    if missing:
-        raise DependencyError(
-            f"ensembles need {' and '.join(missing)}, which cannot be imported. Install the extra: "
-            'pip install "geosurf[ensemble]"'
-        )
+    need("ensembles need", "dask", "zarr")
 
 
 def check_workers(workers: Any) -> int:

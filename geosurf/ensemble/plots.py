@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions.packages import need_plots
+from geosurf.conventions.machine import need_plots
 from geosurf.ensemble.record import EXCEEDED, LEAST, MILLION, TOTAL
 from geosurf.render import palette
 from geosurf.render.compose import figure_path, save_figure

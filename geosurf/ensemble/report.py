@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.conventions import counted
-from geosurf.conventions.packages import need_plots
+from geosurf.conventions.machine import need_plots
 from geosurf.conventions.running import running
 from geosurf.ensemble.plots import new_figure, plain, words_of
 from geosurf.ensemble.record import LEAST, MILLION, STATISTICS, TOTAL
-from geosurf.errors import OutputError
-from geosurf.files.atomic import write_whole
+from geosurf.files import write_into_folder
 from geosurf.render import palette
 from geosurf.render.compose import save_figure
 from geosurf.render.furniture import colours_of, tick_texts, ticks
@@ -70,16 +69,7 @@ def report_ensemble(
     versions = Section("Versions", page.html_table(version_table()))
     sections = [*_sections(ensemble, folder, include), given, versions]
     html = page.fill_page(title, "\n".join(header), sections)
-    target = folder / "index.html"
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(target, html.encode("utf-8"))
-    except OSError as error:
-        raise OutputError(
-            f"{target}: the report cannot be written ({error.strerror}). "
-            "Choose a folder that you can write to."
-        ) from error
-    return target
+    return write_into_folder(folder / "index.html", html.encode("utf-8"), "the report")
 
 
 def _sections(ensemble: Any, folder: Path, include: str) -> Iterator[Section]:

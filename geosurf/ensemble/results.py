@@ -9,13 +9,15 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas
 import xarray as xr
 
 from geosurf.conventions import counted, did_you_mean, is_number, is_word, volume_text
 from geosurf.conventions.card import Card
+from geosurf.ensemble.on_dask import require_extra
 from geosurf.ensemble.plots import EnsemblePlots
 from geosurf.ensemble.record import (
     EXCEEDED,
@@ -31,9 +33,6 @@ from geosurf.measure.volumetrics import COLUMNS, FLUIDS
 from geosurf.model.base import Noun
 from geosurf.model.expected import listed, path_of
 from geosurf.model.units import INCLUDE, INTERVALS
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import pandas
 
 LABELS = ("unit", "zone", "region", "block", "contact", "fluid")  # of each unit
 FLUIDS_IN_PLACE = ("stoiip", "giip")
@@ -358,8 +357,6 @@ class Ensemble(Noun):
             0 where it does not have a part. ``attrs["units"]`` has the units of measure.
             ``data.drawn.to_pandas()`` has the drawn numbers of each realisation.
         """
-        import pandas
-
         keys = ("region", "zone", self.parts) if by is None else _keys(by)
         part, rows = self._part(include, where), np.flatnonzero(self.data.status.values)
         found = {}
@@ -562,8 +559,6 @@ def open_ensemble(store: str | os.PathLike[str]) -> Ensemble:
     InputError
         If there is no ensemble.
     """
-    from geosurf.ensemble.on_dask import require_extra
-
     require_extra()
     path = path_of(store, "open_ensemble")
     # The marker of a Zarr group: another folder is an error before it is opened.

@@ -21,8 +21,7 @@ import numpy as np
 from geosurf.ensemble.plan import Plan, vector
 from geosurf.ensemble.record import Layers, PairAreas, Record, UnitKey
 from geosurf.errors import InputError, OutputError
-from geosurf.files.atomic import write_whole
-from geosurf.files.folders import Lock
+from geosurf.files import Lock, write_whole
 from geosurf.model.expected import path_of
 
 BATCH = 20  # realisations

@@ -9,9 +9,10 @@ the fault, lets the same flow pass at one difference of pressure.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 
 from geosurf.conventions import is_word, known_names
 from geosurf.errors import InputError
@@ -23,9 +24,6 @@ from geosurf.model.column import ELSEWHERE
 from geosurf.model.expected import expect, number_of
 from geosurf.model.grids import AXES, CornerPointGrid
 from geosurf.model.protocols import missing_members
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
 
 ACROSS = 0.5 + 0.5 * np.array([-np.sqrt(0.6), 0.0, np.sqrt(0.6)])  # Gauss points of a face
 WEIGHTS = np.array([5.0, 8.0, 5.0]) / 18.0
@@ -62,7 +60,7 @@ def fault_multipliers(
     throw_per_thickness: float = 66.0,
     fault_permeability: Callable[[np.ndarray, np.ndarray], np.ndarray] = manzocchi,
     by: str = "face",
-) -> xarray.Dataset:
+) -> xr.Dataset:
     """
     Return transmissibility multipliers of the faces of a grid that lie on faults.
 
@@ -114,8 +112,6 @@ def fault_multipliers(
     >>> bool(((found.multiplier > 0.99) & (found.multiplier < 1.01)).all())  # no throw
     True
     """
-    import xarray as xr
-
     for needed in missing_members(scene, GriddedModel):
         raise InputError(f"fault_multipliers takes a Scene; {needed!r} is missing.")
     expect(grid, CornerPointGrid, "fault_multipliers takes a grid", "pass gs.build_grid(scene)")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from geosurf.conventions.card import Card
-from geosurf.conventions.packages import need
+from geosurf.conventions.machine import need
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import pyvista

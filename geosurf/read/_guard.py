@@ -23,7 +23,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
-from geosurf.conventions.memory import free_memory
+from geosurf.conventions.machine import free_memory
 from geosurf.errors import FormatError, GeosurfError, InputError
 
 if TYPE_CHECKING:  # pragma: no cover - types only

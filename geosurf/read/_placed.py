@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.conventions import FAULT_DIMS, first_given
-from geosurf.conventions.crs import EPSG, crs_of, label, refuse_other_units
+from geosurf.conventions.crs import EPSG, crs_of, label, proj_system, refuse_other_units
 from geosurf.errors import FormatError, InputError, SurfaceError
 from geosurf.model import TriSurface
 from geosurf.read._common import Request, agreed_scale, agreed_sign, noted
@@ -16,7 +16,6 @@ from geosurf.read._guard import damaged, read_bytes
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray as xr
-
 
 # ---- triangles ----------------------------------------
 # Points and cells of a mesh file -> a surface in metres, elevation up; for every mesh format.
@@ -143,24 +142,11 @@ def crs_of_prj(path: Path) -> str | None:
     found = next((one for word in SUFFIXES if (one := path.with_suffix(word)).exists()), None)
     crs = None if found is None else crs_from(read_bytes(found).decode("latin-1"), found)
     if crs is not None and "[" in crs:
-        crs = _with_code(crs)
+        code = system.to_epsg() if (system := proj_system(crs)) else None
+        crs = crs if code is None else f"EPSG:{code}"
     if crs is not None:
         noted("crs", f"{label(crs)}, from the file .prj")
     return crs
-
-
-def _with_code(crs: str) -> str:
-    """A description as its EPSG code, if pyproj knows it."""
-    try:
-        from pyproj import CRS
-        from pyproj.exceptions import CRSError
-    except ImportError:
-        return crs
-    try:
-        code = CRS.from_wkt(crs).to_epsg()
-    except CRSError:
-        return crs
-    return crs if code is None else f"EPSG:{code}"
 
 
 METRE, UP = {"units": "m"}, {"units": "m", "positive": "up"}

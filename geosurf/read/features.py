@@ -30,7 +30,7 @@ import numpy as np
 from geosurf.conventions import counted
 from geosurf.conventions.axes import USUAL
 from geosurf.conventions.crs import label, warn_of_unclear_crs
-from geosurf.conventions.packages import need
+from geosurf.conventions.machine import need
 from geosurf.errors import FormatError, GeosurfWarning, InputError
 from geosurf.model import FaultSticks
 from geosurf.model.base import in_crs_of

@@ -11,12 +11,15 @@ from typing import Any
 
 import numpy as np
 
+from geosurf import read
 from geosurf.errors import GeosurfError
 from geosurf.model.expected import path_of
 from geosurf.read._common import WIDE, WIDE_MARKS, collected, noted, otherwise
 from geosurf.read._guard import is_zarr, opened, size_of_store
+from geosurf.read.features import features
 from geosurf.read.grids.node_lists import looks_like_ijxyz
 from geosurf.read.las import holds_tops
+from geosurf.read.model3d import read_model3d
 from geosurf.read.registry import (
     END_MARK,
     GRID_FORMATS,
@@ -30,8 +33,9 @@ from geosurf.read.registry import (
     has_numbers,
     head_of,
 )
+from geosurf.read.resqml.surfaces import all_points, functions_of
 from geosurf.read.tops import from_header, holds_picks
-from geosurf.read.wells import heads_of, holds_heads, holds_wells
+from geosurf.read.wells.columns import heads_of, holds_heads, holds_wells
 
 WELL = re.compile(rb"\b(?:well|wellname|uwi|wellbore|borehole)\b", re.I)
 HORIZON = re.compile(rb"^(?:string\s+)?[\"']?(?:horizon|surface|marker|pick|top)", re.I | re.M)
@@ -212,8 +216,6 @@ def kind_of_file(path: Path) -> tuple[str, str]:
 
 def _resqml_function(path: Path) -> str:
     """What reads the objects of a package; damaged ones are left to their reader."""
-    from geosurf.read.resqml.surfaces import functions_of
-
     try:
         return " or ".join(functions_of(path))
     except GeosurfError:
@@ -222,8 +224,6 @@ def _resqml_function(path: Path) -> str:
 
 def _holds_points(path: Path) -> bool:
     """Whether a file of features begins with a point; damaged ones are left to their reader."""
-    from geosurf.read.features import features
-
     try:
         found = features(path)
     except GeosurfError:
@@ -233,22 +233,16 @@ def _holds_points(path: Path) -> bool:
 
 def points_of_file(path: Path, key: str, function: str) -> np.ndarray:
     """Points (n, 3) of a file with z as elevation in metres, if it states nothing else."""
-    from geosurf import read
-
     data: Any
     if key == "netcdf":
-        from geosurf.read.netcdf import holds_fault
+        from geosurf.read.netcdf import holds_fault  # it loads xarray
 
         data = (read.read_fault if holds_fault(path) else read.read_horizon)(path, **ASSUMED)
     elif key == "tsurf":
         data = read.read_tsurf(path, **ASSUMED)
     elif key == "model3d":
-        from geosurf.read.model3d import read_model3d
-
         data = list(read_model3d(path, **ASSUMED).values())
     elif key == "resqml":
-        from geosurf.read.resqml.surfaces import all_points
-
         data = all_points(path)
     elif key in GRID_FORMATS or key in MESH_FORMATS:
         form = key if key == "ijxyz" else None  # other suffixes keep their own words

@@ -32,7 +32,7 @@ from geosurf.read._common import Request, check_name, integer, is_looking, noted
 from geosurf.read._gocad import Draft, Header, Line, bodies, fill, row_of
 from geosurf.read._guard import damaged, read_bytes, refuse_large
 from geosurf.read._placed import fault_dataset, points_dataset, refuse_columns
-from geosurf.read.grids.nodes import nodes_from_places
+from geosurf.read.grids import nodes_from_places
 from geosurf.warning import warn
 
 if TYPE_CHECKING:  # pragma: no cover - types only

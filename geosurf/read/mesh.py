@@ -24,7 +24,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions.packages import need
+from geosurf.conventions.machine import need
 from geosurf.errors import FormatError
 from geosurf.model import TriSurface
 from geosurf.read._common import Request, chosen, noted, warn_of_end

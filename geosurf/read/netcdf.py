@@ -19,7 +19,7 @@ import xarray as xr
 from geosurf.conventions import FAULT_DIMS, HORIZON_DIMS, counted, did_you_mean, is_word
 from geosurf.conventions.axes import MAP_NAMES, map_coordinates
 from geosurf.conventions.crs import crs_of
-from geosurf.conventions.packages import need
+from geosurf.conventions.machine import need
 from geosurf.errors import FormatError
 from geosurf.read._common import Request, agreed_scale
 from geosurf.read._guard import (

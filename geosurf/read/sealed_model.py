@@ -40,7 +40,7 @@ from geosurf.read.model3d import (
     welded,
 )
 from geosurf.read.registry import detect
-from geosurf.read.resqml.package import Package, every, find, kind, open_package, values_of
+from geosurf.read.resqml import Package, every, find, kind, open_package, values_of
 from geosurf.read.resqml.representations import (
     FRAMEWORK,
     MESH,

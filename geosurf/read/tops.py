@@ -37,7 +37,6 @@ from geosurf.warning import warn
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray as xr
 
-
 # ---- measured tops ----------------------------------------
 # Well tops that have measured depths only: their places lie on the paths of the wells.
 

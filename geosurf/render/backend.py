@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from geosurf.conventions.packages import DRAWING, missing_sentence
+from geosurf.conventions.machine import DRAWING, missing_sentence
 from geosurf.errors import DependencyError
 from geosurf.render.layers import Layer
 from geosurf.render.palette import PAPER, RGB

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.conventions import counted, is_number, number_text, real_numbers
-from geosurf.conventions.memory import give_back_memory
-from geosurf.conventions.packages import need_views
+from geosurf.conventions.machine import give_back_memory, need_views
 from geosurf.errors import InputError, OutputError
-from geosurf.files.atomic import write_whole
+from geosurf.files import write_into_folder
 from geosurf.model import Curves, TriSurface, VoxelSearch
 from geosurf.model.expected import expect, listed, path_of
 from geosurf.render import palette
+from geosurf.render.backend import draw_layers
 from geosurf.render.clip import Prism
 from geosurf.render.furniture import (
     draw_axes,
@@ -430,8 +430,6 @@ def draw_picture(
     camera = aim(view, seen, layout.view_size, stretch, check_zoom(zoom))
     style = style_of(style)
 
-    from geosurf.render.backend import draw_layers
-
     # VTK draws the geometry; matplotlib draws all text and lines around it
     frame = show_box(box, camera.towards) if axes else Content()
     layers = (content + frame).layers
@@ -546,7 +544,7 @@ def save_figure(figure: Figure, path: str | os.PathLike[str]) -> Path:
     """
     target = figure_path(path)
     data = figure_bytes(figure, target.suffix.lower().lstrip("."))
-    return _save(data, target)
+    return write_into_folder(target, data, "the picture")
 
 
 def save_png(data: bytes, path: str | os.PathLike[str]) -> Path:
@@ -557,17 +555,4 @@ def save_png(data: bytes, path: str | os.PathLike[str]) -> Path:
     OutputError
         If the name does not end in .png, or the folder or file cannot be written.
     """
-    return _save(data, png_path(path))
-
-
-def _save(data: bytes, target: Path) -> Path:
-    """Write the file, whole or not at all."""
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(target, data)
-    except OSError as error:
-        raise OutputError(
-            f"{target}: the picture cannot be written ({error.strerror}). "
-            "Choose a folder that you can write to."
-        ) from error
-    return target
+    return write_into_folder(png_path(path), data, "the picture")

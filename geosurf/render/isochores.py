@@ -12,6 +12,8 @@ from string import ascii_uppercase
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy.ndimage import distance_transform_edt
+from scipy.spatial import cKDTree
 
 from geosurf.conventions import HORIZON_DIMS, counted
 from geosurf.conventions.axes import vertical_label
@@ -51,7 +53,6 @@ def cut_by_faults(
 ) -> np.ndarray:
     """Mark nodes (n, m) in a fault polygon, or between polygons of one fault at two horizons."""
     from matplotlib.path import Path as Outline
-    from scipy.spatial import cKDTree
 
     # nodes (n * m, 2); rings by fault and horizon
     nodes = np.column_stack([x.ravel(), y.ravel()])
@@ -281,7 +282,6 @@ def _to_outline(
 ) -> np.ndarray:
     """Thickness (n, m) with that of the nearest cell in those whose middle is just outside."""
     from matplotlib.path import Path as Outline
-    from scipy.ndimage import distance_transform_edt
 
     if outline is None:
         return total
@@ -335,8 +335,6 @@ def _letter_blocks(
     regions: Sequence[str] = (),
 ) -> list[str]:
     """Write the name of each region or a letter on each block, far from other blocks."""
-    from scipy.ndimage import distance_transform_edt
-
     letters = []
     for i, block in enumerate(np.isfinite(values)):
         letter = ascii_uppercase[i] if i < len(ascii_uppercase) else str(i)

@@ -11,7 +11,7 @@ import numpy as np
 
 from geosurf.conventions import did_you_mean, is_word
 from geosurf.conventions.axes import VERTICAL
-from geosurf.conventions.packages import need_plots
+from geosurf.conventions.machine import need_plots
 from geosurf.errors import InputError
 from geosurf.model.expected import flag_of
 from geosurf.render import palette

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
-from geosurf.conventions.packages import need_plots
+from geosurf.conventions.machine import need_plots
 from geosurf.errors import GeosurfWarning
 from geosurf.model.expected import expect
 from geosurf.render import palette

@@ -19,10 +19,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from geosurf.conventions.packages import warning_without_pictures
+from geosurf.conventions.machine import warning_without_pictures
 from geosurf.conventions.running import running
-from geosurf.errors import InputError, OutputError
-from geosurf.files.atomic import write_whole
+from geosurf.errors import InputError
+from geosurf.files import write_into_folder
 from geosurf.model import Certificate
 from geosurf.model.expected import expect, number_of, path_of
 from geosurf.model.protocols import ReportedModel, missing_members
@@ -134,7 +134,7 @@ def report_scene(
     certificate = certificate or getattr(scene, "certificate", None) or scene.check()
     words = str(title), str("" if made is None else made)
     html = build_page(scene, files, *words, certificate, regions, sources, include, volumetrics)
-    return _write(folder / "index.html", html)
+    return write_into_folder(folder / "index.html", html.encode("utf-8"), "the report")
 
 
 def _checked_regions(regions: Any) -> dict[str, tuple[float, str]]:
@@ -147,16 +147,3 @@ def _checked_regions(regions: Any) -> dict[str, tuple[float, str]]:
             raise InputError(f"regions[{key!r}] is {value!r}; {how}.")
         found[str(key)] = number_of(value[0], f"the volume of region {key!r}"), str(value[1])
     return found
-
-
-def _write(target: Path, html: str) -> Path:
-    """Write the page atomically: readers see the old page or the new one, never a part."""
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(target, html.encode("utf-8"))
-    except OSError as error:
-        raise OutputError(
-            f"{target}: the report cannot be written ({error.strerror}). "
-            "Choose a folder that you can write to."
-        ) from error
-    return target

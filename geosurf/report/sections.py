@@ -21,9 +21,8 @@ from geosurf.model import Certificate
 from geosurf.model.protocols import ReportedModel
 from geosurf.model.units import left_out
 from geosurf.report import page, tables
-from geosurf.report.page import NOTHING, Section, Table, number
+from geosurf.report.page import NOTHING, Section, Table, number, viewer_part
 from geosurf.report.tables import InputFile
-from geosurf.report.viewer import viewer_part
 
 # ---- fault parts ----------------------------------------
 # One part of the page per fault: Allan diagram, throw profile, juxtaposition, what was changed.

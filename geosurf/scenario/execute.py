@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from geosurf.conventions.packages import (
+from geosurf.conventions.machine import (
     DRAWING,
     is_installed,
     missing_sentence,

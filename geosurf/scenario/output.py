@@ -1,7 +1,7 @@
 """The output folder: the results of one run, all of them or those of the run before.
 
 Results are made in a folder of their own inside the output folder, and take the place of the
-results of an earlier run when the last of them is there (`geosurf.files.folders`). Files under
+results of an earlier run when the last of them is there (`geosurf.files`). Files under
 names that are not ours are never touched. One run at a time writes into a folder.
 """
 
@@ -23,13 +23,16 @@ import xarray as xr
 
 from geosurf.arrangement.threads import gigabytes, lack_of_room
 from geosurf.errors import DependencyError, GeosurfWarning, OutputError, ScenarioError
-from geosurf.files.atomic import PREFIX, random_digits, remove_abandoned
-from geosurf.files.folders import (
+from geosurf.files import (
     MARK,
+    PREFIX,
     Lock,
     Names,
     discard_twins,
     finish,
+    random_digits,
+    reason_of,
+    remove_abandoned,
     replace_files,
     replace_folder,
 )
@@ -496,11 +499,7 @@ def _replace(out: Path, stage: Path) -> None:
 
 
 def _refusal(out: Path, error: OSError) -> OutputError:
-    reason = error.strerror or type(error).__name__
-    file = next((one for one in (out, *out.parents) if one.is_file()), None)
-    if file is not None:
-        reason = f"{file} is a file, not a folder"
     return OutputError(
-        f"{out}: results cannot be written there ({reason}). Choose another folder with out= "
-        "(on the command line: -o)."
+        f"{out}: results cannot be written there ({reason_of(error, out)}). Choose another folder "
+        "with out= (on the command line: -o)."
     )

@@ -21,7 +21,7 @@ import numpy as np
 from geosurf.arrangement.candidates import KnownPairs
 from geosurf.conventions import counted
 from geosurf.conventions.crs import crs_of
-from geosurf.conventions.memory import most_memory_so_far
+from geosurf.conventions.machine import most_memory_so_far
 from geosurf.conventions.running import count_of, running
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.kernels.lattices.decimate import AT_ONCE, mix_into

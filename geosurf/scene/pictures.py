@@ -17,7 +17,7 @@ from types import TracebackType
 from typing import Any
 
 from geosurf.conventions import did_you_mean
-from geosurf.conventions.packages import need_plots
+from geosurf.conventions.machine import need_plots
 from geosurf.errors import GeometryError, GeosurfError, GeosurfWarning, InputError, OutputError
 from geosurf.measure.section import check_line
 from geosurf.model.expected import listed, path_of

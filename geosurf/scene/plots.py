@@ -13,7 +13,7 @@ import numpy as np
 
 from geosurf.conventions import did_you_mean, is_word
 from geosurf.conventions.axes import vertical_axis
-from geosurf.conventions.packages import need_plots
+from geosurf.conventions.machine import need_plots
 from geosurf.errors import GeometryError, GeosurfWarning, InputError
 from geosurf.measure.columns import residuals
 from geosurf.measure.faces import MINUS, faces_of

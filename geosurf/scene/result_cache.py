@@ -28,7 +28,7 @@ import numpy as np
 
 from geosurf.conventions import counted
 from geosurf.errors import GeosurfError, GeosurfWarning, InputError
-from geosurf.files.atomic import (
+from geosurf.files import (
     read_own,
     remove,
     remove_abandoned,

@@ -1529,7 +1529,7 @@ class Scene:
         >>> gs.Scene(world.horizons, world.faults, world.box).show()  # doctest: +ELLIPSIS
         <InteractiveView of '6 units', ... MB: save('view.html') writes it>
         """
-        from geosurf.report.viewer import viewer_html
+        from geosurf.report.page import viewer_html
 
         # the view first: it refuses other words
         view = self.view_3d(max_triangle, what=what)

@@ -99,7 +99,7 @@ def show(*things: Any, max_triangle: int = 120_000) -> InteractiveView:
     <InteractiveView of 'Top, Curves', ... MB: save('view.html') writes it>
     """
     from geosurf.render.interactive import view_of
-    from geosurf.report.viewer import viewer_html
+    from geosurf.report.page import viewer_html
 
     most = checked_max_triangle(max_triangle)
     given = [_drawable(thing) for thing in things]

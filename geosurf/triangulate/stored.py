@@ -15,7 +15,7 @@ import numpy as np
 
 from geosurf.conventions import place, volume_text
 from geosurf.conventions.crs import crs_of
-from geosurf.conventions.memory import free_memory
+from geosurf.conventions.machine import free_memory
 from geosurf.errors import GeosurfWarning, HorizonError, SurfaceError
 from geosurf.kernels.exact.predicates import MAX_COORDINATE
 from geosurf.model import Lattice, TriSurface

@@ -19,9 +19,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.io import netcdf_file
 
 from geosurf.conventions.colours import RGB, fault, stratum, unit_colours
-from geosurf.conventions.packages import need
+from geosurf.conventions.machine import need
 from geosurf.errors import OutputError
 from geosurf.model import Patches, TetMesh, TriSurface, Unit, Units
 from geosurf.stopping import temporary_folder
@@ -43,8 +44,6 @@ VERSION = np.float32(5.1)
 
 def exodus_of_tets(mesh: TetMesh, name: str | None) -> tuple[bytes, list[Loss]]:
     """Return tetrahedra in blocks, unit by unit, with the name of each block."""
-    from scipy.io import netcdf_file
-
     largest = max(16 * len(mesh.tetrahedra), 8 * len(mesh.local))
     if largest > MOST:
         raise OutputError(

@@ -24,7 +24,7 @@ import numpy as np
 
 from geosurf.conventions import elevation_sign, metres_per_unit
 from geosurf.conventions.crs import are_same, crs_of, epsg_of, label
-from geosurf.conventions.packages import need
+from geosurf.conventions.machine import need
 from geosurf.errors import OutputError
 from geosurf.model import TriSurface
 from geosurf.model.base import Noun

@@ -8,22 +8,26 @@ import os
 import re
 import shutil
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path, PurePath, PurePosixPath
 from typing import Any
 
-from geosurf.conventions.crs import epsg_of, label
+from geosurf.conventions.crs import epsg_of, label, proj_system
+from geosurf.conventions.machine import install_line, is_installed
 from geosurf.errors import OutputError
-from geosurf.files.atomic import N_RANDOM, PREFIX, sync_folder, write_whole
-from geosurf.files.folders import (
+from geosurf.files import (
+    N_RANDOM,
+    PREFIX,
     Lock,
     Names,
     exchange,
     finish,
     make_stage,
     replace_files,
+    sync_folder,
     sync_tree,
+    write_whole,
 )
 from geosurf.stopping import undone
 
@@ -31,7 +35,7 @@ from geosurf.stopping import undone
 # Bytes to files, all or nothing.
 #
 # Everything is made in memory first and then takes the place of what was there
-# (`geosurf.files.atomic`, `geosurf.files.folders`): a failed or killed write leaves the old file or
+# (`geosurf.files`, `geosurf.files`): a failed or killed write leaves the old file or
 # the new one.
 
 
@@ -236,17 +240,13 @@ def prj_of(crs: str) -> tuple[bytes | None, list[Loss]]:
     if "[" in crs:
         return " ".join(crs.split()).encode("utf-8"), []
     reason = "it is not an EPSG code"
-    if epsg_of(crs) is not None:
-        try:
-            from pyproj import CRS
-            from pyproj.exceptions import CRSError
-        except ImportError:
-            reason = "pyproj is not installed: pip install 'geosurf[crs]'"
-        else:
-            try:
-                return CRS.from_epsg(epsg_of(crs)).to_wkt("WKT1_ESRI").encode("utf-8"), []
-            except CRSError:
-                reason = "pyproj does not know it, or ESRI has no words for it"
+    if epsg_of(crs) is not None and not is_installed("pyproj"):
+        reason = f"pyproj is not installed: {install_line('pyproj')}"
+    elif epsg_of(crs) is not None:
+        with suppress(RuntimeError):  # pyproj raises it where ESRI has no words for a system
+            if system := proj_system(f"EPSG:{epsg_of(crs)}"):
+                return system.to_wkt("WKT1_ESRI").encode("utf-8"), []
+        reason = "pyproj does not know it, or ESRI has no words for it"
     return None, [
         Loss(
             "crs",

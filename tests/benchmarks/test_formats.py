@@ -8,7 +8,7 @@ from benchmarks.formats import hostile, page
 from benchmarks.formats.damaged import damaged_rows
 from benchmarks.formats.round_trips import Row, reader, round_trips
 from benchmarks.formats.subjects import mesh_of, points_of
-from geosurf.write.registry import WRITERS
+from geosurf.write import WRITERS
 
 # one suffix for each function that writes; NetCDF takes long, and its round trips are tested
 ONCE = {

@@ -14,7 +14,7 @@ import pytest
 
 import geosurf as gs
 from geosurf import cli
-from geosurf.cli.arguments import commands_of, completion_script, options_of
+from geosurf.cli.parser import commands_of, completion_script, options_of
 
 COMMANDS = commands_of(cli.build_parser())
 MISTAKES = {

@@ -41,7 +41,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def geosurf(*arguments: str | Path, **options: object) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "geosurf.cli", *map(str, arguments)]
+    command = [sys.executable, "-m", "geosurf", *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, check=False, **options)
 
 
@@ -306,7 +306,7 @@ def short_command(folder: Path) -> list[str]:
 @pytest.mark.skipif(os.name != "posix", reason="needs a device that is always full")
 def test_outputs_that_are_closed_or_full(folder, capfd):
     """What is printed goes nowhere, and nobody is told that geosurf is at fault."""
-    words = [sys.executable, "-m", "geosurf.cli", *short_command(folder)]
+    words = [sys.executable, "-m", "geosurf", *short_command(folder)]
     closed = subprocess.run(f"{shlex.join(words)} >&-", shell=True, check=False)
     assert (closed.returncode, capfd.readouterr().err) == (0, "")
     for unbuffered in ("", "1"):

@@ -12,7 +12,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.carve.certificate.facts import Facts
-from geosurf.conventions.memory import give_back_memory
+from geosurf.conventions.machine import give_back_memory
 
 
 def _resident() -> int:

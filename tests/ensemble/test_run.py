@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
+from geosurf.conventions import machine
 from geosurf.ensemble import ContactLevel, DepthError, DepthShift, Normal, Uniform, on_dask
 from geosurf.ensemble import store as store_room
 from geosurf.ensemble.on_dask import check_workers
@@ -364,9 +365,7 @@ def test_two_writers_exclude_each_other(tmp_path, made):
 
 
 def test_a_missing_package_is_named(monkeypatch):
-    from geosurf.ensemble import on_dask
-
-    monkeypatch.setattr(on_dask, "find_spec", lambda name: None if name == "zarr" else 1)
+    monkeypatch.setattr(machine, "find_spec", lambda name: None if name == "zarr" else 1)
     with pytest.raises(DependencyError, match=r'need zarr.*pip install "geosurf\[ensemble\]"'):
         run(n=1)
 

@@ -15,10 +15,9 @@ import pytest
 import geosurf as gs
 from benchmarks.stress.crash_points import attack
 from benchmarks.stress.crash_writers import Writer
+from geosurf import files
 from geosurf.errors import OutputError
-from geosurf.files import atomic, folders
-from geosurf.files.atomic import write_whole
-from geosurf.files.folders import Lock, Names, finish, replace_files
+from geosurf.files import Lock, Names, finish, replace_files, write_whole
 from geosurf.scenario import output
 from geosurf.scenario.output import new_results
 
@@ -65,9 +64,9 @@ def test_a_link_is_replaced_and_not_followed(tmp_path):
 
 @posix
 def test_a_planted_temporary_name_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(atomic, "random_digits", lambda: "0" * 16)
+    monkeypatch.setattr(files, "random_digits", lambda: "0" * 16)
     (tmp_path / "precious").write_text("precious")
-    (tmp_path / f"{atomic.PREFIX}{'0' * 16}{atomic.SUFFIX}").symlink_to("precious")
+    (tmp_path / f"{files.PREFIX}{'0' * 16}{files.SUFFIX}").symlink_to("precious")
     with pytest.raises(FileExistsError):
         write_whole(tmp_path / "a", b"new")
     assert (tmp_path / "precious").read_text() == "precious"
@@ -102,7 +101,7 @@ def _replace(place: Path) -> None:
     try:
         journal = ".geosurf-commit"
         finish(place, OURS, journal)
-        folders.make_stage(place / ".geosurf-new")
+        files.make_stage(place / ".geosurf-new")
         stage = put(place / ".geosurf-new", NEW)
         replace_files(place, stage, [PurePosixPath(name) for name in OLD], OURS, journal)
     except OSError as error:
@@ -142,7 +141,7 @@ def test_what_cannot_be_replaced_is_refused_before_anything_changes(tmp_path):
     before = seen(tmp_path)
     with pytest.raises(OutputError, match="is a folder and should be a file"):
         _replace(tmp_path)
-    assert {n: t for n, t in seen(tmp_path).items() if atomic.PREFIX not in n} == before
+    assert {n: t for n, t in seen(tmp_path).items() if files.PREFIX not in n} == before
 
 
 # ---- the folder of a run ------------------------------------------------------------------
@@ -195,7 +194,7 @@ def test_what_dead_runs_left_is_removed(tmp_path):
     out = tmp_path / "out"
     run(out, "old")
     put(out, {".geosurf-0123456789abcdef/units.vtm": "", ".geosurf-ab12_xyz/units.vtm": ""})
-    put(tmp_path, {f"{folders.twin_prefix(out)}{'0' * 16}/units.vtm": "", ".geosurf-mine/x": "y"})
+    put(tmp_path, {f"{files.twin_prefix(out)}{'0' * 16}/units.vtm": "", ".geosurf-mine/x": "y"})
     (out / output.LOCK).write_text("")
     run(out, "new")
     assert seen(tmp_path) == {f"out/{name}": text for name, text in results("new").items()} | {
@@ -208,7 +207,7 @@ def test_a_claim_ends_with_its_process(tmp_path):
     code = f"""
 import os, signal
 from pathlib import Path
-from geosurf.files.folders import Lock
+from geosurf.files import Lock
 assert Lock(Path({str(tmp_path / "lock")!r})).take()
 os.kill(os.getpid(), signal.SIGKILL)
 """

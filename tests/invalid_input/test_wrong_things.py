@@ -46,7 +46,7 @@ def test_wrong_things_are_told_in_a_sentence(case, tmp_path, monkeypatch):
             pytest.fail(f"{shown} gave {call(g, value)!r}")
         words = str(caught.value)
         assert not isinstance(caught.value, InvariantError), shown
-        assert words.endswith((".", "?", ")")), f"{shown}: {words}"
+        assert words.endswith((".", "?", ")", '"')), f"{shown}: {words}"
         assert words.count(" ") > 3, f"{shown}: {words}"
     assert not list(tmp_path.iterdir()), "a refused call leaves no files"
 

@@ -88,5 +88,5 @@ def test_doctor_and_warmup_say_what_runs(library):
     assert "kernels are frozen: machine code for x86-64" in run(
         library, "-c", "from geosurf.kernels.compile.jit import RUNNER; print(RUNNER.describe())"
     )
-    said = run(library, "-m", "geosurf.cli", "warmup")
+    said = run(library, "-m", "geosurf", "warmup")
     assert said.startswith("Nothing to compile: kernels are frozen")

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from geosurf.conventions.packages import EXTRAS, REQUIRED
+from geosurf.conventions.machine import EXTRAS, REQUIRED
 
 ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]

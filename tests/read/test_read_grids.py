@@ -211,7 +211,7 @@ def test_no_netcdf_at_all(tmp_path):
 def test_missing_engine_gives_the_install_line(tmp_path, monkeypatch, there):
     """h5netcdf may be installed without h5py, which it reads with."""
     path = stored(tmp_path, depth_grid(positive="down", units="m"))
-    missing = "geosurf.conventions.packages.find_spec"
+    missing = "geosurf.conventions.machine.find_spec"
     monkeypatch.setattr(missing, lambda name: name in there or None)
     with pytest.raises(DependencyError, match=r'needs h5.*pip install "geosurf\[io\]"'):
         gs.read_horizon(path)

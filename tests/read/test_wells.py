@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import geosurf as gs
 from geosurf.errors import FormatError, GeosurfError, GeosurfWarning, InputError
 from geosurf.measure.places import wells_of
-from geosurf.read.wells.paths import SAG, along_arcs
+from geosurf.read.wells import SAG, along_arcs
 
 PETREL = """# WELL TRACE FROM PETREL
 # WELL NAME:              W 1

@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from geosurf.report.assets import asset
+from geosurf.report.page import asset
 
 TEXT, CONTROL = 4.5, 3.0
 ON = {  # what is written or drawn on each background

@@ -13,7 +13,7 @@ import geosurf as gs
 from geosurf.model import TriSurface
 from geosurf.model.protocols import Body, View3D
 from geosurf.render.interactive import view_of_surfaces, view_of_units
-from geosurf.report.viewer import pack, viewer_html
+from geosurf.report.page import pack, viewer_html
 
 
 @pytest.fixture(scope="module")

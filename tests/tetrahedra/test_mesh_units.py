@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import importlib
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import geosurf as gs
+from geosurf import tetrahedra
+from geosurf.conventions import machine
 from geosurf.errors import DependencyError, GeometryError, InputError, InvariantError
 from geosurf.model import TetMesh, Units
-from geosurf.tetrahedra.mesh_units import (
+from geosurf.tetrahedra import (
     FACES,
     N_ORDER,
     Boundary,
@@ -22,8 +23,6 @@ from geosurf.tetrahedra.mesh_units import (
     regions_of,
     with_parts,
 )
-
-MODULE = importlib.import_module("geosurf.tetrahedra.mesh_units")
 
 HAS_TETGEN = pytest.mark.skipif(
     "not __import__('importlib.util').util.find_spec('tetgen')",
@@ -151,7 +150,7 @@ def test_bad_input_is_named(units: Units, monkeypatch: pytest.MonkeyPatch) -> No
         gs.mesh_units(units, size=-1)
     with pytest.raises(InputError, match=r"size=0\.1 asks for .* tetrahedra.*Give size=10 or more"):
         gs.mesh_units(units, size=0.1)
-    monkeypatch.setattr(MODULE, "find_spec", lambda name: None)
+    monkeypatch.setattr(machine, "find_spec", lambda name: None)
     with pytest.raises(DependencyError, match=r"geosurf\[tet\].*AGPL"):
         gs.mesh_units(units)
 
@@ -245,8 +244,8 @@ def test_what_tetgen_refuses_is_named_and_leaves_no_files(
     (fake / "tetgen.py").write_text(REFUSES.format(then))
     monkeypatch.chdir(here)
     monkeypatch.syspath_prepend(str(fake))
-    monkeypatch.setattr(MODULE, "PATIENCE", (2.0, 0.0))
-    monkeypatch.setattr(MODULE, "SHORT", (0.5, 0.0))
+    monkeypatch.setattr(tetrahedra, "PATIENCE", (2.0, 0.0))
+    monkeypatch.setattr(tetrahedra, "SHORT", (0.5, 0.0))
     with pytest.raises(GeometryError, match=f"TetGen cannot fill .*{words}"):
         gs.mesh_units(units_of_two())
     assert not [*here.iterdir()]
@@ -272,7 +271,7 @@ def test_another_order_of_vertices_is_tried_and_turned_back(
         marks = np.array([1, 2, 0, 4])
         return {"node": node, "elem": cells, "trifaces": given.faces, "markers": marks}
 
-    monkeypatch.setattr(MODULE, "_run", run)
+    monkeypatch.setattr(tetrahedra, "_run", run)
     found, cells, parts, parents = fill(boundary, None)
     np.testing.assert_array_equal(found, np.concatenate([x, [[0.5, 0.5, 0.5]]]))
     np.testing.assert_array_equal(cells, np.column_stack([faces, np.full(4, 5)]))

@@ -13,8 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import geosurf as gs
-from geosurf.write.registry import AXES, WRITERS
-from geosurf.write.table import FORMULA, csv_of_rows
+from geosurf.write import AXES, WRITERS
+from geosurf.write.datasets import FORMULA, csv_of_rows
 
 CRS = "EPSG:23031"
 

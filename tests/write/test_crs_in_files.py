@@ -52,7 +52,7 @@ def test_an_epsg_code_needs_pyproj_for_prj(tmp_path):
     except ImportError:
         written = gs.write(top(crs=CRS), tmp_path / "a.asc")
         assert len(written) == 1
-        assert "pip install 'geosurf[crs]'" in written.notes[-1]
+        assert 'pip install "geosurf[crs]"' in written.notes[-1]
     else:
         written = gs.write(top(crs=CRS), tmp_path / "a.asc")
         assert gs.read_horizon(written[0], positive="up").attrs["crs"] == CRS

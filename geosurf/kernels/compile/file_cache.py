@@ -23,7 +23,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from geosurf.errors import GeosurfWarning
-from geosurf.files.atomic import (
+from geosurf.files import (
     read_own,
     remove,
     remove_abandoned,

@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions.crs import label, refuse_other_units
-from geosurf.conventions.packages import need
+from geosurf.conventions.machine import need
 from geosurf.errors import FormatError
 from geosurf.read._common import TextBlocks, integer, noted, number
 from geosurf.read._guard import damaged, opened, read_bytes, read_some, reading_with, refuse_large
-from geosurf.read.grids.nodes import (
+from geosurf.read.grids import (
     Decoded,
     GridHeader,
     binary_values,

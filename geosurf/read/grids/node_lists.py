@@ -12,7 +12,7 @@ from geosurf.errors import FormatError
 from geosurf.read._common import Request, integer, noted, number, number_text, read_text
 from geosurf.read._guard import damaged, refuse_large
 from geosurf.read._table import words_per_line
-from geosurf.read.grids.nodes import Decoded, GridHeader, from_corners, grid_array, grid_reader
+from geosurf.read.grids import Decoded, GridHeader, from_corners, grid_array, grid_reader
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray as xr

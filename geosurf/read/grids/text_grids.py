@@ -14,7 +14,7 @@ from geosurf.read._common import TextBlocks, integer, is_number, noted, number
 from geosurf.read._guard import damaged
 from geosurf.read._placed import crs_of_prj
 from geosurf.read._table import words_per_line
-from geosurf.read.grids.nodes import (
+from geosurf.read.grids import (
     Decoded,
     GridHeader,
     check_step,

@@ -19,7 +19,7 @@ from geosurf.conventions import metres_per_unit
 from geosurf.errors import FormatError, SurfaceError
 from geosurf.model import TriSurface
 from geosurf.read._common import Request, noted
-from geosurf.read.resqml.package import Package, every, find, kind, places_along, values_of
+from geosurf.read.resqml import Package, every, find, kind, places_along, values_of
 
 # ---- places ----------------------------------------
 # From points of a RESQML representation to easting, northing and elevation in metres.

@@ -20,8 +20,8 @@ from geosurf.model import FaultSticks, TriSurface
 from geosurf.model.base import in_crs_of
 from geosurf.read._common import Request, chosen, noted
 from geosurf.read._placed import fault_dataset, points_dataset, refuse_columns
-from geosurf.read.grids.nodes import nodes_from_places
-from geosurf.read.resqml.package import Package, find, kind, open_package, values_of
+from geosurf.read.grids import nodes_from_places
+from geosurf.read.resqml import Package, find, kind, open_package, values_of
 from geosurf.read.resqml.representations import (
     GRID,
     KINDS,

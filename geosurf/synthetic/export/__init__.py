@@ -17,7 +17,7 @@ import numpy as np
 
 from geosurf.conventions import did_you_mean, is_word
 from geosurf.errors import InputError, OutputError
-from geosurf.files.atomic import write_whole
+from geosurf.files import write_whole
 from geosurf.model.expected import path_of
 from geosurf.synthetic.export import formats
 from geosurf.synthetic.export.formats import (

@@ -1,4 +1,4 @@
-"""CF NetCDF, through xarray: horizons, fault grids, tables of units.
+"""Tables and grids: csv and Parquet, CF NetCDF and Zarr through xarray.
 
 The coordinate reference system is the attribute ``crs``, and for other programs the grid mapping
 ``spatial_ref``, as rioxarray and GDAL have it.
@@ -6,27 +6,170 @@ The coordinate reference system is the attribute ``crs``, and for other programs
 
 from __future__ import annotations
 
+import csv
+import io
 import json
-from importlib.util import find_spec
+from collections.abc import Iterable, Sequence
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pandas
 
 from geosurf.conventions import elevation_sign, metres_per_unit
-from geosurf.conventions.crs import crs_of, epsg_of
-from geosurf.conventions.packages import need
-from geosurf.errors import DependencyError, OutputError
+from geosurf.conventions.crs import crs_of, epsg_of, proj_system
+from geosurf.conventions.machine import need
+from geosurf.errors import OutputError
+from geosurf.model import Units
 from geosurf.stopping import temporary_folder
-from geosurf.write.table import TABLE_ONLY
 from geosurf.write.text_grids import refuse_odd_nodes
 from geosurf.write.vtp import AXES
+from geosurf.write.written import Loss
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray as xr
 
     from geosurf.model import Units
     from geosurf.write.written import Loss
+
+
+# ---- tables ----------------------------------------
+# Tables as csv and Parquet: units, wells, tops; the unit of measure is in the column name.
+
+
+# what spreadsheets take for the beginning of a formula, also in the wide letters of East Asia
+FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "\uff1d", "\uff0b", "\uff0d", "\uff20")
+LABELS = ("zone", "block", "region", "contact", "zone_index", "reservoir", "sliver")
+GUARDED = Loss(
+    "data",
+    "Texts that begin with = + - or @ start with an apostrophe in the file, so that "
+    "spreadsheets do not run them as formulas.",
+)
+TABLE_ONLY = Loss("data", "The file holds the table of the units, not their surfaces; .vtm does.")
+
+Columns = dict[str, list[Any]]
+
+
+def csv_of_units(units: Units, name: str | None) -> tuple[bytes, list[Loss]]:
+    """Return name, zone, block (contact) and all numbers of each unit, full precision."""
+    data, lost = csv_of_columns(columns_of_units(units))
+    return data, [TABLE_ONLY, *lost]
+
+
+def csv_of_table(table: xr.Dataset, name: str | None) -> tuple[bytes, list[Loss]]:
+    """Return a table of one dimension."""
+    return csv_of_columns(columns_of_table(table))
+
+
+def csv_of_frame(frame: pandas.DataFrame, name: str | None) -> tuple[bytes, list[Loss]]:
+    """Return a table of pandas, without its index."""
+    return csv_of_columns({str(key): frame[key].tolist() for key in frame.columns})
+
+
+def parquet_of_units(units: Units, name: str | None) -> tuple[bytes, list[Loss]]:
+    """Return the same columns as in csv."""
+    data, lost = _parquet(columns_of_units(units), units.crs)
+    return data, [TABLE_ONLY, *lost]
+
+
+def parquet_of_table(table: xr.Dataset, name: str | None) -> tuple[bytes, list[Loss]]:
+    """Return a table of one dimension."""
+    return _parquet(columns_of_table(table), crs_of(table))
+
+
+def parquet_of_frame(frame: pandas.DataFrame, name: str | None) -> tuple[bytes, list[Loss]]:
+    """Return a table of pandas, without its index."""
+    return _parquet(
+        {str(key): frame[key].tolist() for key in frame.columns}, frame.attrs.get("crs")
+    )
+
+
+def columns_of_units(units: Units) -> Columns:
+    """Columns of the table of units, by their names with the unit of measure."""
+    table = units.table
+    labels = [key for key in LABELS if key in table.coords]
+    numbers = [str(key) for key in table.data_vars if table[key].dims == ("unit",)]
+    columns = {"unit": table["unit"].values.tolist()}
+    columns |= {key: table[key].values.tolist() for key in labels}
+
+    # the unit stands in the name of the column: csv has no other place for it
+    return columns | {_head(table, key): table[key].values.tolist() for key in numbers}
+
+
+def columns_of_table(table: xr.Dataset) -> Columns:
+    """Columns of a Dataset whose variables all lie along one dimension.
+
+    Values at ``end`` (entry and exit of an interval in a well) are one column for each end.
+    """
+    if "end" in table.dims and "end" in table.coords:
+        table = _with_ends_as_columns(table)
+    dims = {dim for variable in table.data_vars.values() for dim in variable.dims}
+    if len(dims) != 1:
+        raise OutputError(
+            f"this Dataset lies along {sorted(map(str, dims))}; a table has one dimension. "
+            "Write .nc instead."
+        )
+    # names and labels first, then what is measured
+    keys = [k for k in (*table.coords, *table.data_vars) if set(table[k].dims) == dims]
+    return {_head(table, str(key)): table[key].values.tolist() for key in keys}
+
+
+def _with_ends_as_columns(table: xr.Dataset) -> xr.Dataset:
+    """Return a Dataset with ``md_entry`` and ``md_exit`` for ``md`` at both ends."""
+    found: dict[str, xr.DataArray] = {}
+    for key, variable in table.data_vars.items():
+        if "end" in variable.dims:
+            ends = {f"{key}_{end}": variable.sel(end=end) for end in table["end"].values.tolist()}
+            found |= {name: one.drop_vars("end") for name, one in ends.items()}
+        else:
+            found[str(key)] = variable
+    return table.drop_dims("end").assign(found)[list(found)]
+
+
+def csv_of_columns(columns: Columns) -> tuple[bytes, list[Loss]]:
+    """Return csv of columns of one length."""
+    return csv_of_rows(list(columns), zip(*columns.values(), strict=True))
+
+
+def _head(table: xr.Dataset, key: str) -> str:
+    """Name of a column with its unit of measure."""
+    unit = table[key].attrs.get("units", "")
+    return f"{key}_{unit}".rstrip("_")
+
+
+def _parquet(columns: Columns, crs: str | None) -> tuple[bytes, list[Loss]]:
+    """Return Parquet by pandas and pyarrow; the reference system is in the metadata of pandas."""
+    need("writing Parquet needs", "pyarrow")
+    frame = pandas.DataFrame(columns)
+    if crs is not None:
+        frame.attrs["crs"] = crs
+    out = io.BytesIO()
+    frame.to_parquet(out, engine="pyarrow", index=False)
+    return out.getvalue(), []
+
+
+def csv_of_rows(header: Sequence[str], rows: Iterable[Sequence[Any]]) -> tuple[bytes, list[Loss]]:
+    r"""
+    Return csv whose words are words in spreadsheets, too, and a note if one had to be changed.
+
+    Examples
+    --------
+    >>> csv_of_rows(["name", "z"], [["=1+1", -5.0], ["F1+", 2.0]])[0]
+    b"name,z\n'=1+1,-5.0\nF1+,2.0\n"
+    """
+    lines, changed = [], False
+    for row in (header, *rows):
+        cells = [_guarded(cell) for cell in row]
+        changed = changed or any(a is not b for a, b in zip(cells, row, strict=True))
+        line = io.StringIO()
+        csv.writer(line).writerow(cells)  # ends with CR LF, so that either in a cell is quoted
+        lines.append(line.getvalue().removesuffix("\r\n") + "\n")
+    return "".join(lines).encode("utf-8"), [GUARDED] if changed else []
+
+
+def _guarded(cell: Any) -> Any:
+    """A word that begins as a formula does gets an apostrophe; numbers stay numbers."""
+    return f"'{cell}" if isinstance(cell, str) and cell.startswith(FORMULA) else cell
 
 
 # ---- zarr ----------------------------------------
@@ -118,7 +261,7 @@ def netcdf_of_horizon(horizon: xr.DataArray, name: str) -> tuple[bytes, list[Los
 
 def netcdf_of_units(units: Units, name: str | None) -> tuple[bytes, list[Loss]]:
     """Return the table of units; names are stored as strings."""
-    _need_h5netcdf("table of units")
+    need("table of units: writing NetCDF needs", "h5netcdf")
     data, losses = _bytes(units.table, "table of units", units.crs)
     return data, [TABLE_ONLY, *losses]
 
@@ -130,7 +273,7 @@ def netcdf_of_dataset(dataset: xr.Dataset, name: str | None) -> tuple[bytes, lis
 
 def _bytes(dataset: xr.Dataset, what: str, crs: str | None = None) -> tuple[bytes, list[Loss]]:
     """Return NetCDF-4 bytes; attributes that it cannot hold become text."""
-    _need_h5netcdf(what)
+    need(f"{what}: writing NetCDF needs", "h5netcdf")
     dataset = with_cf_words(dataset, crs)
     # h5netcdf writes to a path; the bytes then take the way of all other files.
     with temporary_folder() as folder:
@@ -173,15 +316,6 @@ def with_cf_words(dataset: xr.Dataset, crs: str | None, *, lists: bool = False) 
     return dataset if crs is None else _with_mapping(dataset, crs)
 
 
-def _need_h5netcdf(what: str) -> None:
-    """Raise an error where NetCDF cannot be written."""
-    if find_spec("h5netcdf") is None:
-        raise DependencyError(
-            f"{what}: writing NetCDF needs h5netcdf, which is not installed. "
-            'Install it with: pip install "geosurf[io]"'
-        )
-
-
 def _with_mapping(dataset: xr.Dataset, crs: str) -> xr.Dataset:
     """Add the grid mapping ``spatial_ref`` for all variables in space, unless there is one."""
     axes = [dataset[key].dims for key in STANDARD_NAMES if key in dataset.variables]
@@ -207,15 +341,10 @@ def _mapping(crs: str) -> dict[str, Any]:
         found["epsg_code"] = f"EPSG:{epsg_of(crs)}"
     elif "[" in crs:
         found["crs_wkt"] = crs
-    try:
-        from pyproj import CRS
-        from pyproj.exceptions import CRSError
-    except ImportError:
-        return found
-    try:
-        words = CRS.from_user_input(crs).to_cf()
-    except CRSError:
+    system = proj_system(crs)
+    if system is None:
         return found  # a name that PROJ does not know is still a text
+    words = system.to_cf()
     return found | _plain(words) | {"spatial_ref": words.get("crs_wkt", crs)}
 
 

@@ -1,3 +1,0 @@
-"""Files that geosurf writes: whole or unchanged, one (`atomic`) or many (`folders`), under a claim
-(`locks`).
-"""
