@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import inspect
+import re
 import sys
 from dataclasses import MISSING, Field, fields
 from typing import Any
@@ -52,7 +54,7 @@ def scenario_page() -> str:
     # fields that are tables themselves have the dataclass of their keys as `kind`
     tables = {entry.name: _kind(entry) for entry in fields(Scenario) if _kind(entry)}
     plain = [entry for entry in fields(Scenario) if _is_key(entry) and entry.name not in tables]
-    parts = [HEAD, _section("Top level", "", plain)]
+    parts = [HEAD, _section("Top level", "", plain, Scenario)]
     for name, kind in tables.items():
         parts += _table(name, kind, Scenario)
     return "\n".join(parts)
@@ -61,12 +63,12 @@ def scenario_page() -> str:
 def _table(name: str, kind: Any, inside: Any) -> list[str]:
     """The section of one table, and those of the tables in it."""
     # the docstring after its first colon: what stands before it is the name of the table
-    text = " ".join((kind.__doc__ or "").split()).partition(": ")[2]
+    text = " ".join(_doc(kind)[0].split()).partition(": ")[2]
     word = name.rpartition(".")[2]
     entry = next(one for one in fields(inside) if one.name == word)
     brackets = f"[[{name}]]" if "tuple" in str(entry.type) else f"[{name}]"
     own = [one for one in fields(kind) if _is_key(one) and not _kind(one)]
-    parts = [_section(f"`{brackets}`", text[:1].upper() + text[1:], own)]
+    parts = [_section(f"`{brackets}`", text[:1].upper() + text[1:], own, kind)]
     for one in fields(kind):
         if _is_key(one) and _kind(one):
             parts += _table(f"{name}.{one.name}", _kind(one), kind)
@@ -82,9 +84,17 @@ def _kind(entry: Field[Any]) -> Any:
     return getattr(entry.metadata.get("check"), "kind", None)
 
 
-def _section(title: str, text: str, entries: list[Field[Any]]) -> str:
+def _doc(kind: Any) -> tuple[str, dict[str, str]]:
+    """The docstring of a table: its first paragraph, and the meaning of each key."""
+    first, _, attributes = (inspect.getdoc(kind) or "").partition("\n\nAttributes\n----------\n")
+    blocks = re.findall(r"^(\w+).*\n((?: +.*(?:\n|\Z))+)", attributes, re.MULTILINE)
+    return first, {name: " ".join(text.split()) for name, text in blocks}
+
+
+def _section(title: str, text: str, entries: list[Field[Any]], kind: Any) -> str:
+    meanings = _doc(kind)[1]
     rows = [
-        f"| `{e.name}` | {e.metadata['unit'] or '–'} | {_default(e)} | {e.metadata['meaning']} "
+        f"| `{e.name}` | {e.metadata['unit'] or '–'} | {_default(e)} | {meanings[e.name]} "
         f"Value: {_code(e.metadata['check'].allowed)}. |"
         for e in entries
     ]

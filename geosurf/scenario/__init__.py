@@ -1,8 +1,7 @@
 """From a scenario file to results, in one call.
 
 ==============  =============================================================
-keys.py         every key of the model: type, unit, default, meaning
-zone_keys.py    those of zones from thickness and of fault seal
+keys.py         every key of the model: type, unit, default; docstrings say what it means
 output_keys.py  every key of what a run varies, draws and writes
 values.py       how a key is declared, how values and tables are checked
 toml_text.py    the text: lines of keys, what is not TOML, keys set from outside

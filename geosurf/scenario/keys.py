@@ -1,8 +1,9 @@
 """Every key of a scenario: its type, unit, default and meaning, stated once.
 
-The parser reads these dataclasses, and so does the page docs/scenario.md, so that
-neither can know a key that the other does not.
+The parser reads these dataclasses, and so does the page docs/scenario.md, with the meanings of
+their docstrings, so that neither can know a key that the other does not.
 """
+
 # ruff: noqa: RUF009 - `key` makes a dataclasses.field
 
 from __future__ import annotations
@@ -12,8 +13,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from geosurf.conventions import METRES_PER_UNIT
-from geosurf.conventions.axes import MS_PER_UNIT
 from geosurf.faults.rules import BOTH, KEEP
 from geosurf.measure.velocity import WAYS
 from geosurf.model import RULES
@@ -31,101 +30,149 @@ from geosurf.scenario.output_keys import (
     TopsInput,
     UncertainInput,
     WellsInput,
-    length_unit_key,
-    positive_key,
 )
 from geosurf.scenario.values import KeyPath, key, table, tables
-from geosurf.scenario.zone_keys import OF_ZONES, SealInput, zones_by_name
 from geosurf.sheets.faults import DIRECTIONS
+
+# ---- zone keys ----------------------------------------
+# Zones from thickness: ``[zones]``.
+
+
+@values.check(
+    "tables by zone, such as `[zones.Upper]` with below or above, thickness, and base, top or kind"
+)
+def zones_by_name(at: values.KeyPath, value: Any) -> Any:
+    """Zones by name; a text is the file of a thickness map."""
+    if not isinstance(value, dict) or not all(isinstance(one, dict) for one in value.values()):
+        return None
+    found = {name: dict(one) for name, one in value.items()}
+    for name, one in found.items():
+        if isinstance(one.get("thickness"), str):
+            place = at.inside(name).inside("thickness")
+            one["thickness"] = values.file(place, one["thickness"])
+    return found
+
+
+# ---- seal keys ----------------------------------------
+# The keys of ``[seal]``.
+
+
+@values.check(
+    'a number, or a table of these by zone, such as `{"Top/Base" = 0.2, elsewhere = 0.7}`'
+)
+def by_zone(at: values.KeyPath, value: Any) -> Any:
+    """A number, or numbers by zone, whose names are checked when all zones are known."""
+    if not isinstance(value, dict):
+        return values.not_negative(at, value)
+    return {zone: values.not_negative(at.inside(zone), one) for zone, one in value.items()} or None
+
+
+@dataclass(frozen=True, kw_only=True)
+class SealInput:
+    """``[seal]``: what faults hold, as `seal.csv`: a row for each pair of units across a fault.
+    See [fault seal](guides/fault_seal.md).
+
+    Attributes
+    ----------
+    vshale
+        Shale of the zones, fractions.
+    shale
+        From which Vshale a zone is shale.
+    density_contrast_kg_m3
+        Density of water less that of hydrocarbon, for column heights.
+    seabed_m
+        Elevation from which burial depth counts.
+    closures_sgr
+        Least shale gouge ratio with which faults hold in `closures.csv`, where reservoir faces
+        reservoir. Left out: as `output.closures` says.
+    permeability_md
+        Of the cells of `[grid]`: `grid_multipliers.inc` then has MULTX, MULTY and MULTZ.
+    """
+
+    vshale: Any = key(by_zone)
+    shale: float = key(values.share, default=0.4)
+    density_contrast_kg_m3: float | None = key(values.above_zero, unit="kg/m³", default=None)
+    seabed_m: float = key(values.number, unit="m", default=0.0)
+    closures_sgr: float | None = key(values.share, default=None)
+    permeability_md: Any = key(by_zone, unit="mD", default=None)
+
 
 # ---- fault keys ----------------------------------------
 # Keys of faults: files, pieces of a mesh, polygons, and how far they are continued.
 
 
 # Functions, because a dataclass field cannot be used twice.
-def columns_key() -> Any:
-    """Declare the columns of a table."""
-    meaning = (
-        "Of a table with other headings: the columns x, y and z, by name or by number from 1. "
-        "Sticks take two more: number of the stick, and name of the fault."
-    )
-    return key(meaning, values.columns, default=None)
-
-
-def decimal_key() -> Any:
-    """Declare the decimal sign of a table."""
-    return key("Decimal sign of a table.", values.one_of(".", ","), default=".")
-
-
 @dataclass(frozen=True, kw_only=True)
 class PolygonInput:
     """One ``[[faults.polygons]]``: the polygon of a fault on one horizon. The fault passes through
     both sides of its polygons, and continues along their dip. One horizon is enough. Where this
     horizon is torn, its walls end on them.
+
+    Attributes
+    ----------
+    horizon
+        The horizon on which it was drawn.
+    file
+        `.pol`, `.csv`, `.dat`, `.txt` and others with lines, each point with its elevation;
+        relative to the scenario.
+    polygon
+        Which polygon of the file, counted from 1. Left out: the only one.
     """
 
-    horizon: str = key("The horizon on which it was drawn.", values.text)
-    file: Path = key(
-        "`.pol`, `.csv`, `.dat`, `.txt` and others with lines, each point with its elevation; "
-        "relative to the scenario.",
-        values.file,
-    )
-    polygon: int | None = key(
-        "Which polygon of the file, counted from 1. Left out: the only one.",
-        values.count,
-        default=None,
-    )
+    horizon: str = key(values.text)
+    file: Path = key(values.file)
+    polygon: int | None = key(values.count, default=None)
 
 
 @dataclass(frozen=True, kw_only=True)
 class FaultInput:
-    """One ``[[faults]]``: in any order."""
+    """One ``[[faults]]``: in any order.
 
-    name: str = key("Name in all results.", values.text)
+    Attributes
+    ----------
+    name
+        Name in all results.
+    file
+        `.ts` (GOCAD), `.vtp` and other meshes, `.pol`, `.csv` (sticks), `.nc` (parametric grid);
+        relative to the scenario. Give this or `polygons`.
+    name_in_file
+        Of a file with several faults: which one. Left out: `name`.
+    piece
+        Of a mesh in several pieces: which one, counted from 1, the largest. Left out: all, as one
+        fault.
+    positive
+        Whether values are elevations or depths, for a file that does not declare it.
+    length_unit
+        Length unit of elevations, for a file that does not declare it; `ms` or `s` with `time`.
+    columns
+        Of a table with other headings: the columns x, y and z, by name or by number from 1. Sticks
+        take two more: number of the stick, and name of the fault.
+    decimal
+        Decimal sign of a table.
+    lengthen_m
+        Distance by which the fault is continued along its dip and strike, before `extend`: one, or
+        one for each side.
+    lengthen
+        Sides on which the fault is continued by `lengthen_m`. Left empty: all.
+    extend
+        Sides on which the fault is continued until it leaves the model box: `strike` is both ends,
+        `start` and `end` follow the right-hand rule.
+    """
+
+    name: str = key(values.text)
     # One of both: checked when all keys are known.
-    file: Path | None = key(
-        "`.ts` (GOCAD), `.vtp` and other meshes, `.pol`, `.csv` (sticks), `.nc` (parametric grid); "
-        "relative to the scenario. Give this or `polygons`.",
-        values.file,
-        default=None,
-    )
-    name_in_file: str | None = key(
-        "Of a file with several faults: which one. Left out: `name`.", values.text, default=None
-    )
-    piece: int | None = key(
-        "Of a mesh in several pieces: which one, counted from 1, the largest. Left out: all, as "
-        "one fault.",
-        values.count,
-        default=None,
-    )
-    polygons: tuple[PolygonInput, ...] = key(
-        "Polygons of the fault, one for each horizon, in place of `file`.",
-        tables(PolygonInput),
-        default=(),
-    )
-    positive: str | None = positive_key()
-    length_unit: str | None = length_unit_key()
-    columns: tuple[str, ...] | tuple[int, ...] | None = columns_key()
-    decimal: str = decimal_key()
+    file: Path | None = key(values.file, default=None)
+    name_in_file: str | None = key(values.text, default=None)
+    piece: int | None = key(values.count, default=None)
+    polygons: tuple[PolygonInput, ...] = key(tables(PolygonInput), default=())
+    positive: str | None = key(values.direction, default=None)
+    length_unit: str | None = key(values.length_unit, default=None)
+    columns: tuple[str, ...] | tuple[int, ...] | None = key(values.columns, default=None)
+    decimal: str = key(values.decimal, default=".")
     # Continued by a distance, or until the fault leaves the box: two different wishes.
-    lengthen_m: float | dict[str, float] | None = key(
-        "Distance by which the fault is continued along its dip and strike, before `extend`: one, "
-        "or one for each side.",
-        values.distances,
-        unit="m",
-        default=None,
-    )
-    lengthen: tuple[str, ...] = key(
-        "Sides on which the fault is continued by `lengthen_m`. Left empty: all.",
-        values.some_of(*values.FAULT_SIDES),
-        default=(),
-    )
-    extend: tuple[str, ...] = key(
-        "Sides on which the fault is continued until it leaves the model box: `strike` is both "
-        "ends, `start` and `end` follow the right-hand rule.",
-        values.some_of(*values.FAULT_SIDES),
-        default=(),
-    )
+    lengthen_m: float | dict[str, float] | None = key(values.distances, unit="m", default=None)
+    lengthen: tuple[str, ...] = key(values.some_of(*values.FAULT_SIDES), default=())
+    extend: tuple[str, ...] = key(values.some_of(*values.FAULT_SIDES), default=())
 
     @property
     def distances(self) -> dict[str, float]:
@@ -149,21 +196,19 @@ class FaultInput:
 class NetworkInput:
     """``[network]``: what geosurf proposes where faults meet, stop short of each other, or end
     inside the model. See [faults](guides/faults.md).
+
+    Attributes
+    ----------
+    apply
+        Whether proposals are applied, one after another until none is left. Rules of
+        `[[truncations]]` stand. The console lists each proposal with its reason.
+    reach_m
+        Largest distance by which a fault stops short of another one that it is continued to. Left
+        out: a fifth of the root of the smaller fault's area.
     """
 
-    apply: bool = key(
-        "Whether proposals are applied, one after another until none is left. Rules of "
-        "`[[truncations]]` stand. The console lists each proposal with its reason.",
-        values.switch,
-        default=False,
-    )
-    reach_m: float | None = key(
-        "Largest distance by which a fault stops short of another one that it is continued to. "
-        "Left out: a fifth of the root of the smaller fault's area.",
-        values.above_zero,
-        unit="m",
-        default=None,
-    )
+    apply: bool = key(values.switch, default=False)
+    reach_m: float | None = key(values.above_zero, unit="m", default=None)
 
 
 def check_faults(faults: tuple[FaultInput, ...], at: KeyPath) -> None:
@@ -201,18 +246,20 @@ class AreaOfInterest:
     """``[aoi]``: a polygon that the model fills.
 
     Leave the table out for the box, or without a box for the outline that all horizons share.
+
+    Attributes
+    ----------
+    file
+        A closed polygon, `.pol` or `.csv`. Give one of these keys.
+    corners_m
+        Easting and northing around the polygon.
+    rectangle
+        Whether to take the largest axis-parallel rectangle that all horizons cover.
     """
 
-    file: Path | None = key(
-        "A closed polygon, `.pol` or `.csv`. Give one of these keys.", values.file, default=None
-    )
-    corners_m: tuple[tuple[float, float], ...] | None = key(
-        "Easting and northing around the polygon.", values.corners, unit="m", default=None
-    )
-    rectangle: bool = key(
-        "Whether to take the largest axis-parallel rectangle that all horizons cover.",
-        values.switch, default=False,
-    )  # fmt: skip
+    file: Path | None = key(values.file, default=None)
+    corners_m: tuple[tuple[float, float], ...] | None = key(values.corners, unit="m", default=None)
+    rectangle: bool = key(values.switch, default=False)
 
     @property
     def value(self) -> Any:
@@ -223,13 +270,21 @@ class AreaOfInterest:
 
 @dataclass(frozen=True, kw_only=True)
 class BoxRanges:
-    """``[box]``: the model box. Leave the table out for the outline that all horizons share."""
+    """``[box]``: the model box. Leave the table out for the outline that all horizons share.
 
-    easting_m: tuple[float, float] = key("West and east side.", values.interval, unit="m")
-    northing_m: tuple[float, float] = key("South and north side.", values.interval, unit="m")
-    elevation_m: tuple[float, float] = key(
-        "Bottom and top, positive up.", values.interval, unit="m"
-    )
+    Attributes
+    ----------
+    easting_m
+        West and east side.
+    northing_m
+        South and north side.
+    elevation_m
+        Bottom and top, positive up.
+    """
+
+    easting_m: tuple[float, float] = key(values.interval, unit="m")
+    northing_m: tuple[float, float] = key(values.interval, unit="m")
+    elevation_m: tuple[float, float] = key(values.interval, unit="m")
 
     @property
     def sides(self) -> tuple[float, float, float, float, float, float]:
@@ -246,20 +301,18 @@ class BoxRanges:
 class SliversInput:
     """``[slivers]``: units that are too small to count. Tables and legends list them apart. See
     [the column](guides/column.md).
+
+    Attributes
+    ----------
+    min_volume_m3
+        Units below this volume are slivers. Left out: units below 1/10 000 of their zone.
+    merge
+        Whether each is merged into the neighbour with the largest shared area. The certificate
+        lists them.
     """
 
-    min_volume_m3: float | None = key(
-        "Units below this volume are slivers. Left out: units below 1/10 000 of their zone.",
-        values.not_negative,
-        unit="m³",
-        default=None,
-    )
-    merge: bool = key(
-        "Whether each is merged into the neighbour with the largest shared area. The certificate "
-        "lists them.",
-        values.switch,
-        default=False,
-    )
+    min_volume_m3: float | None = key(values.not_negative, unit="m³", default=None)
+    merge: bool = key(values.switch, default=False)
 
     @property
     def settings(self) -> SliverSettings:
@@ -277,36 +330,33 @@ class TearSettings:
     """``[tear]``: horizons that were picked or gridded across their faults are torn there. The
     report has the details. Leave the table out for horizons as they are. See
     [tearing](guides/tearing.md).
+
+    Attributes
+    ----------
+    horizons
+        Horizons to tear. Left empty: all.
+    trim_cells
+        Ignore data closer to a fault than this: at least one and a half times the half width of the
+        smear. By default it is estimated for each fault from data that are held out.
+    noise_m
+        Standard deviation of the noise: data around faults are averaged. Left out: estimated;
+        gridded data are met, and their average goes on to the faults. 0: data themselves do.
+    keep_outliers
+        Keep points that fit the other wall of a fault and contradict their neighbours. They are
+        left out otherwise, with a warning.
+    fill_empty_blocks
+        What becomes of horizons in blocks without data: `false` refuses, `true` continues them from
+        the neighbouring block, `"lower"` and `"upper"` pinch them out onto the horizon below or
+        above.
     """
 
-    horizons: tuple[str, ...] = key("Horizons to tear. Left empty: all.", values.names, default=())
+    horizons: tuple[str, ...] = key(values.names, default=())
     trim_cells: str | float | dict[str, Any] = key(
-        "Ignore data closer to a fault than this: at least one and a half times the half width of "
-        "the smear. By default it is estimated for each fault from data that are held out.",
-        values.trim,
-        unit="cells of the grid",
-        default="auto",
+        values.trim, unit="cells of the grid", default="auto"
     )
-    noise_m: float | None = key(
-        "Standard deviation of the noise: data around faults are averaged. Left out: estimated; "
-        "gridded data are met, and their average goes on to the faults. 0: data themselves do.",
-        values.not_negative,
-        unit="m",
-        default=None,
-    )
-    keep_outliers: bool = key(
-        "Keep points that fit the other wall of a fault and contradict their neighbours. They are "
-        "left out otherwise, with a warning.",
-        values.switch,
-        default=False,
-    )
-    fill_empty_blocks: bool | str | dict[str, Any] = key(
-        "What becomes of horizons in blocks without data: `false` refuses, `true` continues them "
-        'from the neighbouring block, `"lower"` and `"upper"` pinch them out onto the horizon '
-        "below or above.",
-        values.filling,
-        default=False,
-    )
+    noise_m: float | None = key(values.not_negative, unit="m", default=None)
+    keep_outliers: bool = key(values.switch, default=False)
+    fill_empty_blocks: bool | str | dict[str, Any] = key(values.filling, default=False)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -314,188 +364,189 @@ class ThrowInput:
     """One ``[[throws]]``: throw of a fault, for horizons that are still continuous. The youngest
     fault comes first. Give one of `throw_m`, `profile_m`, `elliptic_m`; see
     [tearing](guides/tearing.md).
+
+    Attributes
+    ----------
+    fault
+        The fault, as it is after extension and truncation.
+    horizons
+        Horizons that it moves. Left empty: all.
+    throw_m
+        The same throw everywhere; below 0 for a reverse fault.
+    profile_m
+        Distance along the mean strike, from the fault's first end by the right-hand rule, and
+        throw.
+    elliptic_m
+        Largest throw of a fault that dies at its tips.
+    half_length_m
+        With `elliptic_m`: from the middle to the tips along strike. Left out: as the fault is.
+    half_height_m
+        With `elliptic_m`: from the middle to the upper and lower tip. Left out: throw does not
+        change with elevation.
+    centre_along_m
+        With `elliptic_m`: distance along the mean strike at which throw is largest, from the
+        fault's first end by the right-hand rule. Left out: the middle of the fault.
+    centre_elevation_m
+        With `half_height_m`: elevation at which throw is largest. Left out: the middle of the
+        fault.
+    hanging_wall
+        Share of the throw by which the hanging wall moves down; the footwall moves up by the
+        remainder.
+    direction
+        Whether walls move down the local dip of the fault, or everywhere across its mean strike.
+    reach_m
+        Distance across strike over which the movement dies away. Left out: never.
     """
 
-    fault: str = key("The fault, as it is after extension and truncation.", values.text)
-    horizons: tuple[str, ...] = key(
-        "Horizons that it moves. Left empty: all.", values.names, default=()
-    )
+    fault: str = key(values.text)
+    horizons: tuple[str, ...] = key(values.names, default=())
 
     # exactly one of these three
-    throw_m: float | None = key(
-        "The same throw everywhere; below 0 for a reverse fault.",
-        values.number,
-        unit="m",
-        default=None,
-    )
-    profile_m: tuple[tuple[float, float], ...] | None = key(
-        "Distance along the mean strike, from the fault's first end by the right-hand rule, and "
-        "throw.",
-        values.profile,
-        unit="m",
-        default=None,
-    )
-    elliptic_m: float | None = key(
-        "Largest throw of a fault that dies at its tips.", values.number, unit="m", default=None
-    )
+    throw_m: float | None = key(values.number, unit="m", default=None)
+    profile_m: tuple[tuple[float, float], ...] | None = key(values.profile, unit="m", default=None)
+    elliptic_m: float | None = key(values.number, unit="m", default=None)
 
     # the ellipse; what is left out follows from the fault
-    half_length_m: float | None = key(
-        "With `elliptic_m`: from the middle to the tips along strike. Left out: as the fault is.",
-        values.above_zero,
-        unit="m",
-        default=None,
-    )
-    half_height_m: float | None = key(
-        "With `elliptic_m`: from the middle to the upper and lower tip. Left out: throw does not "
-        "change with elevation.",
-        values.above_zero,
-        unit="m",
-        default=None,
-    )
-    centre_along_m: float | None = key(
-        "With `elliptic_m`: distance along the mean strike at which throw is largest, from the "
-        "fault's first end by the right-hand rule. Left out: the middle of the fault.",
-        values.number,
-        unit="m",
-        default=None,
-    )
-    centre_elevation_m: float | None = key(
-        "With `half_height_m`: elevation at which throw is largest. Left out: the middle of the "
-        "fault.",
-        values.number,
-        unit="m",
-        default=None,
-    )
+    half_length_m: float | None = key(values.above_zero, unit="m", default=None)
+    half_height_m: float | None = key(values.above_zero, unit="m", default=None)
+    centre_along_m: float | None = key(values.number, unit="m", default=None)
+    centre_elevation_m: float | None = key(values.number, unit="m", default=None)
 
     # how the throw is shared between the walls, and where it ends
-    hanging_wall: float = key(
-        "Share of the throw by which the hanging wall moves down; the footwall moves up by the "
-        "remainder.",
-        values.share,
-        default=1.0,
-    )
-    direction: str = key(
-        "Whether walls move down the local dip of the fault, or everywhere across its mean strike.",
-        values.one_of(*DIRECTIONS),
-        default="local",
-    )
-    reach_m: float | None = key(
-        "Distance across strike over which the movement dies away. Left out: never.",
-        values.above_zero,
-        unit="m",
-        default=None,
-    )
+    hanging_wall: float = key(values.share, default=1.0)
+    direction: str = key(values.one_of(*DIRECTIONS), default="local")
+    reach_m: float | None = key(values.above_zero, unit="m", default=None)
 
 
 @dataclass(frozen=True, kw_only=True)
 class HorizonInput:
-    """One ``[[horizons]]``: the youngest comes first."""
+    """One ``[[horizons]]``: the youngest comes first.
 
-    name: str = key("Name in all results.", values.text)
-    file: Path | None = key(
-        "`.gri` or `.irapasc` (IRAP), `.nc` (NetCDF), `.zmap` (ZMAP+), `.ts` (GOCAD), `.vtp` and "
-        "other meshes; of horizons that are torn also `.poi`, `.xyz`, `.csv` and other points; "
-        "relative to the scenario.",
-        values.file,
-    )
-    positive: str | None = positive_key()
-    length_unit: str | None = length_unit_key()
-    columns: tuple[str, ...] | tuple[int, ...] | None = columns_key()
-    decimal: str = decimal_key()
-    variable: str | None = key(
-        "Which variable of a NetCDF file, where there are several.", values.text, default=None
-    )
+    Attributes
+    ----------
+    name
+        Name in all results.
+    file
+        `.gri` or `.irapasc` (IRAP), `.nc` (NetCDF), `.zmap` (ZMAP+), `.ts` (GOCAD), `.vtp` and
+        other meshes; of horizons that are torn also `.poi`, `.xyz`, `.csv` and other points;
+        relative to the scenario.
+    positive
+        Whether values are elevations or depths, for a file that does not declare it.
+    length_unit
+        Length unit of elevations, for a file that does not declare it; `ms` or `s` with `time`.
+    columns
+        Of a table with other headings: the columns x, y and z, by name or by number from 1. Sticks
+        take two more: number of the stick, and name of the fault.
+    decimal
+        Decimal sign of a table.
+    variable
+        Which variable of a NetCDF file, where there are several.
+    rule
+        Which of two crossing horizons ends at the other, see [the column](guides/column.md).
+    extend_m
+        Continue the grid by the smoothest surface, to the box or area, at most this far from its
+        data and not across faults. The report lists it, and maps hatch it.
+    fill_holes
+        Fill holes of the grid by the smoothest surface, not across faults. The report lists it.
+    """
+
+    name: str = key(values.text)
+    file: Path | None = key(values.file)
+    positive: str | None = key(values.direction, default=None)
+    length_unit: str | None = key(values.length_unit, default=None)
+    columns: tuple[str, ...] | tuple[int, ...] | None = key(values.columns, default=None)
+    decimal: str = key(values.decimal, default=".")
+    variable: str | None = key(values.text, default=None)
     # The rule decides which of two crossing horizons ends at the other.
-    rule: str = key(
-        "Which of two crossing horizons ends at the other, see [the column](guides/column.md).",
-        values.one_of(*RULES, meant=rule_meant),
-        default="conformable",
-    )
+    rule: str = key(values.one_of(*RULES, meant=rule_meant), default="conformable")
 
     # What is done to the grid before the model is built.
-    extend_m: float | None = key(
-        "Continue the grid by the smoothest surface, to the box or area, at most this far from its "
-        "data and not across faults. The report lists it, and maps hatch it.",
-        values.above_zero,
-        unit="m",
-        default=None,
-    )
-    fill_holes: bool = key(
-        "Fill holes of the grid by the smoothest surface, not across faults. The report lists it.",
-        values.switch,
-        default=False,
-    )
+    extend_m: float | None = key(values.above_zero, unit="m", default=None)
+    fill_holes: bool = key(values.switch, default=False)
 
 
 @dataclass(frozen=True, kw_only=True)
 class ModelInput:
     """``[model]``: a sealed model of another program, in place of `[[horizons]]` and `[[faults]]`.
     The report compares its regions with the units of geosurf.
+
+    Attributes
+    ----------
+    file
+        `.ml` (GOCAD Model3d); relative to the scenario. Its boundary is the model box.
+    horizons
+        Names of its horizons, youngest first. Left empty: as in the file.
+    positive
+        Whether values are elevations or depths, for a file that does not declare it.
+    length_unit
+        Length unit of elevations, for a file that does not declare it; `ms` or `s` with `time`.
     """
 
-    file: Path = key(
-        "`.ml` (GOCAD Model3d); relative to the scenario. Its boundary is the model box.",
-        values.file,
-    )
+    file: Path = key(values.file)
     # The order of horizons is geology, which the file may not have.
-    horizons: tuple[str, ...] = key(
-        "Names of its horizons, youngest first. Left empty: as in the file.",
-        values.names,
-        default=(),
-    )
-    positive: str | None = positive_key()
-    length_unit: str | None = length_unit_key()
+    horizons: tuple[str, ...] = key(values.names, default=())
+    positive: str | None = key(values.direction, default=None)
+    length_unit: str | None = key(values.length_unit, default=None)
 
 
 @dataclass(frozen=True, kw_only=True)
 class TruncationInput:
-    """One ``[[truncations]]``: a fault that ends at another one, or at a horizon. In any order."""
+    """One ``[[truncations]]``: a fault that ends at another one, or at a horizon. In any order.
 
-    fault: str = key("The fault that is truncated.", values.text)
-    main: str = key("The fault or horizon that it ends at.", values.text)
-    keep: str = key(
-        "The part that stays: in the hanging wall or footwall of the main fault, right or left of "
-        "the strike of a vertical one, or by its normal (`+` is where it points). At a horizon: "
-        "below or above it. `both` splits an older fault at a younger one into two faults, such as "
-        "`F2 (1)` on the side of the normal and `F2 (2)`.",
-        values.one_of(*KEEP, BOTH),
-    )
-    extend: bool = key(
-        "Whether the fault is first continued to the main one.", values.switch, default=False
-    )
+    Attributes
+    ----------
+    fault
+        The fault that is truncated.
+    main
+        The fault or horizon that it ends at.
+    keep
+        The part that stays: in the hanging wall or footwall of the main fault, right or left of the
+        strike of a vertical one, or by its normal (`+` is where it points). At a horizon: below or
+        above it. `both` splits an older fault at a younger one into two faults, such as `F2 (1)` on
+        the side of the normal and `F2 (2)`.
+    extend
+        Whether the fault is first continued to the main one.
+    """
+
+    fault: str = key(values.text)
+    main: str = key(values.text)
+    keep: str = key(values.one_of(*KEEP, BOTH))
+    extend: bool = key(values.switch, default=False)
 
 
 @dataclass(frozen=True, kw_only=True)
 class ContactInput:
-    """One ``[[contacts]]``: fluid contacts, from the top down. They split units."""
+    """One ``[[contacts]]``: fluid contacts, from the top down. They split units.
 
-    name: str = key(
-        "`OWC`, `GOC` ... Several tables of one name are for blocks or zones.", values.text
-    )
+    Attributes
+    ----------
+    name
+        `OWC`, `GOC` ... Several tables of one name are for blocks or zones.
+    elevation_m
+        Of a level contact, positive up. Give this or `file`.
+    file
+        A gridded contact, read like a horizon.
+    block
+        The block that it splits, by sides of faults, as in `F1+ F2-`. Left out: all blocks for
+        which no other table of this name is given.
+    zones
+        Zones that it splits, as in `Top/Base`. Left empty: all zones of the reservoir for which no
+        other table of this name is given.
+    positive
+        Whether values are elevations or depths, for a file that does not declare it.
+    length_unit
+        Length unit of elevations, for a file that does not declare it; `ms` or `s` with `time`.
+    """
+
+    name: str = key(values.text)
     # A level or a surface, one of both.
-    elevation_m: float | None = key(
-        "Of a level contact, positive up. Give this or `file`.",
-        values.number,
-        unit="m",
-        default=None,
-    )
-    file: Path | None = key("A gridded contact, read like a horizon.", values.file, default=None)
+    elevation_m: float | None = key(values.number, unit="m", default=None)
+    file: Path | None = key(values.file, default=None)
     # Where it counts; tables of one name complete each other.
-    block: str | None = key(
-        "The block that it splits, by sides of faults, as in `F1+ F2-`. Left out: all blocks for "
-        "which no other table of this name is given.",
-        values.text,
-        default=None,
-    )
-    zones: tuple[str, ...] = key(
-        "Zones that it splits, as in `Top/Base`. Left empty: all zones of the reservoir for which "
-        "no other table of this name is given.",
-        values.names,
-        default=(),
-    )
-    positive: str | None = positive_key()
-    length_unit: str | None = length_unit_key()
+    block: str | None = key(values.text, default=None)
+    zones: tuple[str, ...] = key(values.names, default=())
+    positive: str | None = key(values.direction, default=None)
+    length_unit: str | None = key(values.length_unit, default=None)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -509,159 +560,88 @@ class Scenario:
         The file it was read from.
     settings : tuple of str
         Keys that were set outside of the file, each ``key=value``.
-    title : str
-    tolerance_m : float or None
-    positive, length_unit, crs : str or None
-        Of files that do not declare them.
-    reservoir : tuple of str or None
-    time : str or None
-    regions, velocity : dict of str to object, or None
-    horizons : tuple of HorizonInput
-        Youngest first.
-    faults : tuple of FaultInput
-    model : ModelInput or None
-    truncations : tuple of TruncationInput
-    network : NetworkInput
-    compartments : bool or dict of str to object
-    tear : TearSettings or None
-    throws : tuple of ThrowInput
-        Youngest fault first.
-    contacts : tuple of ContactInput
-        From the top down.
-    tops : TopsInput or None
-    wells : WellsInput or None
-    slivers : SliversInput
-    zones : dict of str to dict, or None
-        `horizons` has those that they make, without a file.
-    volumetrics : FluidsInput or None
-    seal : SealInput or None
-    grid : GridInput or None
-    aoi : AreaOfInterest or None
-    box : BoxRanges or None
-    ensemble : EnsembleSettings or None
-    uncertain : tuple of UncertainInput
-    search : SearchSettings
-    output : OutputSettings
-    pictures : PictureSettings
+    title
+        Heading of the report.
+    tolerance_m
+        Largest vertical error of horizons, of which the model may have every k-th node. The report
+        states what that changes. Left out: all nodes.
+    positive
+        Whether values are elevations or depths, in all files that do not declare it.
+    length_unit
+        Length unit of elevations, in all files that do not declare it; with `time` `ms` or `s`, for
+        horizons and faults alone.
+    time
+        Horizons and faults are in time, which `[velocity]` turns into depth. See [time and
+        depth](guides/time_and_depth.md).
+    crs
+        Coordinate reference system, such as `"EPSG:23031"`, of all files that do not declare it.
+        Files that declare another are refused.
+    reservoir
+        Zones of the reservoir, as in `["Top/Middle"]`: contacts without `zones` split these, and
+        tables and pictures show these. Left out: all zones between the first and the last horizon.
+    regions
+        Names of parts of the field that run through all zones: each with a place in it, sides of
+        faults, or a polygon around it. Others have letters. See [regions](guides/regions.md).
+    velocity
+        With `time`: velocity of each zone, as in `"Top/Base" = 2800.0`, or average velocity from
+        the datum to a horizon; `wells` is a file of checkshots, or `"tops"` for `[tops]`.
+    compartments
+        Faults that die inside the model and separate regions all the same: a virtual wall continues
+        each to `"boundary"`, a fault, or the nearest of these (`"nearest"`). `true` stands for all
+        faults. See [compartments](guides/compartments.md).
+    zones
+        Zones from thickness, see [zones from thickness](guides/zones.md): each makes a horizon,
+        `base Upper` unless `base` or `top` names it.
     """
 
     path: Path
     settings: tuple[str, ...] = ()
     # What concerns the whole model.
-    title: str = key("Heading of the report.", values.text, default="Reservoir model")
-    tolerance_m: float | None = key(
-        "Largest vertical error of horizons, of which the model may have every k-th node. The "
-        "report states what that changes. Left out: all nodes.",
-        values.above_zero,
-        unit="m",
-        default=None,
-    )
+    title: str = key(values.text, default="Reservoir model")
+    tolerance_m: float | None = key(values.above_zero, unit="m", default=None)
 
-    positive: str | None = key(
-        "Whether values are elevations or depths, in all files that do not declare it.",
-        values.one_of("up", "down"),
-        default=None,
-    )
-    length_unit: str | None = key(
-        "Length unit of elevations, in all files that do not declare it; with `time` `ms` or `s`, "
-        "for horizons and faults alone.",
-        values.one_of(*METRES_PER_UNIT, *MS_PER_UNIT),
-        default=None,
-    )
-    time: str | None = key(
-        "Horizons and faults are in time, which `[velocity]` turns into depth. See "
-        "[time and depth](guides/time_and_depth.md).",
-        values.one_of(*WAYS),
-        default=None,
-    )
+    positive: str | None = key(values.direction, default=None)
+    length_unit: str | None = key(values.length_unit, default=None)
+    time: str | None = key(values.one_of(*WAYS), default=None)
 
-    crs: str | None = key(
-        'Coordinate reference system, such as `"EPSG:23031"`, of all files that do not declare it. '
-        "Files that declare another are refused.",
-        values.text,
-        default=None,
-    )
+    crs: str | None = key(values.text, default=None)
 
-    reservoir: tuple[str, ...] | None = key(
-        'Zones of the reservoir, as in `["Top/Middle"]`: contacts without `zones` split these, and '
-        "tables and pictures show these. Left out: all zones between the first and the last "
-        "horizon.",
-        values.names,
-        default=None,
-    )
+    reservoir: tuple[str, ...] | None = key(values.names, default=None)
 
-    regions: dict[str, Any] | None = key(
-        "Names of parts of the field that run through all zones: each with a place in it, sides of "
-        "faults, or a polygon around it. Others have letters. See "
-        "[regions](guides/regions.md).",
-        values.regions,
-        default=None,
-    )
+    regions: dict[str, Any] | None = key(values.regions, default=None)
 
-    velocity: dict[str, Any] | None = key(
-        'With `time`: velocity of each zone, as in `"Top/Base" = 2800.0`, or average velocity from '
-        'the datum to a horizon; `wells` is a file of checkshots, or `"tops"` for `[tops]`.',
-        values.velocities,
-        unit="m/s",
-        default=None,
-    )
+    velocity: dict[str, Any] | None = key(values.velocities, unit="m/s", default=None)
 
     # surfaces: horizons and faults, or a sealed model in their place
-    horizons: tuple[HorizonInput, ...] = key("Youngest first.", tables(HorizonInput), default=())
-    faults: tuple[FaultInput, ...] = key("In any order.", tables(FaultInput), default=())
-    model: ModelInput | None = key(
-        "A sealed model of another program.", table(ModelInput), default=None
-    )
+    horizons: tuple[HorizonInput, ...] = key(tables(HorizonInput), default=())
+    faults: tuple[FaultInput, ...] = key(tables(FaultInput), default=())
+    model: ModelInput | None = key(table(ModelInput), default=None)
 
     # what is done to them before the model is built
-    truncations: tuple[TruncationInput, ...] = key(
-        "Faults that end at others.", tables(TruncationInput), default=()
-    )
-    network: NetworkInput = key(
-        "Proposals for the fault network.", table(NetworkInput), default=NetworkInput()
-    )
-    compartments: bool | dict[str, Any] = key(
-        "Faults that die inside the model and separate regions all the same: a virtual wall "
-        'continues each to `"boundary"`, a fault, or the nearest of these (`"nearest"`). `true` '
-        "stands for all faults. See [compartments](guides/compartments.md).",
-        values.compartments,
-        default=False,
-    )
-    tear: TearSettings | None = key(
-        "Horizons torn as they were picked.", table(TearSettings), default=None
-    )
-    throws: tuple[ThrowInput, ...] = key(
-        "Throw of faults, youngest first.", tables(ThrowInput), default=()
-    )
+    truncations: tuple[TruncationInput, ...] = key(tables(TruncationInput), default=())
+    network: NetworkInput = key(table(NetworkInput), default=NetworkInput())
+    compartments: bool | dict[str, Any] = key(values.compartments, default=False)
+    tear: TearSettings | None = key(table(TearSettings), default=None)
+    throws: tuple[ThrowInput, ...] = key(tables(ThrowInput), default=())
 
-    zones: dict[str, Any] | None = key(OF_ZONES, zones_by_name, default=None)
+    zones: dict[str, Any] | None = key(zones_by_name, default=None)
 
     # what is built, and where
-    contacts: tuple[ContactInput, ...] = key("From the top down.", tables(ContactInput), default=())
-    tops: TopsInput | None = key("Well tops.", table(TopsInput), default=None)
-    wells: WellsInput | None = key("Paths of wells.", table(WellsInput), default=None)
-    slivers: SliversInput = key("Units too small.", table(SliversInput), default=SliversInput())
-    volumetrics: FluidsInput | None = key("Fluids in place.", table(FluidsInput), default=None)
-    seal: SealInput | None = key("What faults hold.", table(SealInput), default=None)
-    grid: GridInput | None = key("A simulation grid.", table(GridInput), default=None)
-    aoi: AreaOfInterest | None = key("A polygon to fill.", table(AreaOfInterest), default=None)
-    box: BoxRanges | None = key("The model box.", table(BoxRanges), default=None)
-    ensemble: EnsembleSettings | None = key(
-        "Many realisations.", table(EnsembleSettings), default=None
-    )
-    uncertain: tuple[UncertainInput, ...] = key(
-        "What varies in an ensemble.", tables(UncertainInput), default=()
-    )
-    search: SearchSettings = key(
-        "How candidates are found.", table(SearchSettings), default=SearchSettings()
-    )
-    output: OutputSettings = key(
-        "Which pictures and files are made.", table(OutputSettings), default=OutputSettings()
-    )
+    contacts: tuple[ContactInput, ...] = key(tables(ContactInput), default=())
+    tops: TopsInput | None = key(table(TopsInput), default=None)
+    wells: WellsInput | None = key(table(WellsInput), default=None)
+    slivers: SliversInput = key(table(SliversInput), default=SliversInput())
+    volumetrics: FluidsInput | None = key(table(FluidsInput), default=None)
+    seal: SealInput | None = key(table(SealInput), default=None)
+    grid: GridInput | None = key(table(GridInput), default=None)
+    aoi: AreaOfInterest | None = key(table(AreaOfInterest), default=None)
+    box: BoxRanges | None = key(table(BoxRanges), default=None)
+    ensemble: EnsembleSettings | None = key(table(EnsembleSettings), default=None)
+    uncertain: tuple[UncertainInput, ...] = key(tables(UncertainInput), default=())
+    search: SearchSettings = key(table(SearchSettings), default=SearchSettings())
+    output: OutputSettings = key(table(OutputSettings), default=OutputSettings())
 
-    pictures: PictureSettings = key(
-        "What pictures look like.", table(PictureSettings), default=PictureSettings()
-    )
+    pictures: PictureSettings = key(table(PictureSettings), default=PictureSettings())
 
     @property
     def heading(self) -> str:

@@ -41,9 +41,8 @@ from geosurf.model import CornerPointGrid
 from geosurf.model.expected import path_of
 from geosurf.read import otherwise, read_points, read_wells
 from geosurf.read.file_info import kind_of_file
-from geosurf.scenario.keys import Scenario
+from geosurf.scenario.keys import Scenario, SealInput
 from geosurf.scenario.output_keys import FORMATS, GridInput, OutputSettings
-from geosurf.scenario.zone_keys import SealInput
 from geosurf.scene import Scene
 from geosurf.stopping import undone
 from geosurf.warning import collected, warn
@@ -217,7 +216,7 @@ def input_files(scenario: Scenario) -> dict[str, Path]:
 
 def output_files(scenario: Scenario, *, pictures: bool = True, report: bool = True) -> list[str]:
     """Return what a run writes into its folder; pictures are one entry."""
-    files = [FORMATS[word][0] for word in scenario.output.formats]
+    files = [FORMATS[word] for word in scenario.output.formats]
     if "units.vtm" in files:
         files.append("units/*.vtp")
     if "surfaces.epc" in files:
@@ -304,7 +303,7 @@ def write_files(scene: Scene, scenario: Scenario, folder: Path) -> None:
     """Write the files of ``[output] formats`` into a folder."""
     # keys of the scenario; the name of the file says what goes into it
     for word in scenario.output.formats:
-        file, _ = FORMATS[word]
+        file = FORMATS[word]
         kind = file.partition(".")[0]
         volumes = scene.units.included(scenario.output.include)
         things = {"curves": scene.curves, "surfaces": scene, "volumes": volumes}

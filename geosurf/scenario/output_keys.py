@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from geosurf.conventions import METRES_PER_UNIT, did_you_mean, is_number
-from geosurf.conventions.axes import MS_PER_UNIT
+from geosurf.conventions import did_you_mean, is_number
 from geosurf.errors import DependencyError, InputError
 from geosurf.measure.velocity import DATUM
 from geosurf.model.distributions import Normal, Triangular, Uniform
@@ -61,16 +60,20 @@ def _numbers(kind: str) -> values.Check:
 class EnsembleSettings:
     """``[ensemble]``: how many realisations `geosurf ensemble` builds. See
     [ensembles](guides/ensembles.md).
+
+    Attributes
+    ----------
+    n
+        Number of realisations.
+    seed
+        Seed of all random numbers.
+    map_cell_m
+        Width of the cells of maps of probability and thickness. Left out: no maps.
     """
 
-    n: int = key("Number of realisations.", values.count, default=100)
-    seed: int = key("Seed of all random numbers.", values.seed, default=0)
-    map_cell_m: float | None = key(
-        "Width of the cells of maps of probability and thickness. Left out: no maps.",
-        values.above_zero,
-        unit="m",
-        default=None,
-    )
+    n: int = key(values.count, default=100)
+    seed: int = key(values.seed, default=0)
+    map_cell_m: float | None = key(values.above_zero, unit="m", default=None)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,45 +81,39 @@ class UncertainInput:
     """One ``[[uncertain]]``: what varies in an ensemble. Give one of `normal`, `uniform` and
     `triangular`, or `sd_m` and `range_m` for a depth error. Units are metres, degrees for a dip,
     and 1 for a factor.
+
+    Attributes
+    ----------
+    kind
+        What is uncertain.
+    of
+        Names of the horizons, contacts, faults or entries of `[velocity]`, which vary together. One
+        for a contact or throw. Left empty: all of them.
+    normal
+        Mean and standard deviation; if it is cut off, also the lowest and highest value.
+    uniform
+        Lowest and highest value.
+    triangular
+        Lowest, most likely and highest value.
+    sd_m
+        With a depth error: its standard deviation.
+    range_m
+        With a depth error: distance at which its correlation has fallen to 5 %.
+    model
+        With a depth error: its covariance.
+    meet_tops
+        With a depth error: whether it meets the well tops of `[tops]`.
     """
 
-    kind: str = key("What is uncertain.", values.one_of(*KINDS))
-    of: tuple[str, ...] = key(
-        "Names of the horizons, contacts, faults or entries of `[velocity]`, which vary together. "
-        "One for a contact or throw. Left empty: all of them.",
-        values.names,
-        default=(),
-    )
-    normal: tuple[float, ...] | None = key(
-        "Mean and standard deviation; if it is cut off, also the lowest and highest value.",
-        _numbers("normal"),
-        default=None,
-    )
-    uniform: tuple[float, ...] | None = key(
-        "Lowest and highest value.", _numbers("uniform"), default=None
-    )
-    triangular: tuple[float, ...] | None = key(
-        "Lowest, most likely and highest value.", _numbers("triangular"), default=None
-    )
-    sd_m: float | None = key(
-        "With a depth error: its standard deviation.", values.above_zero, unit="m", default=None
-    )
-    range_m: float | None = key(
-        "With a depth error: distance at which its correlation has fallen to 5 %.",
-        values.above_zero,
-        unit="m",
-        default=None,
-    )
-    model: str = key(
-        "With a depth error: its covariance.",
-        values.one_of("gaussian", "exponential", "spherical"),
-        default="gaussian",
-    )
-    meet_tops: bool = key(
-        "With a depth error: whether it meets the well tops of `[tops]`.",
-        values.switch,
-        default=True,
-    )
+    kind: str = key(values.one_of(*KINDS))
+    of: tuple[str, ...] = key(values.names, default=())
+    normal: tuple[float, ...] | None = key(_numbers("normal"), default=None)
+    uniform: tuple[float, ...] | None = key(_numbers("uniform"), default=None)
+    triangular: tuple[float, ...] | None = key(_numbers("triangular"), default=None)
+    sd_m: float | None = key(values.above_zero, unit="m", default=None)
+    range_m: float | None = key(values.above_zero, unit="m", default=None)
+    model: str = key(values.one_of("gaussian", "exponential", "spherical"), default="gaussian")
+    meet_tops: bool = key(values.switch, default=True)
 
 
 def distribution_of(entry: UncertainInput) -> Normal | Uniform | Triangular | None:
@@ -213,20 +210,6 @@ def _no_throw(scenario: Any, entry: UncertainInput) -> str:
 
 
 # Functions, because a dataclass field cannot be used twice.
-def positive_key() -> Any:
-    """Declare the direction of z in a file."""
-    meaning = "Whether values are elevations or depths, for a file that does not declare it."
-    return key(meaning, values.one_of("up", "down"), default=None)
-
-
-def length_unit_key() -> Any:
-    """Declare the unit of z in a file."""
-    meaning = (
-        "Length unit of elevations, for a file that does not declare it; `ms` or `s` with `time`."
-    )
-    return key(meaning, values.one_of(*METRES_PER_UNIT, *MS_PER_UNIT), default=None)
-
-
 # ---- grid keys ----------------------------------------
 # Keys of a scenario about its simulation grid: ``[grid]``.
 
@@ -235,23 +218,20 @@ def length_unit_key() -> Any:
 class GridInput:
     """``[grid]``: a corner-point grid for flow simulators, written as `grid.grdecl` and `grid.inc`.
     See [simulation grids](guides/simulation_grids.md).
+
+    Attributes
+    ----------
+    cell_m
+        Size of the cells, about: whole numbers of them fill the area.
+    layers
+        Layers of each zone of the reservoir, or by zone.
+    min_dip
+        Pillars follow faults that dip at least this; others are stair-steps.
     """
 
-    cell_m: float | tuple[float, float] = key(
-        "Size of the cells, about: whole numbers of them fill the area.",
-        values.cell,
-        unit="m",
-        default=100.0,
-    )
-    layers: int | dict[str, Any] = key(
-        "Layers of each zone of the reservoir, or by zone.", values.layers, default=10
-    )
-    min_dip: float = key(
-        "Pillars follow faults that dip at least this; others are stair-steps.",
-        values.dip,
-        unit="degrees",
-        default=15.0,
-    )
+    cell_m: float | tuple[float, float] = key(values.cell, unit="m", default=100.0)
+    layers: int | dict[str, Any] = key(values.layers, default=10)
+    min_dip: float = key(values.dip, unit="degrees", default=15.0)
 
 
 # ---- volumetrics keys ----------------------------------------
@@ -313,24 +293,29 @@ class FluidsInput:
     each realisation in `geosurf ensemble`. Each of the first four keys needs those before it. A
     distribution, as `{normal = [0.25, 0.02]}`, counts by its median elsewhere than in ensembles.
     See [volumetrics](guides/volumetrics.md).
+
+    Attributes
+    ----------
+    net_to_gross
+        Share of net rock.
+    porosity
+        Share of pores in net rock.
+    water_saturation
+        Share of water in the pores.
+    formation_volume_factor
+        Volume in the reservoir over volume at the surface, of oil or gas.
+    fluids
+        What units hold, where contacts are not called `OWC`, `GOC` or `GWC`.
+    units
+        `metric`: m³ and Sm³. `field`: acre-ft, bbl, stb and scf.
     """
 
-    net_to_gross: Any = key("Share of net rock.", ratio)
-    porosity: Any = key("Share of pores in net rock.", ratio, default=None)
-    water_saturation: Any = key("Share of water in the pores.", ratio, default=None)
-    formation_volume_factor: Any = key(
-        "Volume in the reservoir over volume at the surface, of oil or gas.", ratio, default=None
-    )
-    fluids: Any = key(
-        "What units hold, where contacts are not called `OWC`, `GOC` or `GWC`.",
-        fluids,
-        default=None,
-    )
-    units: str = key(
-        "`metric`: m³ and Sm³. `field`: acre-ft, bbl, stb and scf.",
-        values.one_of("metric", "field"),
-        default="metric",
-    )
+    net_to_gross: Any = key(ratio)
+    porosity: Any = key(ratio, default=None)
+    water_saturation: Any = key(ratio, default=None)
+    formation_volume_factor: Any = key(ratio, default=None)
+    fluids: Any = key(fluids, default=None)
+    units: str = key(values.one_of("metric", "field"), default="metric")
 
 
 # ---- well keys ----------------------------------------
@@ -349,29 +334,30 @@ def listed_files(at: values.KeyPath, value: Any) -> tuple[Path, ...] | None:
 class TopsInput:
     """``[tops]``: well tops. The report lists the misfit of each. See
     [well tops](guides/well_tops.md).
+
+    Attributes
+    ----------
+    file
+        Petrel well tops, RMS points with attributes, or a table; relative to the scenario.
+    positive
+        Whether values are elevations or depths, for a file that does not declare it.
+    length_unit
+        Length unit of elevations, for a file that does not declare it; `ms` or `s` with `time`.
+    tie
+        Whether horizons are corrected smoothly so that they meet their tops.
+    range_m
+        With `tie`: distance from a well beyond which it changes nothing. Left out: 1000 m.
+    tolerance_m
+        With `tie`: largest misfit after it.
     """
 
-    file: Path = key(
-        "Petrel well tops, RMS points with attributes, or a table; relative to the scenario.",
-        values.file,
-    )
-    positive: str | None = positive_key()
-    length_unit: str | None = length_unit_key()
+    file: Path = key(values.file)
+    positive: str | None = key(values.direction, default=None)
+    length_unit: str | None = key(values.length_unit, default=None)
     # Comparing is the default: a tie changes the data.
-    tie: bool = key(
-        "Whether horizons are corrected smoothly so that they meet their tops.",
-        values.switch,
-        default=False,
-    )
-    range_m: float | None = key(
-        "With `tie`: distance from a well beyond which it changes nothing. Left out: 1000 m.",
-        values.above_zero,
-        unit="m",
-        default=None,
-    )
-    tolerance_m: float = key(
-        "With `tie`: largest misfit after it.", values.above_zero, unit="m", default=TOLERANCE
-    )
+    tie: bool = key(values.switch, default=False)
+    range_m: float | None = key(values.above_zero, unit="m", default=None)
+    tolerance_m: float = key(values.above_zero, unit="m", default=TOLERANCE)
 
     @property
     def settings(self) -> TieSettings | None:
@@ -387,21 +373,25 @@ class TopsInput:
 class WellsInput:
     """``[wells]``: paths of wells. They are drawn on all pictures, and `wells.csv` has the units
     that each goes through. See [file formats](formats.md#paths-of-wells).
+
+    Attributes
+    ----------
+    files
+        Well traces of Petrel, wells of RMS or ResInsight, LAS, or tables; each may have several
+        wells.
+    heads
+        A table with `Well`, `X`, `Y` and `KB` (elevation of the drill floor), for wells that have
+        measured depths and directions only.
+    positive
+        Whether values are elevations or depths, for a file that does not declare it.
+    length_unit
+        Length unit of elevations, for a file that does not declare it; `ms` or `s` with `time`.
     """
 
-    files: tuple[Path, ...] = key(
-        "Well traces of Petrel, wells of RMS or ResInsight, LAS, or tables; each may have several "
-        "wells.",
-        listed_files,
-    )
-    heads: Path | None = key(
-        "A table with `Well`, `X`, `Y` and `KB` (elevation of the drill floor), for wells that "
-        "have measured depths and directions only.",
-        values.file,
-        default=None,
-    )
-    positive: str | None = positive_key()
-    length_unit: str | None = length_unit_key()
+    files: tuple[Path, ...] = key(listed_files)
+    heads: Path | None = key(values.file, default=None)
+    positive: str | None = key(values.direction, default=None)
+    length_unit: str | None = key(values.length_unit, default=None)
 
 
 # ---- picture keys ----------------------------------------
@@ -455,60 +445,51 @@ def _styled(at: values.KeyPath, word: str, value: Any) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class PictureSettings:
-    """``[pictures]``: what pictures look like. Which are drawn is in `[output]`."""
+    """``[pictures]``: what pictures look like. Which are drawn is in `[output]`.
 
-    theme: str = key(
-        "Dark text on white, or light text on a dark background.",
-        values.one_of(*THEMES),
-        default="light",
-    )
-    transparent: bool = key("Whether the background is transparent.", values.switch, default=False)
-    font: str | None = key(
-        "An installed font, for names in scripts that DejaVu Sans lacks, such as Chinese.",
-        font,
-        default=None,
-    )
-    colours: Mapping[str, Any] | None = key(
-        "Colours of surfaces, zones and units by name.", colours, default=None
-    )
-    colour_map: str | None = key(
-        "Of elevation, thickness and properties. Left out: the one that suits the picture.",
-        colour_map,
-        default=None,
-    )
-    colour_by: str = key(
-        "What the exploded view is coloured by.", values.one_of(*COLOUR_BY), default="unit"
-    )
-    only: tuple[str, ...] = key(
-        "Units of the exploded view, by their name, zone or block. Left empty: as `include` in "
-        "`[output]`.",
-        values.names,
-        default=(),
-    )
-    camera: tuple[float, float] | None = key(
-        "A further view of horizons, faults and curves: azimuth of the viewer, clockwise from "
-        "north, and height above the horizontal.",
-        angles,
-        unit="degrees",
-        default=None,
-    )
-    zoom: float = key(
-        "Scale of that view: 2 shows the middle of the model twice as large.",
-        values.zoom,
-        default=1.0,
-    )
-    wells: Mapping[str, Path] | None = key(
-        "Paths of wells, from the top down, by the name of the well: files as for `[wells]`, or of "
-        "points. Drawn on views, maps and sections.",
-        files,
-        default=None,
-    )
-    polygons: Mapping[str, Path] | None = key(
-        "Polygons that are drawn there: files, by name.", files, default=None
-    )
-    points: Mapping[str, Path] | None = key(
-        "Data points that are drawn there: files, by name.", files, default=None
-    )
+    Attributes
+    ----------
+    theme
+        Dark text on white, or light text on a dark background.
+    transparent
+        Whether the background is transparent.
+    font
+        An installed font, for names in scripts that DejaVu Sans lacks, such as Chinese.
+    colours
+        Colours of surfaces, zones and units by name.
+    colour_map
+        Of elevation, thickness and properties. Left out: the one that suits the picture.
+    colour_by
+        What the exploded view is coloured by.
+    only
+        Units of the exploded view, by their name, zone or block. Left empty: as `include` in
+        `[output]`.
+    camera
+        A further view of horizons, faults and curves: azimuth of the viewer, clockwise from north,
+        and height above the horizontal.
+    zoom
+        Scale of that view: 2 shows the middle of the model twice as large.
+    wells
+        Paths of wells, from the top down, by the name of the well: files as for `[wells]`, or of
+        points. Drawn on views, maps and sections.
+    polygons
+        Polygons that are drawn there: files, by name.
+    points
+        Data points that are drawn there: files, by name.
+    """
+
+    theme: str = key(values.one_of(*THEMES), default="light")
+    transparent: bool = key(values.switch, default=False)
+    font: str | None = key(font, default=None)
+    colours: Mapping[str, Any] | None = key(colours, default=None)
+    colour_map: str | None = key(colour_map, default=None)
+    colour_by: str = key(values.one_of(*COLOUR_BY), default="unit")
+    only: tuple[str, ...] = key(values.names, default=())
+    camera: tuple[float, float] | None = key(angles, unit="degrees", default=None)
+    zoom: float = key(values.zoom, default=1.0)
+    wells: Mapping[str, Path] | None = key(files, default=None)
+    polygons: Mapping[str, Path] | None = key(files, default=None)
+    points: Mapping[str, Path] | None = key(files, default=None)
 
     @property
     def style(self) -> PictureStyle:
@@ -523,87 +504,82 @@ VIEWS = (
     *("southwest", "southeast", "northwest", "northeast"),
     *("south", "north", "east", "west", "top"),
 )
-# format -> the file that it gives, and what is in it
-FORMATS = {
-    "vtm": ("units.vtm", "the units, one `.vtp` each in the folder `units`"),
-    "vtp": ("curves.vtp", "the curves where surfaces meet"),
-    "csv": ("volumes.csv", "the table of volumes"),
-    "nc": ("volumes.nc", "the table of volumes, with units as attributes"),
-    "pl": ("curves.pl", "the curves for GOCAD"),
-    "ml": ("units.ml", "the sealed model with its regions, for GOCAD and OpenGeode"),
-    "epc": ("surfaces.epc", "horizons and faults as RESQML 2.0.1, with `surfaces.h5`"),
-}
+FORMATS = {  # format -> the file that it gives
+    "vtm": "units.vtm", "vtp": "curves.vtp", "csv": "volumes.csv", "nc": "volumes.nc",
+    "pl": "curves.pl", "ml": "units.ml", "epc": "surfaces.epc",
+}  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
 class SearchSettings:
-    """``[search]``: how candidates are found. Changes the cost, never the result."""
+    """``[search]``: how candidates are found. Changes the cost, never the result.
 
-    voxel_size_m: float | None = key(
-        "Edge of the search voxels. Left out: chosen from the size of the triangles.",
-        values.above_zero,
-        unit="m",
-        default=None,
-    )
+    Attributes
+    ----------
+    voxel_size_m
+        Edge of the search voxels. Left out: chosen from the size of the triangles.
+    """
+
+    voxel_size_m: float | None = key(values.above_zero, unit="m", default=None)
 
 
 @dataclass(frozen=True, kw_only=True)
 class OutputSettings:
-    """``[output]``: which pictures and files are made."""
+    """``[output]``: which pictures and files are made.
+
+    Attributes
+    ----------
+    views
+        Pictures of horizons, faults and curves, one for each direction to look from.
+    maps
+        A map of each horizon.
+    thickness
+        A thickness map of each zone between two horizons.
+    allan
+        An Allan diagram of each fault: the juxtaposition across it.
+    throw
+        The throw of all horizons along each fault.
+    sections_m
+        Vertical sections, each along a line of eastings and northings. Left out: two through the
+        middle of the box.
+    clip
+        Whether pictures are clipped to the model.
+    exploded
+        An exploded view of the units.
+    search
+        Two surfaces: a picture of how the voxel search finds their curve.
+    exaggeration
+        Vertical exaggeration of the pictures. Left out: a round number that reads well.
+    size_px
+        Width and height of the pictures.
+    include
+        Units of tables and pictures: those of the reservoir, or all, with over- and underburden.
+    formats
+        Files to write: `vtm`: the units, one `.vtp` each in the folder `units`; `vtp`: the curves
+        where surfaces meet; `csv`: the table of volumes; `nc`: the table of volumes, with units as
+        attributes; `pl`: the curves for GOCAD; `ml`: the sealed model with its regions, for GOCAD
+        and OpenGeode; `epc`: horizons and faults as RESQML 2.0.1, with `surfaces.h5`.
+    closures
+        What faults do to [closures](guides/closures.md): `closures.csv` then lists crest, spill
+        point, height, area and volume of each. Left out: no file.
+    """
 
     # which pictures are drawn
-    views: tuple[str, ...] = key(
-        "Pictures of horizons, faults and curves, one for each direction to look from.",
-        values.some_of(*VIEWS),
-        default=("southwest",),
-    )
-    maps: bool = key("A map of each horizon.", values.switch, default=True)
-    thickness: bool = key(
-        "A thickness map of each zone between two horizons.", values.switch, default=True
-    )
-    allan: bool = key(
-        "An Allan diagram of each fault: the juxtaposition across it.", values.switch, default=True
-    )
-    throw: bool = key("The throw of all horizons along each fault.", values.switch, default=True)
-    sections_m: tuple[Any, ...] | None = key(
-        "Vertical sections, each along a line of eastings and northings. Left out: two through the "
-        "middle of the box.",
-        values.lines,
-        unit="m",
-        default=None,
-    )
-    clip: bool = key("Whether pictures are clipped to the model.", values.switch, default=True)
-    exploded: bool = key("An exploded view of the units.", values.switch, default=True)
-    search: tuple[str, str] | None = key(
-        "Two surfaces: a picture of how the voxel search finds their curve.",
-        values.pair_of_names,
-        default=None,
-    )
+    views: tuple[str, ...] = key(values.some_of(*VIEWS), default=("southwest",))
+    maps: bool = key(values.switch, default=True)
+    thickness: bool = key(values.switch, default=True)
+    allan: bool = key(values.switch, default=True)
+    throw: bool = key(values.switch, default=True)
+    sections_m: tuple[Any, ...] | None = key(values.lines, unit="m", default=None)
+    clip: bool = key(values.switch, default=True)
+    exploded: bool = key(values.switch, default=True)
+    search: tuple[str, str] | None = key(values.pair_of_names, default=None)
 
     # how pictures look
-    exaggeration: float | None = key(
-        "Vertical exaggeration of the pictures. Left out: a round number that reads well.",
-        values.above_zero,
-        default=None,
-    )
-    size_px: tuple[int, int] = key(
-        "Width and height of the pictures.", values.picture_size, unit="pixels", default=(1280, 800)
-    )
+    exaggeration: float | None = key(values.above_zero, default=None)
+    size_px: tuple[int, int] = key(values.picture_size, unit="pixels", default=(1280, 800))
 
     # what they show, and files of results
-    include: str = key(
-        "Units of tables and pictures: those of the reservoir, or all, with over- and underburden.",
-        values.one_of(*INCLUDE),
-        default="reservoir",
-    )
-    formats: tuple[str, ...] = key(
-        "Files to write: " + "; ".join(f"`{k}`: {what}" for k, (_, what) in FORMATS.items()) + ".",
-        values.some_of(*FORMATS),
-        default=("vtm", "vtp", "csv", "nc"),
-    )
-    closures: str | None = key(
-        "What faults do to [closures](guides/closures.md): `closures.csv` then lists crest, spill "
-        "point, height, area and volume of each. Left out: no file.",
-        values.one_of("sealing", "open", "juxtaposition"),
-        default=None,
-    )
+    include: str = key(values.one_of(*INCLUDE), default="reservoir")
+    formats: tuple[str, ...] = key(values.some_of(*FORMATS), default=("vtm", "vtp", "csv", "nc"))
+    closures: str | None = key(values.one_of("sealing", "open", "juxtaposition"), default=None)

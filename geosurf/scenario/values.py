@@ -15,7 +15,8 @@ from operator import eq
 from pathlib import Path
 from typing import Any, NoReturn, Protocol
 
-from geosurf.conventions import did_you_mean, is_number
+from geosurf.conventions import METRES_PER_UNIT, did_you_mean, is_number
+from geosurf.conventions.axes import MS_PER_UNIT
 from geosurf.conventions.text import closest
 from geosurf.errors import InputError
 from geosurf.measure.velocity import TOPS, WELLS
@@ -28,10 +29,12 @@ from geosurf.render.views import LARGEST, SMALLEST, ZOOMS, check_size
 # How a key of a scenario is declared.
 
 
-def key(meaning: str, check: Check, *, unit: str = "", default: Any = MISSING) -> Any:
-    """Declare one key: what it means, how its value is checked, and its default."""
-    # Read by the parser for checks and by `page` for the documentation.
-    metadata = {"meaning": meaning, "check": check, "unit": unit}
+def key(check: Check, *, unit: str = "", default: Any = MISSING) -> Any:
+    """Declare one key: how its value is checked, and its default.
+
+    What it means stands in the docstring of its table, from where the documentation takes it.
+    """
+    metadata = {"check": check, "unit": unit}
     if default is MISSING:
         return field(metadata=metadata)
     return field(default=default, metadata=metadata)
@@ -506,6 +509,11 @@ def one_of(*allowed: str, meant: Callable[[str], str] | None = None) -> Check:
         return value if value in allowed else None
 
     return choice
+
+
+direction = one_of("up", "down")
+length_unit = one_of(*METRES_PER_UNIT, *MS_PER_UNIT)
+decimal = one_of(".", ",")
 
 
 def some_of(*allowed: str) -> Check:
