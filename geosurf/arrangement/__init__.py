@@ -23,11 +23,11 @@ The rooms `intersect`, `rebuild` and `carve` use these contacts.
 
 from __future__ import annotations
 
-from geosurf.arrangement.candidates import KnownPairs, meeting_surfaces
+from geosurf.arrangement.candidates import KnownPairs
 from geosurf.arrangement.search import Contacts, find_contacts, search_voxels
 from geosurf.arrangement.triangles import intersect_triangles
 
 __all__ = [
     "Contacts", "KnownPairs", "find_contacts", "intersect_triangles",
-    "meeting_surfaces", "search_voxels",
+    "search_voxels",
 ]  # fmt: skip

@@ -402,10 +402,8 @@ def curves_of(contacts: Contacts) -> Curves:
     return _linked(names, contacts.origin, points, segments, surfaces, touches, contacts.cost)
 
 
-def merge_curves(
-    names: tuple[str, ...], origin: np.ndarray, parts: Sequence[tuple[tuple[int, int], Curves]]
-) -> Curves:
-    """Put the curves of single pairs of surfaces together.
+def merge_curves(names: tuple[str, ...], origin: np.ndarray, parts: Sequence[Curves]) -> Curves:
+    """Put curves of different pairs of surfaces together.
 
     Parameters
     ----------
@@ -413,16 +411,16 @@ def merge_curves(
         Of all surfaces.
     origin : ndarray, shape (3,)
         Of the common frame [m].
-    parts : sequence of ((int, int), Curves)
-        Rows of `names` (lower first), and the curves of those two surfaces.
+    parts : sequence of Curves
+        Each of some of these surfaces, in the same order.
 
     Returns
     -------
     Curves
         As if all pairs had been intersected at once.
     """
-    touches = [replace(touch, surfaces=pair) for pair, part in parts for touch in part.contacts]
-    cost = total_cost(part.cost for _, part in parts)
+    touches = []
+    cost = total_cost(part.cost for part in parts)
     # Parts have origins of their own; all move to the common frame.
     local, segments, surfaces = (
         [np.empty((0, 3))],
@@ -430,10 +428,14 @@ def merge_curves(
         [np.empty((0, 2), int)],
     )
     n = 0
-    for pair, part in parts:
+    for part in parts:
+        rows = np.array([names.index(name) for name in part.names])
+        for touch in part.contacts:
+            i, j = rows[list(touch.surfaces)].tolist()
+            touches.append(replace(touch, surfaces=(i, j)))
         local.append(part.local + (part.origin - origin))
         segments.append(part.segments + n)
-        surfaces.append(np.tile(pair, (len(part.segments), 1)))
+        surfaces.append(rows[part.surfaces_of_segment])
         n += len(part.local)
 
     points, joined, owners = canonical(*map(np.concatenate, (local, segments, surfaces)))

@@ -29,11 +29,12 @@ import copy
 import math
 from collections.abc import Hashable, Sequence
 from functools import cached_property, partial
+from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.arrangement import KnownPairs, find_contacts, meeting_surfaces
+from geosurf.arrangement import KnownPairs, find_contacts
 from geosurf.carve import carve_cells, find_cells
 from geosurf.carve.cells import Cells
 from geosurf.carve.column import reservoir_of
@@ -332,28 +333,20 @@ class Graph:
     @cached_property
     def curves(self) -> Curves:
         """Curves of all pairs of surfaces, and of each with itself if that was requested."""
-        surfaces, names = tuple(map(self._in_model, self.inputs.names)), self.inputs.names
+        names, alone = self.inputs.names, self.inputs.self_intersections
+        surfaces = tuple(map(self._in_model, names))
         inside = [self._ends_inside(name) for name in names]
-        n, alone = len(surfaces), self.inputs.self_intersections
-        pairs = [
-            (i, j) for i in range(n) for j in range(i, n) if i < j or (alone and not inside[i])
+        plain = tuple(one for one, ends in zip(surfaces, inside, strict=True) if not ends)
+        parts = [self._searched(plain, counted(len(plain), "surface"), alone)] if plain else []
+        if len(plain) == len(names):
+            return in_crs_of(parts[0], surfaces)
+
+        # those of sheets, from the mesh that decides where they end
+        parts += [
+            shared_curves(self.patches, names[i], names[j])
+            for i, j in combinations(range(len(names)), 2)
+            if inside[i] or inside[j]
         ]
-
-        # with trees it is asked first which are near, of all pairs at once
-        near = {(i, j) for i, j in pairs if not inside[i] and not inside[j]}
-        if self.inputs.voxel_size is None:
-            near = set(meeting_surfaces(surfaces, sorted(near)))
-
-        # the same curves whatever was computed first
-        parts = []
-        for i, j in pairs:
-            if inside[i] or inside[j]:
-                part: Curves | None = shared_curves(self.patches, names[i], names[j])
-            else:
-                both = tuple(surfaces[k] for k in dict.fromkeys((i, j)))
-                part = self._searched(both, (i, j) in near)
-            if part is not None:
-                parts.append(((i, j), part))
         return in_crs_of(merge_curves(names, self.origin_for(surfaces), parts), surfaces)
 
     def curves_between(self, first: str, second: str) -> Curves | None:
@@ -362,24 +355,23 @@ class Graph:
         pair = tuple(self._in_model(name) for name in dict.fromkeys((first, second)))
         if self._ends_inside(first) or self._ends_inside(second):
             return shared_curves(self.patches, first, second)
-        return self._searched(pair, True)
-
-    def _searched(self, pair: tuple[TriSurface, ...], near: bool) -> Curves | None:
-        """Curves of one or two surfaces; None where they, or all of their parts, are apart."""
-        subject = f"{pair[0].name} x {pair[-1].name}"
-        far = not boxes_meet(pair[0].bounds, pair[-1].bounds)
-        if far or not near:
-            boxes = "boxes" if far else "boxes of their parts"
-            self.memory.note("curves", subject, "skipped", f"{boxes} do not meet")
+        subject = f"{first} x {second}"
+        if not boxes_meet(pair[0].bounds, pair[-1].bounds):
+            self.memory.note("curves", subject, "skipped", "boxes do not meet")
             return None
+        return self._searched(pair, subject, len(pair) == 1)
 
-        # the key: both surfaces, their frame, and the voxels of the search
-        origin, voxels = self.origin_for(pair), self.inputs.voxel_size
-        key = ("curves", *map(self.memory.key_of, pair), origin.tobytes(), voxels)
+    def _searched(self, surfaces: tuple[TriSurface, ...], subject: str, alone: bool) -> Curves:
+        """Curves of some surfaces, in one search; `alone`: of each with itself, too."""
+        # the key: the surfaces, their frame, and the voxels of the search
+        origin, voxels = self.origin_for(surfaces), self.inputs.voxel_size
+        key = ("curves", *map(self.memory.key_of, surfaces), origin.tobytes(), voxels, alone)
         return self.memory.get_or_compute(
             "curves", subject, key,
             lambda: curves_of(
-                find_contacts(pair, pairs=[(0, len(pair) - 1)], origin=origin, voxel_size=voxels)
+                find_contacts(
+                    surfaces, self_intersections=alone, origin=origin, voxel_size=voxels
+                )
             ),
             lambda curves: counted(curves.n_curve, "curve"),
         )  # fmt: skip
