@@ -24,6 +24,7 @@ from geosurf.carve.cells import OUTSIDE, Cells, find_cells
 from geosurf.carve.zones import ABOVE, BELOW, UNKNOWN, own_sides, owned_by, signatures
 from geosurf.conventions import did_you_mean, is_word, length_text, place
 from geosurf.errors import InputError, OpenUnitError
+from geosurf.kernels.meshes.mesh import edge_keys
 from geosurf.model import Patches, check_column
 from geosurf.model.column import BASE as LAPPED
 from geosurf.model.column import CONFORMABLE, ERODES, EROSIONAL, IS_LAPPED
@@ -185,10 +186,10 @@ def outside_of_model(
         return np.zeros(len(found.rows), dtype=bool)
 
     # neighbours across an edge that is not on the horizon
-    keys = _edge_keys(patches, found.rows)
+    keys = edge_keys(patches.triangles[found.rows], len(patches.local)).reshape(-1, 3)
     ends = np.flatnonzero(patches.surface_of_triangle == patches.names.index(horizon))
     ends = ends[np.isin(patches.triangles[ends], patches.triangles[found.rows]).any(axis=1)]
-    on_horizon = np.isin(keys, _edge_keys(patches, ends))
+    on_horizon = np.isin(keys, edge_keys(patches.triangles[ends], len(patches.local)))
     order = np.argsort(keys.ravel(), kind="stable")
     order = order[~on_horizon.ravel()[order]]
     same = keys.ravel()[order][1:] == keys.ravel()[order][:-1]
@@ -206,14 +207,6 @@ def outside_of_model(
         gone[piece[onward[across & ~stays[inner]]]] = True
     result: np.ndarray = ~found.inside & (kept & ~gone)[piece]
     return result
-
-
-def _edge_keys(patches: Patches, rows: np.ndarray) -> np.ndarray:
-    """A number for each edge of some triangles, int64 (n, 3)."""
-    t = patches.triangles[rows]
-    ends = np.stack([t, np.roll(t, -1, axis=1)], axis=2)
-    keys: np.ndarray = ends.min(axis=2) * len(patches.local) + ends.max(axis=2)
-    return keys
 
 
 # ---- leaks ----------------------------------------

@@ -329,7 +329,7 @@ def is_fence(patches: Patches, bounds: np.ndarray) -> bool:
     for wall in (s for s in patches.sources if s.role == "wall"):
         corners = (wall.vertices - patches.origin)[wall.triangles]
         level = (corners[:, :, None, 2] == bounds[None, None, :, 2]).all(axis=1).any(axis=1)
-        if not (level | (_rise(corners) == 0)).all():
+        if not (level | (rise_of(corners) == 0)).all():
             return False
     return True
 
@@ -340,7 +340,7 @@ def footprint_of(patches: Patches, bounds: np.ndarray) -> float:
     for wall in (s for s in patches.sources if s.role == "wall"):
         corners = (wall.vertices - patches.origin)[wall.triangles]
         corners = corners[(corners[:, :, 2] == bounds[0, 2]).all(axis=1)]
-        total += float(np.abs(_rise(corners)).sum()) / 2.0
+        total += float(np.abs(rise_of(corners)).sum()) / 2.0
     return total
 
 
@@ -350,11 +350,11 @@ def size_of_shells(x: np.ndarray, outward: np.ndarray) -> tuple[float, float]:
     The area is that of the walls that look down: a place over which the model is in several layers
     counts once for each.
     """
-    rise = _rise(x[outward])
+    rise = rise_of(x[outward])
     return float(np.abs(rise[rise < 0]).sum()) / 2.0, volume_of(x, outward)
 
 
-def _rise(corners: np.ndarray) -> np.ndarray:
+def rise_of(corners: np.ndarray) -> np.ndarray:
     """Twice the area in the map of triangles (n, 3, 3), below 0 where they look down."""
     a, b, c = (corners[:, k, :2] for k in range(3))
     turn: np.ndarray = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]

@@ -22,6 +22,7 @@ from geosurf.faults.rim import (
     rim_in_box,
     unit_rows,
 )
+from geosurf.kernels.meshes import mesh
 from geosurf.kernels.meshes.mesh import edges, join_pairs
 from geosurf.model import Patches, TriSurface
 from geosurf.model.network import SIDES, NetworkRow
@@ -39,10 +40,7 @@ def rows_of(patches: Patches, name: str) -> np.ndarray:
 
 def edge_keys(patches: Patches, rows: np.ndarray) -> np.ndarray:
     """A number for each edge of some triangles, int64 (n, 3)."""
-    t = patches.triangles[rows]
-    ends = np.stack([t, np.roll(t, -1, axis=1)], axis=2)
-    keys: np.ndarray = ends.min(axis=2) * len(patches.local) + ends.max(axis=2)
-    return keys
+    return mesh.edge_keys(patches.triangles[rows], len(patches.local)).reshape(-1, 3)
 
 
 def edges_of(patches: Patches, names: Sequence[str]) -> np.ndarray:

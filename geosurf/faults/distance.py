@@ -249,7 +249,7 @@ gs.extend_fault(fault, box, sides='strike').surface, or take box=(11, 989, 0, 10
     heights = x[rim][:, :, 2]
     rim = rim[(heights.max(axis=1) > low) & (heights.min(axis=1) < high)]
     edges = _clipped(x[rim], low, high)
-    inside = _in_ring(edges.reshape(-1, 3), ring).reshape(-1, 2)
+    inside = in_ring(edges.reshape(-1, 3), ring).reshape(-1, 2)
 
     found = []
     for k, (a, b) in enumerate(zip(ring, np.roll(ring, -1, axis=0), strict=True)):
@@ -324,8 +324,8 @@ def _clipped(edges: np.ndarray, low: float, high: float) -> np.ndarray:
     return np.stack(parts, axis=1)
 
 
-def _in_ring(points: np.ndarray, ring: np.ndarray) -> np.ndarray:
-    """Whether points (n, 3) lie inside of a ring in the map; for a message, so rounding is fine."""
+def in_ring(points: np.ndarray, ring: np.ndarray) -> np.ndarray:
+    """Whether points lie inside of a ring in the map; for a message, so rounding is fine."""
     found = np.zeros(len(points), dtype=bool)
     x, y = points[:, 0], points[:, 1]
     for a, b in zip(ring, np.roll(ring, -1, axis=0), strict=True):

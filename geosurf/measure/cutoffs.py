@@ -17,14 +17,13 @@ import xarray as xr
 
 from geosurf.conventions import is_whole
 from geosurf.errors import InputError
-from geosurf.kernels.meshes.mesh import number_keys
+from geosurf.kernels.meshes.mesh import edge_keys, number_keys
 from geosurf.measure.faces import (
     MINUS,
     PLUS,
     POINTS,
     Faces,
     are_among,
-    edge_keys,
     edges_of,
     faces_of,
     row_inside,

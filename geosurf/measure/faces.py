@@ -13,7 +13,7 @@ import xarray as xr
 from geosurf.conventions import did_you_mean, is_word
 from geosurf.errors import GeometryError, InputError
 from geosurf.kernels.lattices.sets import distinct
-from geosurf.kernels.meshes.mesh import renumbered
+from geosurf.kernels.meshes.mesh import edge_keys, renumbered
 from geosurf.model import Patches, Unit, Units
 from geosurf.model.expected import expect
 
@@ -217,12 +217,6 @@ def _listed(patches: Patches, units: Units, i: int) -> Faces:
         patches.names[i], part.local(used), used, patches.origin, place, beside[rows],
         list(units.values()),
     )  # fmt: skip
-
-
-def edge_keys(triangles: np.ndarray, n: int) -> np.ndarray:
-    """One number for each of the three edges of each triangle, whose corners are below n."""
-    start, end = triangles.ravel(), triangles[:, [1, 2, 0]].ravel()
-    return np.minimum(start, end) * n + np.maximum(start, end)
 
 
 def edges_of(units: Units, i: int) -> np.ndarray:

@@ -11,8 +11,9 @@ import numpy as np
 
 from geosurf.conventions import known_names, place
 from geosurf.errors import InputError
+from geosurf.kernels.meshes.mesh import edge_keys
 from geosurf.measure.closures import area_in_map, clipped
-from geosurf.measure.faces import edge_keys, faces_of
+from geosurf.measure.faces import faces_of
 from geosurf.measure.locate import boundaries_of, locator_of
 from geosurf.measure.places import well_intervals
 from geosurf.model import Patches, Unit, Units

@@ -15,10 +15,10 @@ import numpy as np
 
 from geosurf.errors import InputError
 from geosurf.kernels.exact.predicates import frame_of
-from geosurf.kernels.meshes.mesh import edges, join_pairs, renumbered
+from geosurf.kernels.meshes.mesh import edge_keys, edges, join_pairs, renumbered
 from geosurf.kernels.meshes.seams import DONE, NEEDS_EXACT, sort_seams
 from geosurf.measure.cutoffs import level_of
-from geosurf.measure.faces import check_model, edge_keys, row_inside
+from geosurf.measure.faces import check_model, row_inside
 from geosurf.measure.walls import Walls
 from geosurf.model import Patches, Units
 

@@ -21,8 +21,9 @@ from geosurf.conventions import (
 )
 from geosurf.errors import GeosurfWarning, InputError, InvariantError
 from geosurf.kernels.lattices.sets import distinct
+from geosurf.kernels.meshes.mesh import edge_keys
 from geosurf.measure.columns import cross_columns, elevations
-from geosurf.measure.faces import edge_keys, faces_of
+from geosurf.measure.faces import faces_of
 from geosurf.measure.locate import keys_at, runs_of_keys
 from geosurf.model import Patches, Unit, Units
 from geosurf.model.expected import expect

@@ -22,7 +22,8 @@ import numpy as np
 
 from geosurf.conventions import place
 from geosurf.errors import GeometryError
-from geosurf.measure.faces import MINUS, PLUS, POINTS, Faces, are_among, edge_keys
+from geosurf.kernels.meshes.mesh import edge_keys
+from geosurf.measure.faces import MINUS, PLUS, POINTS, Faces, are_among
 
 PRECISION = 1e-3  # of the ratio, halfway along the edges of triangles
 DIVISIONS = 6  # at most: where layers pinch out the ratio jumps

@@ -23,6 +23,7 @@ from geosurf.conventions.crs import crs_of, refuse_other_crs, warn_of_unclear_cr
 from geosurf.conventions.foreign import crs_of_foreign
 from geosurf.conventions.text import volume_text
 from geosurf.errors import GeosurfWarning
+from geosurf.faults.distance import in_ring
 from geosurf.faults.rules import Rule
 from geosurf.measure.regions import overlap, region_map, regions_by_name
 from geosurf.model import Patches, Sheet, TriSurface, Unit, Units
@@ -288,7 +289,7 @@ def share_inside(surface: TriSurface, box: Box, outline: np.ndarray | None) -> f
     for axis in range(n_axis):
         inside &= (middles[:, axis] >= box[2 * axis]) & (middles[:, axis] <= box[2 * axis + 1])
     if outline is not None:
-        inside[inside] = _in_ring(middles[inside], outline)
+        inside[inside] = in_ring(middles[inside], outline)
     total = float(areas.sum())
     return float(areas[inside].sum()) / total if total > 0 else 0.0
 
@@ -323,18 +324,6 @@ def _triangles(surface: TriSurface) -> np.ndarray:
     rows = np.linspace(0, surface.n_triangle - 1, min(surface.n_triangle, SAMPLE)).astype(np.int64)
     keys = rows if surface.lattice is None else surface.lattice.keys_of_rows(rows)
     return surface.places_of_nodes(surface.corners_of_keys(keys).ravel()).reshape(-1, 3, 3)
-
-
-def _in_ring(places: np.ndarray, outline: np.ndarray) -> np.ndarray:
-    """Whether places (n, 2 or 3) are inside an outline, bool (n,)."""
-    inside = np.zeros(len(places), dtype=bool)
-    x, y = places[:, 0], places[:, 1]
-    for (ax, ay), (bx, by) in zip(outline, np.roll(outline, -1, axis=0), strict=True):
-        if ay != by:
-            # half-open in y, so that a corner counts for one of its two sides
-            crossed = (ay <= y) != (by <= y)
-            inside ^= crossed & (x < ax + (y - ay) * (bx - ax) / (by - ay))
-    return inside
 
 
 def coverage_in_words(shares: Sequence[tuple[str, float]]) -> str:

@@ -20,6 +20,9 @@ from geosurf.errors import GeometryError, InputError
 from geosurf.faults import extend_fault, lengthen_fault, truncate_faults
 from geosurf.faults.propose import bridge_to, check_reach, propose_network
 from geosurf.faults.rules import Rule
+from geosurf.measure.closures import find_closures, rules_of_closures, warnings_of_spill
+from geosurf.measure.rock import roofs_of
+from geosurf.measure.seal import checked_seal, fault_seal, warnings_of_seal
 from geosurf.model import Patches, TriSurface
 from geosurf.model.expected import name_of, number_of
 from geosurf.model.network import (
@@ -34,6 +37,7 @@ from geosurf.model.sheets import TearPlan
 from geosurf.rebuild import patches_from
 from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory
+from geosurf.sheets.faults.fault_profile import cell_of, to_level  # loaded by those who ask
 from geosurf.triangulate import build_walls, orient_fault
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -256,8 +260,6 @@ def _describe_truncation(made: TruncatedFaults) -> str:
 
 def throw_of(scene: Any, horizon: str, fault: str, direction: str) -> xarray.Dataset:
     """Return throw and heave: of both walls across the mean strike, then down the local dip."""
-    from geosurf.sheets.faults.fault_profile import cell_of, to_level  # loaded by those who ask
-
     # distance along strike counts from the end of the fault, in world coordinates
     faces = measure.faces_of(scene.patches, scene.units, fault, "fault")
     hanging, foot = (scene.cutoffs(horizon, fault, side) for side in ("+", "-"))
@@ -287,9 +289,6 @@ def closures_of(
 ) -> xarray.Dataset:
     """Return closures: see `Scene.closures`."""
     # loaded by those who ask for closures
-    from geosurf.measure.closures import find_closures, rules_of_closures, warnings_of_spill
-    from geosurf.measure.rock import roofs_of
-
     given = rules_of_closures(scene, faults, horizons, vshale)
     least = number_of(min_height, "min_height", "give metres")
     names = roofs_of(scene.patches, scene.units, horizon)
@@ -305,7 +304,6 @@ def closures_of(
 def seal_of(scene: Any, fault: str, *arguments: Any) -> xarray.Dataset:
     """Return what a fault holds: see `Scene.seal`."""
     # loaded by those who ask for seals
-    from geosurf.measure.seal import checked_seal, fault_seal, warnings_of_seal
 
     name, given = name_of(fault, "fault"), checked_seal(scene, *arguments)
     found: xarray.Dataset = scene._measured(

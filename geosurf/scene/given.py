@@ -168,7 +168,7 @@ def keep_results_apart(scene: Scene) -> None:
 def measured_units(scene: Scene, whole: bool) -> Units:
     """Return the units of a scene; unless they are to be whole, labels and volumes may do."""
     graph = scene._graph
-    return graph.units if whole else graph.units_at_levels or graph.units
+    return graph.units if whole else graph.measured_units
 
 
 def known_regions(scene: Scene) -> KnownRegions | None:

@@ -548,6 +548,12 @@ class Graph:
         return self.memory.stored_for(self.patches, key, lambda: find_cells(self.patches))
 
     @property
+    def measured_units(self) -> Units:
+        """Units for labels and volumes: parts at level contacts, where these will do."""
+        found = self.units_at_levels
+        return self.units if found is None else found
+
+    @property
     def units_at_levels(self) -> Units | None:
         """Labels and volumes of all units of a scene with level contacts, without cutting it.
 

@@ -50,7 +50,6 @@ from geosurf.scene.inputs import (
 from geosurf.scene.memory import Memory, OnStart, Step, on_start_of
 from geosurf.scene.shown import InteractiveView, card_of, checked_max_triangle
 from geosurf.scene.surfaces import opened_tops, warnings_of_names
-from geosurf.scene.tearing import torn_or_plain
 from geosurf.scene.zones import corrections, plain_graph
 from geosurf.sheets.faults import DIRECTIONS
 
@@ -248,12 +247,12 @@ class Scene:
     @cached_property
     def _in_time(self) -> Graph:
         """The model in time, of a scene that becomes depth."""
-        return torn_or_plain(self._given)
+        return _torn_or_plain(self._given)
 
     @cached_property
     def _graph(self) -> Graph:
         """The results; with `tear` of horizons that are torn when something is first requested."""
-        return torn_or_plain(self._plain)
+        return _torn_or_plain(self._plain)
 
     def replace(self, **changes: Any) -> Scene:
         """Return a new scene with some inputs changed, which shares all results still valid.
@@ -652,8 +651,7 @@ class Scene:
         >>> scene.replace(regions={"West": ("F1-",)}).units["Top/Middle F1-"].region
         'West'
         """
-        found = self._graph.units_at_levels
-        return (self.units if found is None else found).regions
+        return self._graph.measured_units.regions
 
     def region_labels(self, horizon: str) -> dict[str, np.ndarray]:
         """Return a place for the name of each region on a horizon, far from its rim.
@@ -681,8 +679,7 @@ class Scene:
         By zone and block, and contact where there are some. ``units.volumes`` has all units.
         """
         need_depth(self.time, "volumes")
-        found = self._graph.units_at_levels
-        return (self.units if found is None else found).included().volumes
+        return self._graph.measured_units.included().volumes
 
     def table(
         self, include: str = "reservoir", by: str | Sequence[str] | None = None
@@ -1176,8 +1173,7 @@ class Scene:
         values = net_to_gross, porosity, water_saturation, formation_volume_factor
         factors, words = factors_of_rock(values, self.crs), (fluids, units, include)
         if all(factor.is_constant for factor in factors):  # volumes will do: nothing is cut
-            found = self._graph.units_at_levels
-            return fluids_in_place(self.units if found is None else found, factors, *words)
+            return fluids_in_place(self._graph.measured_units, factors, *words)
         run = lambda: fluids_in_place(self.units, factors, *words)  # noqa: E731
         key = self._graph.memory.hold((values, fluids))
         more = key, units, include, self._graph.regions_key
@@ -1684,3 +1680,12 @@ class Scene:
         """
         self._graph.prepare()
         return self._graph.warnings()
+
+
+def _torn_or_plain(plain: Graph) -> Graph:
+    """The graph of the model: of torn horizons, where they are to be torn."""
+    if plain.inputs.tear is None:
+        return plain
+    from geosurf.scene.tearing import torn_graph  # loads all rooms that tear
+
+    return torn_graph(plain)

@@ -21,7 +21,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from geosurf.arrangement.threads import map_threads
-from geosurf.kernels.lattices.decimate import near_cells
+from geosurf.kernels.lattices.decimate import (
+    bounds_of_cells,
+    differences_of_rows_and_columns,
+    near_cells,
+)
 from geosurf.model import Lattice, TriSurface
 
 STRIDES = (20, 10, 8, 5, 4, 3, 2)
@@ -186,8 +190,6 @@ def measure_differences(
     >>> measure_differences(bowl, every_other, limit=1.0)
     0.75
     """
-    from geosurf.kernels.lattices.decimate import differences_of_rows_and_columns
-
     rows, cols, wide = frame.rows, frame.cols, frame.wide
     n = len(rows) - 1
     if not lattice.rising:  # diagonals that fall rise where columns run the other way
@@ -235,8 +237,6 @@ def bounded_differences(
     limit : float
         [m].
     """
-    from geosurf.kernels.lattices.decimate import bounds_of_cells
-
     *found, most, worst = bounds_of_cells(
         few, *cells, frame.rows, cols, frame.high, wide, *frame.uneven,
         frame.stretch, size, _ROUNDING, _PER_NODE,

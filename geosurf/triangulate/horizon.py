@@ -18,6 +18,7 @@ from geosurf.conventions.crs import crs_of
 from geosurf.errors import HorizonError, InputError
 from geosurf.model import Lattice, TriSurface
 from geosurf.model.expected import name_of
+from geosurf.triangulate.decimate import can_be_decimated, decimate_frame
 from geosurf.triangulate.mesh import (
     check_array,
     check_axis,
@@ -193,7 +194,6 @@ def horizon_over(
 def _with_fewer_nodes(horizon: TriSurface, tolerance: float) -> TriSurface:
     """A horizon with every k-th node, or with all of them where it needs these."""
     # loaded by those who leave nodes out
-    from geosurf.triangulate.decimate import can_be_decimated, decimate_frame
 
     found = decimate_frame([horizon], tolerance) if can_be_decimated(horizon) else []
     return found[0] if found else horizon

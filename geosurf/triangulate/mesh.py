@@ -10,6 +10,8 @@ import numpy as np
 
 from geosurf.conventions import HORIZON_DIMS, metres_per_unit, place, rising_diagonal
 from geosurf.errors import HorizonError, InputError, SurfaceError
+from geosurf.kernels.exact.predicates import MAX_COORDINATE
+from geosurf.kernels.meshes.mesh import edges, join_pairs, weld
 from geosurf.model import Lattice, TriSurface
 from geosurf.model.base import in_crs_of
 from geosurf.model.surfaces import exact_normal
@@ -490,8 +492,6 @@ def refuse_far(name: str, values: np.ndarray) -> None:
     geosurf.errors.SurfaceError: fault 'F1' has a coordinate of 1e+300 m, but coordinates are \
 limited to 1.15292e+18 m. If this is a no-data value, set those nodes to NaN.
     """
-    from geosurf.kernels.exact.predicates import MAX_COORDINATE
-
     # of a box or of sticks, a few numbers; one that is not a number may look large here
     if max(map(abs, values.ravel().tolist()), default=0.0) <= MAX_COORDINATE:
         return
@@ -538,8 +538,6 @@ def _sum_by(group: np.ndarray, rows: np.ndarray) -> np.ndarray:
 
 def sheets_that_agree(surface: TriSurface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Which triangles turn to agree with the first of their sheet; sheets; neighbours or -1."""
-    from geosurf.kernels.meshes.mesh import join_pairs
-
     n_triangle = surface.n_triangle
     neighbour, clash, ends = _across_edges(surface)
     turned = np.zeros(n_triangle, dtype=bool)
@@ -582,8 +580,6 @@ def _across_edges(surface: TriSurface) -> tuple[np.ndarray, np.ndarray, np.ndarr
 
     ``-1`` on rims, and where more than two triangles share the edge.
     """
-    from geosurf.kernels.meshes.mesh import edges, weld
-
     # Edges are compared by place, as meshes in parts repeat their vertices.
     spot, n_place = weld(surface.vertices)
     corners = surface.triangles

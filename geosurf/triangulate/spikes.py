@@ -22,6 +22,7 @@ import numpy as np
 from geosurf.conventions import counted, place
 from geosurf.conventions.checks import NO_DATA, UNITS_OF_MARKS
 from geosurf.errors import GeosurfWarning, HorizonError
+from geosurf.kernels.lattices.lattice_corners import steepest_step
 from geosurf.model import TriSurface
 from geosurf.warning import warn
 
@@ -263,7 +264,6 @@ def _steepest(surface: TriSurface) -> float:
     """
     if surface.lattice is None:
         return float(np.fmax.reduce(np.abs(_steps(surface)[0]), initial=0.0))
-    from geosurf.kernels.lattices.lattice_corners import steepest_step
 
     return float(steepest_step(surface.lattice.coordinates[2], surface.lattice.places))
 

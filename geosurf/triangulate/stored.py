@@ -18,6 +18,7 @@ from geosurf.conventions.crs import crs_of
 from geosurf.conventions.machine import free_memory
 from geosurf.errors import GeosurfWarning, HorizonError, SurfaceError
 from geosurf.kernels.exact.predicates import MAX_COORDINATE
+from geosurf.kernels.lattices.decimate import differences_of_rows_and_columns
 from geosurf.model import Lattice, TriSurface
 from geosurf.triangulate.decimate import (
     Differences,
@@ -294,8 +295,6 @@ def _decimated(grid: StoredGrid, nodes: Frame, differences: Differences) -> TriS
 
 def _differences(grid: StoredGrid, nodes: Frame, limit: float) -> Differences | None:
     """How far some rows and columns are from all nodes; None if that exceeds a limit [m]."""
-    from geosurf.kernels.lattices.decimate import differences_of_rows_and_columns
-
     rows, cols = nodes.rows, nodes.cols
     few = np.empty((len(rows), len(cols)))
     cells = tuple(np.empty((len(rows) - 1, len(cols) - 1)) for _ in range(3))

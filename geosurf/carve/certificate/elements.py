@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from geosurf.carve.outside import box_of
+from geosurf.carve.outside import box_of, rise_of
 from geosurf.conventions import place
 from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.meshes.mesh import weld
@@ -218,7 +218,7 @@ class Elements:
         lower, upper = box_of(patches)
         inside = ((x >= lower) & (x <= upper)).all(axis=1)[t].all(axis=1)
         of = patches.surface_of_triangle
-        rise = np.bincount(of[inside], rise_of(x, t[inside]), minlength=len(patches.sources))
+        rise = np.bincount(of[inside], rise_of(x[t[inside]]), minlength=len(patches.sources))
         return cls(
             patches.sources, patches.origin, of,
             np.ones(n, dtype=np.int32), rise, inside, x, t, np.arange(n),
@@ -291,13 +291,6 @@ def _first_of(of: np.ndarray, n: int) -> np.ndarray:
     first = np.full(n, -1)
     first[of[::-1]] = np.arange(len(of))[::-1]
     return first
-
-
-def rise_of(x: np.ndarray, t: np.ndarray) -> np.ndarray:
-    """Twice the area of triangles in the map, below 0 where they look down."""
-    a, b, c = (x[t[:, k]] for k in range(3))
-    rise: np.ndarray = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
-    return rise
 
 
 def keys_of_runs(a: np.ndarray, runs: np.ndarray) -> np.ndarray:

@@ -19,7 +19,7 @@ from geosurf.carve.outside import NO_HIT, Rays
 from geosurf.carve.shells import unit_name
 from geosurf.carve.zones import WHOLE
 from geosurf.kernels.lattices.sets import distinct, is_among
-from geosurf.kernels.meshes.mesh import join_pairs, number_keys
+from geosurf.kernels.meshes.mesh import edge_keys, join_pairs, number_keys
 from geosurf.model import Check, Patches, Unit, Units
 from geosurf.model.column import names_of_zones, separators
 
@@ -302,10 +302,10 @@ class Around:
         beside = patches.triangles[is_shell[patches.element]]
         one, two, three = (used.take(beside[:, k]) for k in range(3))
         beside = beside[(one & two) | (one & three) | (two & three)]
-        edges = _edges(t, n)
+        edges = edge_keys(t, n)
 
         # edges of shells part pieces: what is on their two sides may be in two units
-        edges[is_among(edges, distinct(_edges(beside, n)))] = -1
+        edges[is_among(edges, distinct(edge_keys(beside, n)))] = -1
         order = np.argsort(edges, kind="stable")
         same = np.flatnonzero((np.diff(edges[order]) == 0) & (edges[order[1:]] >= 0))
         pairs = of[np.stack([order[same], order[same + 1]], axis=1) // 3]
@@ -327,12 +327,6 @@ def _gathered(marks: np.ndarray, region: np.ndarray) -> np.ndarray:
     for k in range(2):
         whole[region[marks[:, k]], k] = True
     return whole[region]
-
-
-def _edges(triangles: np.ndarray, n: int) -> np.ndarray:
-    """Edges of triangles, three for each, one number for both ways of each."""
-    a, b = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
-    return np.minimum(a, b) * n + np.maximum(a, b)
 
 
 NAME = "unit names match their bounding surfaces"

@@ -22,8 +22,16 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import llvmlite.binding as llvm
+from numba.core.callconv import CPUCallConv
+from numba.core.codegen import CPUCodeLibrary
+from numba.core.registry import cpu_target
+from numba.np import arrayobj
+
 from geosurf.errors import InputError
 from geosurf.kernels.compile.frozen_runner import symbol
+from geosurf.kernels.compile.helpers import Helper, below, optimise
+from geosurf.kernels.compile.numba_runner import check_results, types_of
 from geosurf.kernels.compile.platforms import PLATFORMS, Platform
 from geosurf.kernels.compile.sources import kernel_files
 
@@ -83,10 +91,6 @@ def lower(package: str) -> tuple[bytes, dict[str, tuple[str, ...]]]:
     InputError
         If there are no entries.
     """
-    import llvmlite.binding as llvm
-
-    from geosurf.kernels.compile.helpers import below
-
     # Before anything is lowered: these change what is written into code.
     _forget_folders()
     _forget_shapes()
@@ -121,9 +125,6 @@ def _entries(package: str) -> dict[str, Entry]:
 
 def _lower(name: str, kernel: Entry) -> tuple[Any, str]:
     """Code of one entry, and its name there; what it calls lies below it."""
-    from geosurf.kernels.compile.helpers import Helper
-    from geosurf.kernels.compile.numba_runner import check_results, types_of
-
     # As a helper an entry has no wrappers; it counts references, since it may return arrays.
     helper = Helper(kernel.python, counts=True)
     types = types_of(kernel.signature.arguments)
@@ -135,8 +136,6 @@ def _lower(name: str, kernel: Entry) -> tuple[Any, str]:
 
 def _forget_folders() -> None:
     """Keep the folders of this machine out of what exceptions say about their place."""
-    from numba.core.callconv import CPUCallConv
-
     original = CPUCallConv.build_excinfo_struct
 
     def nameless(self: Any, exc: Any, exc_args: Any, loc: Any, func_name: Any) -> Any:
@@ -152,8 +151,6 @@ def _forget_shapes() -> None:
     By default numba names both shapes, for which the library would need Python's strings. It
     has the text without them for targets that have no strings.
     """
-    from numba.np import arrayobj
-
     # The function object is referenced already, so its code is exchanged.
     named = arrayobj.ol_raise_with_shape_context_cpu
     named.__code__ = arrayobj.ol_raise_with_shape_context_generic.__code__
@@ -165,8 +162,6 @@ def _forget_processor() -> None:
     numba makes machine code of them at once, for the processor of this machine, and LLVM leaves
     instructions of that processor behind in the module: for counts of references, for example.
     """
-    from numba.core.codegen import CPUCodeLibrary
-
     original = CPUCodeLibrary._finalize_final_module
 
     def finalize(library: Any) -> None:
@@ -204,8 +199,6 @@ def emit(bitcode: bytes, platform: str, level: str) -> bytes:
     InputError
         If a kernel calls what the library will not have.
     """
-    import llvmlite.binding as llvm
-
     # Once per process; numba initialises only the CPU of this machine.
     llvm.initialize_all_targets()
     llvm.initialize_all_asmprinters()
@@ -232,10 +225,6 @@ def emit(bitcode: bytes, platform: str, level: str) -> bytes:
 
 def _optimised(module: Any, target: Platform, names: Iterable[str], machine: Any) -> Any:
     """The same functions after numba's passes, and only what they need."""
-    from numba.core.registry import cpu_target
-
-    from geosurf.kernels.compile.helpers import optimise
-
     # numba's passes ask its machine what is cheap there, and which functions there are.
     cpu_target.target_context.codegen()._tm = machine
     # Lowered by the numba of this machine; sizes of types are the same on all 64-bit platforms.
@@ -288,8 +277,6 @@ def _count_in_place(module: Any, machine: Any) -> None:
     numba calls a function for that, since its passes drop pairs of such calls; they have run. The
     calls that are left, one for each view of an array, took a fortieth of a realisation with throw.
     """
-    import llvmlite.binding as llvm
-
     there = {function.name: function for function in module.functions}
     names = [name for name in ("NRT_incref", "NRT_decref") if name in there]
     if not names:
@@ -311,8 +298,6 @@ def _count_in_place(module: Any, machine: Any) -> None:
 
 def _keep(module: Any, names: set[str], machine: Any) -> None:
     """Leave some functions, and only what they need."""
-    import llvmlite.binding as llvm
-
     for function in module.functions:
         if not function.is_declaration:
             function.linkage = "external" if function.name in names else "internal"

@@ -18,6 +18,12 @@ from geosurf.kernels.exact.predicates import normal_axis, orient2d
 # Numbering of the distinct keys of an array, at the cost of the distinct keys.
 
 
+def edge_keys(triangles: np.ndarray, n: int) -> np.ndarray:
+    """One number for each of the three edges of each triangle (3 m,), whose corners are below n."""
+    start, end = triangles.ravel(), triangles[:, [1, 2, 0]].ravel()
+    return np.minimum(start, end) * n + np.maximum(start, end)
+
+
 def number_keys(keys: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Distinct keys in increasing order, and the number of each key among them.
 

@@ -13,6 +13,7 @@ import numpy as np
 from geosurf.kernels.compile.jit import entry, scalar
 from geosurf.kernels.lattices.run_checks import EDGES, OPEN, VERTICES, two_sum
 from geosurf.kernels.meshes.mesh import half_edges_by_vertex, half_of, upper_of
+from geosurf.kernels.meshes.volumes import _sum
 
 # ---- parent checks ----------------------------------------
 # Do triangles lie on the input triangles that they are parts of?.
@@ -215,14 +216,6 @@ def count_open_edges(t, n_vertex):
     return n_open, n_edge, n_used
 
 
-@scalar
-def _two_sum(high, low, term):
-    """A sum as two numbers, the second one with all rounding errors of the first (Knuth)."""
-    total = high + term
-    back = total - high
-    return total, low + ((high - (total - back)) + (term - back))
-
-
 @entry("d2 l2 -> d d d d")
 def sums_of_triangles(x, t):
     """Volume inside a closed mesh, its area, and for bounds of rounding errors: the sum of products
@@ -247,8 +240,8 @@ def sums_of_triangles(x, t):
         vx, vy, vz = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2]
         nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
         term = (x[a, 0] - mx) * nx + (x[a, 1] - my) * ny + (x[a, 2] - mz) * nz
-        volume, volume_rest = _two_sum(volume, volume_rest, term)
-        area, area_rest = _two_sum(area, area_rest, np.sqrt(nx * nx + ny * ny + nz * nz))
+        volume, volume_rest = _sum(volume, volume_rest, term)
+        area, area_rest = _sum(area, area_rest, np.sqrt(nx * nx + ny * ny + nz * nz))
         u, v = abs(ux) + abs(uy) + abs(uz), abs(vx) + abs(vy) + abs(vz)
         # Sums for the error bound that the certificate reports.
         products += u * v

@@ -14,18 +14,9 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
+from geosurf.kernels.lattices.run_checks import two_sum
 from geosurf.kernels.lattices.strips import FIRST, LAST, ROW, load
 from geosurf.kernels.search.tree import RISING, TURNED
-
-
-@scalar
-def _add(out, i, k, term):
-    """Add a term to the pair of numbers at out[i, k]."""
-    # Two-sum: the rounding error goes into the second number.
-    total = out[i, k] + term
-    back = total - out[i, k]
-    out[i, k + 1] += (out[i, k] - (total - back)) + (term - back)
-    out[i, k] = total
 
 
 @scalar
@@ -57,7 +48,7 @@ def volume_below_triangles(x, t, face, asked, level, out):
         bx, by = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1]
         flat = ax * by - ay * bx
         # Twice the map area times three times the mean height: six times the volume.
-        _add(out, face[i], 0, flat * ((x[a, 2] - level) + (x[b, 2] - level) + (x[c, 2] - level)))
+        two_sum(out, face[i], 0, flat * ((x[a, 2] - level) + (x[b, 2] - level) + (x[c, 2] - level)))
         out[face[i], 2] += flat
 
 
@@ -130,7 +121,7 @@ def add_runs(a, sums, face, out):
     sign = -1.0 if a[TURNED] != 0 else 1.0
     for i in range(sums.shape[0]):
         # The sum of a run joins that of its face, with its sign and its rounding errors.
-        _add(out, face[i], 0, sign * sums[i, 0])
+        two_sum(out, face[i], 0, sign * sums[i, 0])
         out[face[i], 1] += sign * sums[i, 1]
         out[face[i], 2] += sign * sums[i, 2]
 
@@ -145,9 +136,9 @@ def _extend(out, i, c, up):
     ax, ay, az = c[1, 0] - c[0, 0], c[1, 1] - c[0, 1], c[1, 2] - c[0, 2]
     bx, by, bz = c[2, 0] - c[0, 0], c[2, 1] - c[0, 1], c[2, 2] - c[0, 2]
     nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-    _add(out, i, 0, 0.5 * np.sqrt(nx * nx + ny * ny + nz * nz))
+    two_sum(out, i, 0, 0.5 * np.sqrt(nx * nx + ny * ny + nz * nz))
     # Columns 8 and 10: areas that look up and down, exchanged for a turned surface.
-    _add(out, i, up if nz > 0.0 else 18 - up, abs(nz))
+    two_sum(out, i, up if nz > 0.0 else 18 - up, abs(nz))
     for k in range(3):
         out[i, 2 + k] = min(out[i, 2 + k], min(c[0, k], min(c[1, k], c[2, k])))
         out[i, 5 + k] = max(out[i, 5 + k], max(c[0, k], max(c[1, k], c[2, k])))
@@ -171,7 +162,7 @@ def extent_triangles(x, t, face, asked, out):
 
 @scalar
 def _sum(high, low, term):
-    """A sum of two numbers with one more term, as `_add` does it."""
+    """A sum of two numbers with one more term, as `two_sum` does it."""
     total = high + term
     back = total - high
     return total, low + ((high - (total - back)) + (term - back))
@@ -319,8 +310,8 @@ def _part(flat, p, q, r):
 @scalar
 def _add_both(out, i, above, below):
     """Add to the sums above and below the level."""
-    _add(out, i, 0, above)
-    _add(out, i, 2, below)
+    two_sum(out, i, 0, above)
+    two_sum(out, i, 2, below)
 
 
 @entry("d2 l2 l1 b1 d d2* -> .")

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from geosurf.kernels.meshes.mesh import edge_keys
 from geosurf.measure.columns import columns_through, fault_between, nearest_first
 from geosurf.model import Patches, Sheet, TriSurface
 from geosurf.model.tops import Tops
@@ -81,7 +82,7 @@ def cut_horizon(horizon: TriSurface | Sheet, faults: Sequence[TriSurface]) -> Cu
     walls = patches.triangles[~mine]
 
     # on_fault (3 n,): edges of the horizon that faults have as well; exact, as both share points
-    on_fault = np.isin(_edge_keys(faces, len(patches.local)), _edge_keys(walls, len(patches.local)))
+    on_fault = np.isin(edge_keys(faces, len(patches.local)), edge_keys(walls, len(patches.local)))
     corner = _own_corners(faces, on_fault, len(patches.local))
 
     # one point for each wall: points on a fault are there twice, a tip only once
@@ -97,7 +98,7 @@ def _own_corners(faces: np.ndarray, on_fault: np.ndarray, n_vertex: int) -> np.n
     `on_fault` marks the edges (3 n,) from each corner to the next. Corners are one vertex if a
     chain of edges that no fault runs along joins their triangles.
     """
-    key = _edge_keys(faces, n_vertex)
+    key = edge_keys(faces, n_vertex)
 
     # half-edges with the same key follow each other; pairs one, two are the two sides of an edge
     half = np.flatnonzero(~on_fault)
@@ -116,12 +117,6 @@ def _own_corners(faces: np.ndarray, on_fault: np.ndarray, n_vertex: int) -> np.n
     # corners that are joined are one vertex
     number: np.ndarray = connected_components(links, directed=False)[1]
     return number.astype(np.int64)
-
-
-def _edge_keys(triangles: np.ndarray, n_vertex: int) -> np.ndarray:
-    """One number for each edge (3 n,): that from corner k to the next, whatever its direction."""
-    a, b = triangles.ravel(), triangles[:, [1, 2, 0]].ravel()
-    return np.minimum(a, b) * n_vertex + np.maximum(a, b)
 
 
 def place_keys(points: np.ndarray) -> np.ndarray:
