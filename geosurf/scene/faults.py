@@ -37,7 +37,6 @@ from geosurf.model.sheets import TearPlan
 from geosurf.rebuild import patches_from
 from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory
-from geosurf.sheets.faults.fault_profile import cell_of, to_level  # loaded by those who ask
 from geosurf.triangulate import build_walls, orient_fault
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -260,6 +259,8 @@ def _describe_truncation(made: TruncatedFaults) -> str:
 
 def throw_of(scene: Any, horizon: str, fault: str, direction: str) -> xarray.Dataset:
     """Return throw and heave: of both walls across the mean strike, then down the local dip."""
+    from geosurf.sheets.faults.fault_profile import cell_of, to_level  # loaded by those who ask
+
     # distance along strike counts from the end of the fault, in world coordinates
     faces = measure.faces_of(scene.patches, scene.units, fault, "fault")
     hanging, foot = (scene.cutoffs(horizon, fault, side) for side in ("+", "-"))

@@ -50,6 +50,7 @@ from geosurf.scene.inputs import (
 from geosurf.scene.memory import Memory, OnStart, Step, on_start_of
 from geosurf.scene.shown import InteractiveView, card_of, checked_max_triangle
 from geosurf.scene.surfaces import opened_tops, warnings_of_names
+from geosurf.scene.tearing import torn_or_plain
 from geosurf.scene.zones import corrections, plain_graph
 from geosurf.sheets.faults import DIRECTIONS
 
@@ -247,12 +248,12 @@ class Scene:
     @cached_property
     def _in_time(self) -> Graph:
         """The model in time, of a scene that becomes depth."""
-        return _torn_or_plain(self._given)
+        return torn_or_plain(self._given)
 
     @cached_property
     def _graph(self) -> Graph:
         """The results; with `tear` of horizons that are torn when something is first requested."""
-        return _torn_or_plain(self._plain)
+        return torn_or_plain(self._plain)
 
     def replace(self, **changes: Any) -> Scene:
         """Return a new scene with some inputs changed, which shares all results still valid.
@@ -1680,12 +1681,3 @@ class Scene:
         """
         self._graph.prepare()
         return self._graph.warnings()
-
-
-def _torn_or_plain(plain: Graph) -> Graph:
-    """The graph of the model: of torn horizons, where they are to be torn."""
-    if plain.inputs.tear is None:
-        return plain
-    from geosurf.scene.tearing import torn_graph  # loads all rooms that tear
-
-    return torn_graph(plain)

@@ -32,11 +32,6 @@ from geosurf.scene.inputs import undeclared
 from geosurf.scene.memory import OnStart, silent
 from geosurf.scene.surfaces import opened_horizon
 from geosurf.scene.zones import warnings_of_throw
-from geosurf.sheets.faults.tips import as_near, is_unchanged
-from geosurf.sheets.mesh.tear_ends import extended
-from geosurf.sheets.report.remedies import WAYS, how_to_lengthen, longer_by
-from geosurf.sheets.tear import tear_from
-from geosurf.sheets.tie import tied_sheet
 from geosurf.warning import collected
 
 # ---- tear rounds ----------------------------------------
@@ -176,6 +171,8 @@ class _Lengths:
 
     def add(self, tear: Tear, torn: _Torn) -> None:
         """Take the faults that a tear has made longer."""
+        from geosurf.sheets.mesh.tear_ends import extended  # loaded by those who tear
+
         plan = torn.sheet.plan
         by_name = {} if plan is None else {one.fault: one.lengths for one in plan.extensions}
         for name, fault in torn.faults.items():
@@ -201,6 +198,7 @@ class _Lengths:
         """
         if all(len(known) == 1 for known in self._known.values()):
             return self.now
+        from geosurf.sheets.faults.tips import as_near  # loaded by those who tear
 
         return as_near(untorn(horizon), self._known)
 
@@ -219,6 +217,8 @@ def _fill(torn: Mapping[str, _Torn], fill: bool | str) -> bool | Sheet:
 
 def _is_valid(torn: Mapping[str, _Torn], name: str, fill: bool | str, faults: Faults) -> bool:
     """Whether a horizon is torn, at faults that are no longer near it than they were."""
+    from geosurf.sheets.faults.tips import is_unchanged  # loaded by those who tear
+
     known = torn.get(name)
     if known is None or _fill(torn, fill) is not known.fill:
         return False
@@ -322,6 +322,11 @@ def _in_time(one: GeosurfWarning) -> GeosurfWarning:
     return GeosurfWarning(one.kind, one.subject, words, one.remedy, one.place)
 
 
+def torn_or_plain(plain: Graph) -> Graph:
+    """Return the graph of the model: of torn horizons, where they are to be torn."""
+    return plain if plain.inputs.tear is None else torn_graph(plain)
+
+
 def as_truncations(rules: Iterable[Rule]) -> dict[str, tuple[tuple[str, str], ...]]:
     """Return rules as `Scene` takes them, for faults that are extended already."""
     found: dict[str, tuple[tuple[str, str], ...]] = {}
@@ -367,6 +372,12 @@ def warnings_of(given: Faults, faults: Faults, sheets: Mapping[str, Sheet]) -> l
     for name, fault in faults.items():
         # how far the fault was continued beyond what was given, by the numbers that lengthen it
         if not np.array_equal(fault.vertices, given[name].vertices):
+            from geosurf.sheets.report.remedies import (
+                WAYS,  # loaded by those who tear
+                how_to_lengthen,
+                longer_by,
+            )
+
             far = longer_by(given[name], fault)
             ways = [f"{length:.0f} m {WAYS[side]}" for side, length in far.items()]
             how = how_to_lengthen(name, far)
@@ -439,6 +450,9 @@ def _torn(plain: Graph, tear: Tear) -> Sheet:
 
     def make() -> Sheet:
         """Read the data and tear them."""
+        from geosurf.sheets.tear import tear_from  # loaded by those who tear
+        from geosurf.sheets.tie import tied_sheet
+
         plain.read.unchanged(name)
         data = opened_horizon(value, inputs.options)
         words = {"name": name, "trim": inputs.tear, **undeclared(data, inputs.options)}
@@ -472,6 +486,8 @@ def warnings_of_passed_faults(
     given, faults : mapping of str to TriSurface
         All faults as rules left them, and as tears made them longer.
     """
+    from geosurf.sheets.report.remedies import how_to_lengthen, longer_by
+
     found = []
     for rule in rules:
         both = [name for name in (rule.fault, rule.main) if faults[name] is not given[name]]

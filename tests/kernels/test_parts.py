@@ -21,7 +21,6 @@ from geosurf.kernels.meshes.seams import (
     sort_around,
     sort_by_floats,
     sort_seams,
-    sort_two_by_floats,
 )
 
 small = st.integers(-3, 3).map(float)
@@ -107,30 +106,6 @@ def test_doubles_and_exact_numbers_sort_as_fractions_do(made, stretch):
     if expected is not None:
         assert told
         assert order.tolist() == expected
-
-
-def test_halves_of_two_input_triangles_are_sorted_as_exact_numbers_do(rng):
-    told = 0
-    for _ in range(200):
-        d, one, two = rng.integers(-4, 5, (3, 3)).astype(float)
-        if not (np.cross(d, one).any() and np.cross(d, two).any()):
-            continue
-        x = np.stack([np.zeros(3), d])
-        px = np.array([np.zeros(3), d, one, np.zeros(3), d, two])
-        halves = rng.permutation([[0, 1], [0, -1], [1, 1], [1, -1]])
-        parent, ways = halves[:, 0].copy(), halves[:, 1].copy()
-        axis, heading = main_axis(x, 0, 1)
-        order, mine = np.arange(4), ways.copy()
-        if not sort_two_by_floats(px, parent, axis, heading, order, mine):
-            assert order.tolist() == [0, 1, 2, 3]
-            continue
-        told += 1
-        expected, m_w = np.arange(4), frame_of(px)
-        pt, around = np.arange(6).reshape(2, 3), np.empty((4, N_AROUND))
-        assert sort_around(x, 0, 1, expected, ways, around, 4, parent, px, pt, *m_w)
-        assert order.tolist() == expected.tolist()
-        assert mine.tolist() == ways.tolist()
-    assert told > 100
 
 
 @pytest.mark.parametrize("spread", [1, 2**30])

@@ -27,7 +27,6 @@ from geosurf.kernels.contacts.cell_contacts import (
     corners_of_cell,
     pairs_in_columns,
 )
-from geosurf.kernels.lattices.lattice_corners import prefetch
 from geosurf.kernels.search.tree import BLOCK, N_COL, N_ROW, low_high
 
 __all__ = ["NEEDS_EXACT", "axis_grid_pairs"]
@@ -156,18 +155,12 @@ def _patch_near(grid, box, at):
 
 
 @scalar
-def _push_children(nodes, levels, level, i, j, stack, top):
-    """Push the nodes below a node of a pyramid; prefetch them and their children."""
+def _push_children(levels, level, i, j, stack, top):
+    """Push the nodes below a node of a pyramid."""
     for row in range(2 * i, min(2 * i + 2, levels[level - 1, 1])):
         for col in range(2 * j, min(2 * j + 2, levels[level - 1, 2])):
             stack[top, 0], stack[top, 1], stack[top, 2] = level - 1, row, col
             top += 1
-
-            # Grandchildren are prefetched while this level is processed.
-            if level > 1:
-                first = levels[level - 2, 0] + 2 * row * levels[level - 2, 2] + 2 * col
-                prefetch(nodes, first)
-                prefetch(nodes, first + levels[level - 2, 2])
     return top
 
 
@@ -189,7 +182,7 @@ def _near_blocks(grid, nb, lb):
         if not low <= high:
             continue
         if level > 0:
-            top = _push_children(nb, lb, level, row, col, stack, top)
+            top = _push_children(lb, level, row, col, stack, top)
             continue
 
         # Grow both result arrays together.
@@ -202,33 +195,11 @@ def _near_blocks(grid, nb, lb):
 
 
 @scalar
-def _prefetch_block(p, q, r, a, row, col):
-    """Prefetch the nodes of a block of B: the first and the last of each row."""
-    last = min(col + BLOCK, a[N_COL] - 1)
-    for i in range(row, min(row + BLOCK, a[N_ROW] - 1) + 1):
-        prefetch(p, a[0] + i * a[1] + col * a[2])
-        prefetch(p, a[0] + i * a[1] + last * a[2])
-        prefetch(q, a[3] + i * a[4] + col * a[5])
-        prefetch(q, a[3] + i * a[4] + last * a[5])
-        prefetch(r, a[6] + i * a[7] + col * a[8])
-        prefetch(r, a[6] + i * a[7] + last * a[8])
-
-
-@scalar
-def _prefetch_patch(r, a, at):
-    """Prefetch the nodes of a patch of A: the first and the last of each row."""
-    for i in range(at[0], at[1] + 1):
-        prefetch(r, a[6] + i * a[7] + at[2] * a[8])
-        prefetch(r, a[6] + i * a[7] + at[3] * a[8])
-
-
-@scalar
 def _near_columns(grid, pb, qb, rb, ab, block, low, high, box, ends, at, spans):
     """Lowest and highest node of A near each column of cells of a block, into `spans`.
 
     `block`: first and last (one more) row, first and last column of its cells. inf, -inf where no
-    node is as high as the column. Patches are prefetched: each is read after all have been
-    requested.
+    node is as high as the column.
     """
     row0, row1, col0, col1 = block
     # Boxes of the last two columns of nodes alternate in `ends`, by parity.
@@ -247,7 +218,6 @@ def _near_columns(grid, pb, qb, rb, ab, block, low, high, box, ends, at, spans):
         least, most = _patch_near(grid, box, at)
         if least <= box[5] and box[2] <= most:
             spans[k, 0], spans[k, 1] = least, most
-            _prefetch_patch(grid.z, grid.a, at)
 
 
 @entry("d1 d1 d1 l1 d2 l2 d1 d1 d1 l1 d2 l2 d1 d b l2* -> l l")
@@ -275,12 +245,10 @@ def axis_grid_pairs(pa, qa, ra, aa, na, la, pb, qb, rb, ab, nb, lb, origin, slip
     query = CellQuery(box, reach, origin, slip, swapped)
     work = Work(c, f, v, h, w, codes_table, heights, marks, rows)
 
-    # Blocks of B that A may meet; the next block is prefetched.
+    # Blocks of B that A may meet.
     blocks, levels = _near_blocks(grid, nb, lb)
     n, asked = 0, 0
     for b in range(blocks.shape[0]):
-        if b + 1 < blocks.shape[0]:
-            _prefetch_block(pb, qb, rb, ab, BLOCK * blocks[b + 1, 0], BLOCK * blocks[b + 1, 1])
         row0, col0 = BLOCK * blocks[b, 0], BLOCK * blocks[b, 1]
         row1, col1 = min(row0 + BLOCK, ab[N_ROW] - 1), min(col0 + BLOCK, ab[N_COL] - 1)
         _near_columns(

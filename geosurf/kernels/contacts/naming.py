@@ -49,11 +49,9 @@ from geosurf.kernels.exact.exact_signs import (
     Frame,
 )
 from geosurf.kernels.exact.predicates import normal_axis
-from geosurf.kernels.lattices.lattice_corners import prefetch
 
 FEW = 4  # up to so many contacts the points of a face are listed by face, else by vertex
 _LONG = 16  # points in a list; further names go into the table
-_EARLY = 16  # prefetch distance in contacts: second faces are anywhere in memory
 
 
 @scalar
@@ -174,11 +172,6 @@ def _name_corners(frame, rows, count, ids):
     names = np.zeros((64, 5), dtype=np.int64)
     for k in range(rows.shape[0]):
         a, b = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]
-
-        # Second faces are scattered in memory.
-        if k + _EARLY < rows.shape[0]:
-            prefetch(t, rows[k + _EARLY, TRIANGLE_B])
-            prefetch(heads, rows[k + _EARLY, TRIANGLE_B])
         names = _grown_table(m, names)
         coplanar = lies_in_plane(rows[k, HOW])
         # The axis along which coplanar triangles are projected.

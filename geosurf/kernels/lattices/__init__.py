@@ -4,7 +4,6 @@
 file                 question                                                  source
 ===================  ========================================================  =================
 `lattice_corners`    Where are the corners and normals of the triangles?
-                     How is memory requested before it is read?
                      Which triangles and points do runs stand for?
                      The same for a list of triangles, in Morton order.        Morton 1966
 `decimate`           Which nodes does a coarser grid keep? What comes near a surface?

@@ -14,7 +14,6 @@ from geosurf.kernels.compile.jit import entry, scalar
 from geosurf.kernels.exact.bigint import clear, mul_add, sign
 from geosurf.kernels.exact.exact_signs import _MISC, LIMBS, _cross, _dot, _vector
 from geosurf.kernels.exact.predicates import TINY
-from geosurf.kernels.lattices.lattice_corners import prefetch
 from geosurf.kernels.meshes.mesh import join
 
 # ---- radial order ----------------------------------------
@@ -63,51 +62,6 @@ def _pseudo_angle(p, q):
     if p < 0.0:
         return 2.0 - share
     return share if share >= 0.0 else 4.0 + share
-
-
-@scalar
-def _across_axis(px, i, axis):
-    """Two components of the normal of an input triangle, across an axis, and their magnitudes."""
-    k, o = (axis + 1) % 3, (axis + 2) % 3
-    pk, po, pa = px[i + 1, k] - px[i, k], px[i + 1, o] - px[i, o], px[i + 1, axis] - px[i, axis]
-    qk, qo, qa = px[i + 2, k] - px[i, k], px[i + 2, o] - px[i, o], px[i + 2, axis] - px[i, axis]
-    one, two, three, four = po * qa, pa * qo, pa * qk, pk * qa
-    return one - two, three - four, abs(one) + abs(two), abs(three) + abs(four)
-
-
-@scalar
-def sort_two_by_floats(px, parent, axis, heading, order, directions):
-    """Sort four triangles around an edge in which two input triangles cross, as along each curve.
-
-    False if it is another edge, or doubles do not decide. Both parts of one input triangle lie
-    opposite to each other, so one sign tells on which side of the first one the second one has
-    which part.
-    """
-    i = parent[order[0]]
-    if parent[order[1]] == i:
-        at = 1
-    else:
-        at = 2 if parent[order[2]] == i else 3
-    one, two = (2 if at == 1 else 1), (2 if at == 3 else 3)
-    j = parent[order[one]]
-    if parent[order[at]] != i or parent[order[two]] != j or i == j:
-        return False
-    if directions[at] == directions[0] or directions[one] == directions[two]:
-        return False
-
-    # Filter with the magnitudes of both normals.
-    ak, ao, size_ak, size_ao = _across_axis(px, 3 * i, axis)
-    bk, bo, size_bk, size_bo = _across_axis(px, 3 * j, axis)
-    value, size = ak * bo - ao * bk, size_ak * size_bo + size_ao * size_bk
-    if not (size > TINY and abs(value) > 2e-15 * size):
-        return False
-    if (value > 0) != (directions[0] * directions[one] * heading > 0):
-        one, two = two, one
-    first, second, third = order[one], order[at], order[two]
-    order[1], order[2], order[3] = first, second, third
-    first, second, third = directions[one], directions[at], directions[two]
-    directions[1], directions[2], directions[3] = first, second, third
-    return True
 
 
 @scalar
@@ -296,8 +250,6 @@ def sort_around(x, u, v, order, directions, around, n, parent, px, pt, m, w):
 
 DONE, NEEDS_EXACT = -1, -2
 _FULL = -1
-_BLOCK = 256  # edges whose rings are walked together: memory answers many requests at once
-_AROUND = 8  # triangles around an edge; those of more are gathered one by one
 
 
 @scalar
@@ -322,34 +274,6 @@ def _gather_around(t, ring, part, start, order, directions):
             return n
 
 
-@scalar
-def _look_ahead(t, ring, part, parent, px, first, low, at):
-    """Bring what lies around a block of edges into the cache, ring by ring in step."""
-    n = min(_BLOCK, first.shape[0] - low)
-    for k in range(n):
-        at[k] = first[low + k]
-    for _ in range(_AROUND):
-        turning = False
-        for k in range(n):
-            i = at[k] // 3
-            prefetch(t, i)
-            prefetch(part, i)
-            prefetch(parent, i)
-            following = ring[at[k]]
-            if following != first[low + k]:
-                at[k] = following
-                turning = True
-        if not turning:
-            break
-    for k in range(n):
-        j = first[low + k]
-        for _ in range(_AROUND):
-            prefetch(px, 3 * parent[j // 3])
-            j = ring[j]
-            if j == first[low + k]:
-                break
-
-
 @entry("d2 l2 l1 l1 l1 l1 d2 l2 l1 l1* l1* l1* -> l")
 def sort_seams(x, t, ring, first, part, parent, px, pt, m, w, start, seams):
     """Write the order of the triangles around some edges, by a half-edge of each, to `seams`.
@@ -363,11 +287,8 @@ def sort_seams(x, t, ring, first, part, parent, px, pt, m, w, start, seams):
     # Sixteen triangles around an edge are plenty for most models; the arrays grow.
     order = np.empty(16, dtype=np.int64)
     directions, turns, around = np.empty_like(order), np.empty(16), np.empty((16, N_AROUND))
-    ahead = np.empty(_BLOCK, dtype=np.int64)
     n_seam = 0
     for k in range(first.shape[0]):
-        if k % _BLOCK == 0:
-            _look_ahead(t, ring, part, parent, px, first, k, ahead)
         edge = first[k]
 
         # Enlarge the arrays until all triangles around the edge fit.
@@ -382,10 +303,7 @@ def sort_seams(x, t, ring, first, part, parent, px, pt, m, w, start, seams):
         if n > 2:
             u, v = t[edge // 3, edge % 3], t[edge // 3, (edge + 1) % 3]
             axis, heading = main_axis(x, u, v)
-            told = n == 4 and sort_two_by_floats(px, parent, axis, heading, order, directions)
-            if not told and not sort_by_floats(
-                px, parent, axis, heading, order, directions, n, turns
-            ):
+            if not sort_by_floats(px, parent, axis, heading, order, directions, n, turns):
                 if m.shape[0] == 0:
                     return NEEDS_EXACT
                 if not sort_around(x, u, v, order, directions, around, n, parent, px, pt, m, w):
