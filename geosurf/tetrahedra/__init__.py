@@ -25,7 +25,7 @@ from geosurf.conventions.machine import missing_sentence
 from geosurf.conventions.running import running
 from geosurf.errors import DependencyError, GeometryError, InputError, InvariantError
 from geosurf.kernels.exact.predicates import frame_of, orient3d_rows
-from geosurf.kernels.meshes.mesh import join_pairs
+from geosurf.kernels.meshes.mesh import edge_keys, join_pairs
 from geosurf.model import TetMesh, Units
 from geosurf.model.base import in_crs_of
 from geosurf.model.expected import expect, number_of
@@ -420,7 +420,7 @@ def pairs_of(
     faces: np.ndarray, n_vertex: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Return both faces of each edge that exactly two faces share, and its place in each (0..2)."""
-    key = _edge_keys(faces, n_vertex)
+    key = edge_keys(faces, n_vertex)
     order = np.argsort(key, kind="stable")
     new = np.diff(key[order], prepend=-1, append=-1) != 0
     start = np.flatnonzero(new[:-1])
@@ -437,14 +437,9 @@ def _held_edges(faces: np.ndarray, parts: FlatParts, n_vertex: int) -> np.ndarra
     flat = parts.of_face >= 0
     one, other, i, _ = pairs_of(faces[flat], n_vertex)
     of = parts.of_face[flat]
-    edges = _edge_keys(faces[flat], n_vertex).reshape(-1, 3)
+    edges = edge_keys(faces[flat], n_vertex).reshape(-1, 3)
     inner = edges[one, i][of[one] == of[other]]
-    return np.intersect1d(inner, _edge_keys(faces[~flat], n_vertex))
-
-
-def _edge_keys(faces: np.ndarray, n_vertex: int) -> np.ndarray:
-    """Numbers of the three edges of each face, face by face; the same for both directions."""
-    return _keys(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), n_vertex)
+    return np.intersect1d(inner, edge_keys(faces[~flat], n_vertex))
 
 
 def _keys(edges: np.ndarray, n_vertex: int) -> np.ndarray:
