@@ -11,7 +11,6 @@ from geosurf.kernels.compile.jit import RUNNER, entry
 from geosurf.kernels.cutting.cut_faces import N_EXTRA, rank_points
 from geosurf.kernels.cutting.face_signs import (
     AXIS,
-    KNOWN_LINE,
     N_STATE,
     FacePoints,
     add_local,
@@ -47,9 +46,9 @@ def sign_rows(x, t, e, d, m, w, ids, axis, rows, out):
     The points lie in one plane that is not parallel to the axis.
     """
     q = np.empty((ids.shape[0], 8), dtype=np.int32)
-    f = np.empty((ids.shape[0], 8), dtype=np.float64)
+    f = np.empty((ids.shape[0], 5), dtype=np.float64)
     s = np.zeros(N_STATE, dtype=np.int64)
-    s[AXIS], s[KNOWN_LINE] = axis, -1
+    s[AXIS] = axis
     frame, points = Frame(x, t, e, d, m, w), FacePoints(q, f, s)
     for i in range(ids.shape[0]):
         add_local(frame, points, ids[i], 0)

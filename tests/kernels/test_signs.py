@@ -10,14 +10,7 @@ import numpy as np
 import pytest
 
 from geosurf.kernels.cutting.cached_predicates import face_workspace
-from geosurf.kernels.cutting.face_signs import (
-    AXIS,
-    N_STATE,
-    FacePoints,
-    add_local,
-    equal_by_construction,
-    precedes,
-)
+from geosurf.kernels.cutting.face_signs import AXIS, N_STATE, FacePoints, add_local, precedes
 from geosurf.kernels.exact.exact_signs import EXACT_ORIENT2D, LIMBS, Frame
 from geosurf.kernels.exact.predicates import frame_of
 from tests.kernels.rows import point_dd_rows, sign_rows
@@ -370,25 +363,3 @@ def test_points_on_level_planes_with_equal_coordinates(scale):
         found = assert_signs(world.x * scale, world.t, none, world.d, places, 2, np.array(rows))
         ties += found[1]
     assert ties > 40
-
-
-def test_points_with_equal_coordinates_have_equal_coordinates():
-    """Asked by itself: elsewhere it is asked only where rounded coordinates are equal already."""
-    alike = 0
-    for seed in (0, 1, 3, 5):
-        world = Level(seed)
-        n_vertex, n = len(world.x), len(world.places)
-        m, _ = frame_of(world.x, len(world.t))
-        q = np.zeros((n, 8), dtype=np.int64)
-        q[:, 0] = np.arange(n_vertex, n_vertex + n)
-        s = np.zeros(N_STATE, dtype=np.int64)
-        s[AXIS] = 2
-        none = np.empty((0, 3), dtype=np.int64)
-        frame = Frame(world.x, world.t, none, world.d, m, np.empty(0, dtype=np.int64))
-        points = FacePoints(q, np.empty((0, 8)), s)
-        for a, b in itertools.combinations(range(n), 2):
-            for second in range(2):
-                equal = equal_by_construction(frame, points, a, b, second)
-                assert not equal or world.places[a][second] == world.places[b][second]
-                alike += bool(equal)
-    assert alike > 100

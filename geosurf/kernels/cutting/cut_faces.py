@@ -21,9 +21,7 @@ from geosurf.kernels.cutting.delaunay import FaceMesh, insert_point, legalize_al
 from geosurf.kernels.cutting.face_signs import (
     AXIS,
     FACE_ID,
-    KNOWN_LINE,
     LINES,
-    N_SEARCH,
     N_STATE,
     POINTS,
     SEGMENT,
@@ -160,7 +158,7 @@ def _start_face(x, t, points, mesh):
     h, v = mesh.h, mesh.v
     tri = s[FACE_ID]
     s[POINTS], s[TRIANGLES], s[SEGMENT] = 0, 1, 0
-    s[START], s[USED], s[LINES], s[KNOWN_LINE], s[N_SEARCH] = 0, 0, 0, -1, 0
+    s[START], s[USED], s[LINES] = 0, 0, 0
 
     # The triangulation is counter-clockwise on its axis, whichever way the face looks.
     second, third = (1, 2) if s[SIDE] > 0 else (2, 1)
@@ -205,7 +203,7 @@ def _cut_by_one_segment(frame, mesh, points, i, j):
     second = j if one == 1 << lone else i
 
     # Local points: the lone corner, first cut, two corners, second cut.
-    s[POINTS], s[TRIANGLES], s[USED], s[LINES], s[KNOWN_LINE] = 0, 3, 0, 0, -1
+    s[POINTS], s[TRIANGLES], s[USED], s[LINES] = 0, 3, 0, 0
     add_corner(x, q, f, s, t[tri, lone], 0)
     add_local(frame, points, first, 0)
     add_corner(x, q, f, s, t[tri, (lone + 1) % 3], 0)
@@ -401,7 +399,7 @@ def cut_faces(x, t, e, d, m, w, names, places, records, offsets, n_local, childr
     v = np.empty(n_local, dtype=np.int32)
     k = np.empty((2 * half + 256, 4), dtype=np.int32)  # corridors need five rows per triangle
     q = np.empty((n_local, 8), dtype=np.int32)
-    f = np.empty((n_local, 8), dtype=np.float64)
+    f = np.empty((n_local, 5), dtype=np.float64)
     frame, points, mesh = Frame(x, t, e, d, m, w), FacePoints(q, f, s), FaceMesh(h, v, k)
     local = np.full(x.shape[0], -1, dtype=np.int32)  # local index of each id
     scratch = np.empty(2 * n_local + N_EXTRA, dtype=np.int64)

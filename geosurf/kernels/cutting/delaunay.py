@@ -7,12 +7,11 @@ Notation
     q        local points, int32 (n, 8): global id, bits of the face's edges that hold it,
              offset of its integers (`cached_predicates`), number of the last segment known to hold
              it, four lines known to hold it (-1: none)
-    f        local points, float64 (n, 8): rounded coordinates (u, v), the larger of their errors,
-             both errors; then the low parts of (u, v) and their error (-1: unknown)
+    f        local points, float64 (n, 5): rounded coordinates (u, v), the larger of their errors,
+             both errors
     k        scratch rows, int32 (n, 4)
-    s        state, int64 (15,): numbers of points and triangles, axis, segment number, face, start,
-             used part of the cache, number of recorded lines, sign of the normal on the axis;
-             the known line of `symbolic`
+    s        state, int64 (9,): numbers of points and triangles, axis, segment number, face, start,
+             used part of the cache, number of recorded lines, sign of the normal on the axis
 
 Points are inserted first, then segments (see `constraints`), which split the constraints that they
 cross. Lawson flips follow until every unconstrained edge is Delaunay. Of four points on one circle

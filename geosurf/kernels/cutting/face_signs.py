@@ -1,7 +1,7 @@
 """Signs of the local points of a face: turns and lexicographic order (circles: `face_circles`).
 
 Letters as in `delaunay`. Each sign is computed in stages: doubles, definitions (`symbolic`),
-double-doubles, integers. Each stage returns a certain sign or passes on to the next.
+integers. Each stage returns a certain sign or passes on to the next.
 """
 
 from __future__ import annotations
@@ -16,24 +16,9 @@ from geosurf.kernels.cutting.cached_predicates import (
     cached_incircle,
     cached_orient2d,
 )
-from geosurf.kernels.exact.constructed_points import (
-    dd_add,
-    dd_minor,
-    dd_mul,
-    plane_is_level,
-    point_dd,
-    two_sum,
-)
-from geosurf.kernels.exact.exact_signs import N_TRIANGLE, N_VERTEX
-from geosurf.kernels.exact.predicates import (
-    INCIRCLE_BOUND,
-    ORIENT2D_BOUND,
-    TINY,
-    certified_sign,
-    coplanar_by_zeros,
-    normal_axis,
-    orient3d,
-)
+from geosurf.kernels.exact.constructed_points import plane_is_level
+from geosurf.kernels.exact.exact_signs import N_VERTEX
+from geosurf.kernels.exact.predicates import INCIRCLE_BOUND, ORIENT2D_BOUND, TINY, certified_sign
 
 # ---- symbolic ----------------------------------------
 # What the definitions of a face's points prove without arithmetic on the points themselves.
@@ -44,13 +29,7 @@ from geosurf.kernels.exact.predicates import (
 
 
 POINTS, TRIANGLES, AXIS, SEGMENT, FACE_ID, START, USED, LINES, SIDE = 0, 1, 2, 3, 4, 5, 6, 7, 8
-# state of the known line: its number (-1: none), the plane that cuts its edges, and three vertices
-# that span the plane of these edges
-KNOWN_LINE, _SUPPORT, _ONE, _TWO, _THREE = 9, 10, 11, 12, 13
-N_SEARCH = 14  # lines for which all points of the face were tested
 _FIRST_LINE, _LAST_LINE = 4, 7
-_MANY = 64  # faces with more points test all of them for the first lines found
-_FEW = 4  # number of such lines
 
 
 @scalar
@@ -66,140 +45,6 @@ def is_exact(frame, row, axis):
         or plane_is_level(x, t, e, m, b, axis)
         or plane_is_level(x, t, e, m, c, axis)
     )
-
-
-@scalar
-def collinear_by_planes(x, d, m, w, points, a, b, c):
-    """Whether three points are intersections of edges of one plane with another plane.
-
-    Then they are collinear. A fault that is flat in parts, or extruded, cuts large triangles in
-    such points. Their line becomes the known line.
-    """
-    q, s = points.q, points.s
-    n = m[N_VERTEX]
-    # Vertices are not intersections of edges, whatever plane they lie in.
-    if q[a, 0] < n or q[b, 0] < n or q[c, 0] < n:
-        return False
-
-    # All three have to be edges cut by the same plane.
-    i, j, k = q[a, 0] - n, q[b, 0] - n, q[c, 0] - n
-    if d[i, 0] != 1 or d[j, 0] != 1 or d[k, 0] != 1:
-        return False
-    if d[i, 3] != d[j, 3] or d[j, 3] != d[k, 3]:
-        return False
-
-    # Three vertices of the edges that span a plane.
-    one, two, three = d[i, 1], d[i, 2], d[j, 1]
-    if normal_axis(x, m, w, one, two, three)[0] < 0:  # on the line of the first edge
-        three = d[j, 2]
-        if normal_axis(x, m, w, one, two, three)[0] < 0:
-            return False
-
-    # All other ends of the edges have to lie in that plane.
-    for o in (d[j, 1], d[j, 2], d[k, 1], d[k, 2]):
-        if o not in (one, two, three) and not _of_plane(x, m, w, one, two, three, o):
-            return False
-    s[KNOWN_LINE] = record_line(q, s, a, b, c)
-    s[_SUPPORT], s[_ONE], s[_TWO], s[_THREE] = d[i, 3], one, two, three
-    if s[KNOWN_LINE] != -1 and s[POINTS] > _MANY and s[N_SEARCH] < _FEW:
-        # one after the other, as they lie in memory; one by one costs a miss of the cache for each
-        s[N_SEARCH] += 1
-        for p in range(s[POINTS]):
-            _put_on_known_line(x, d, m, w, points, p)
-    return True
-
-
-@scalar
-def on_known_line(x, d, m, w, points, a, b, c):
-    """Whether one of three points is proven to lie on the known line, as the other two do.
-
-    Points of one line mostly come consecutively, so only the new one is tested.
-    """
-    q, s = points.q, points.s
-    line = s[KNOWN_LINE]
-    if line == -1:
-        return False
-
-    # Exactly two points on the line: test the third.
-    on_a, on_b, on_c = _holds(q, a, line), _holds(q, b, line), _holds(q, c, line)
-    if int(on_a) + int(on_b) + int(on_c) != 2:
-        return False
-    return _put_on_known_line(x, d, m, w, points, c if not on_c else (b if not on_b else a))
-
-
-@scalar
-def _put_on_known_line(x, d, m, w, points, p):
-    """Whether a point is the intersection of an edge of the known plane with the other plane."""
-    q, s = points.q, points.s
-    row = q[p, 0] - m[N_VERTEX]
-    if row < 0 or d[row, 0] != 1 or d[row, 3] != s[_SUPPORT]:
-        return False
-
-    # Both ends of its edge in the known plane.
-    for o in (d[row, 1], d[row, 2]):
-        if o not in (s[_ONE], s[_TWO], s[_THREE]) and not _of_plane(
-            x, m, w, s[_ONE], s[_TWO], s[_THREE], o
-        ):
-            return False
-    add_line(q, p, s[KNOWN_LINE])
-    return True
-
-
-@scalar
-def _of_plane(x, m, w, one, two, three, o):
-    """Whether vertex o lies in the plane of three others; extruded surfaces need no arithmetic."""
-    if coplanar_by_zeros(x, one, two, three, o):
-        return True
-    return orient3d(x, m, w, one, two, three, o, 0.0) == 0
-
-
-@scalar
-def equal_by_construction(frame, points, a, b, second):
-    """Whether two points have the same U (V with `second` = 1) by construction.
-
-    This holds for two lines through planes of one height that coincide in a side view. Model grids
-    and surfaces extruded along an axis have thousands of such points.
-    """
-    x, t, e, d, m = frame.x, frame.t, frame.e, frame.d, frame.m
-    q, s = points.q, points.s
-    n = m[N_VERTEX]
-    if q[a, 0] < n or q[b, 0] < n:
-        return False
-    i, j = q[a, 0] - n, q[b, 0] - n
-    if d[i, 0] != 1 or d[j, 0] != 1:
-        return False
-
-    # Both planes have to be constant on another axis, at the same height.
-    axis = (s[AXIS] + 1 + second) % 3
-    for r in range(1, 3):
-        level = (axis + r) % 3
-        # Each plane has to be flat on this axis, so that its intersections have that height.
-        if not plane_is_level(x, t, e, m, d[i, 3], level):
-            continue
-        if not plane_is_level(x, t, e, m, d[j, 3], level):
-            continue
-        if _corner_of(x, t, e, m, d[i, 3], level) != _corner_of(x, t, e, m, d[j, 3], level):
-            continue
-
-        # The two edges have to agree in the projection along the third axis.
-        one, two = d[i, 1], d[i, 2]
-        # The second edge may run either way.
-        for three, four in ((d[j, 1], d[j, 2]), (d[j, 2], d[j, 1])):
-            if (
-                x[one, level] == x[three, level]
-                and x[two, level] == x[four, level]
-                and x[one, axis] == x[three, axis]
-                and x[two, axis] == x[four, axis]
-            ):
-                return True
-    return False
-
-
-@scalar
-def _corner_of(x, t, e, m, p, axis):
-    """A coordinate of the first vertex of plane p."""
-    o = t[p, 0] if p < m[N_TRIANGLE] else e[p - m[N_TRIANGLE], 0]
-    return x[o, axis]
 
 
 @scalar
@@ -263,10 +108,9 @@ def record_line(q, s, a, b, c):
     return line
 
 
-N_STATE = 15  # with the known line of `symbolic`
+N_STATE = 9
 _HALF_ULP = 1.12e-16
 _LEAST = 5e-324  # absolute rounding error below the least normal number
-TINY_DD = 1e-180  # below it low parts of products may underflow
 
 
 class FacePoints(NamedTuple):
@@ -288,12 +132,11 @@ def add_corner(x, q, f, s, i, bits):
     """Add a local point for id i that is exact: a vertex; returns its local index."""
     p = s[POINTS]
     s[POINTS] = p + 1
-    # No cached integers, no segment, no known line.
+    # No cached integers, no segment, no line.
     q[p, 0], q[p, 1], q[p, 2], q[p, 3] = i, bits, -1, -1
     q[p, 4], q[p, 5], q[p, 6], q[p, 7] = -1, -1, -1, -1
     f[p, 0], f[p, 1] = x[i, (s[AXIS] + 1) % 3], x[i, (s[AXIS] + 2) % 3]
     f[p, 2], f[p, 3], f[p, 4] = 0.0, 0.0, 0.0
-    f[p, 5], f[p, 6], f[p, 7] = 0.0, 0.0, 0.0
     return p
 
 
@@ -312,9 +155,6 @@ def add_local(frame, points, i, bits):
         if not is_exact(frame, row, (s[AXIS] + 2) % 3):
             f[p, 4] = _half_ulp(f[p, 1])
         f[p, 2] = max(f[p, 3], f[p, 4])
-        # Low parts are computed on first use; a point that is exact needs none.
-        if f[p, 2] > 0.0:
-            f[p, 7] = -1.0
     return p
 
 
@@ -352,8 +192,7 @@ def turn(frame, points, a, b, c):
 
 @scalar
 def exact_turn(frame, points, a, b, c):
-    """Sign of a turn where doubles are undecided: definitions, double-doubles, integers."""
-    x, d, m, w = frame.x, frame.d, frame.m, frame.w
+    """Sign of a turn where doubles are undecided: definitions, then integers."""
     q, f, s = points.q, points.f, points.s
 
     # Collinear by definition: equal points, one edge of the face, one recorded line.
@@ -371,80 +210,12 @@ def exact_turn(frame, points, a, b, c):
             and f[b, i] == f[c, i]
         ):
             return 0
-    if on_known_line(x, d, m, w, points, a, b, c) or collinear_by_planes(
-        x, d, m, w, points, a, b, c
-    ):
-        return 0
 
-    # Double-doubles, then integers; a new collinear triple is recorded.
-    sign = _turn_dd(frame, points, a, b, c)
-    if sign == 0:
-        sign = cached_orient2d(frame, points, a, b, c)
+    # Integers; a new collinear triple is recorded.
+    sign = cached_orient2d(frame, points, a, b, c)
     if sign == 0:
         record_line(q, s, a, b, c)
     return sign
-
-
-@scalar
-def _turn_dd(frame, points, a, b, c):
-    """Sign of a turn in double-doubles, 0 if undecided.
-
-    The arithmetic has an error of less than 2**-98 of the terms of the determinant. Errors of the
-    points enter as in `filtered_turn`, each bounded by `refine_point`.
-    """
-    f = points.f
-    refine_point(frame, points, a)
-    refine_point(frame, points, b)
-    refine_point(frame, points, c)
-
-    # The determinant of the two differences, as in `filtered_turn`.
-    bu, bul, bv, bvl = difference(f, b, a)
-    cu, cul, cv, cvl = difference(f, c, a)
-    det, _ = dd_minor(bu, bul, cv, cvl, bv, bvl, cu, cul)
-    size = abs(bu * cv) + abs(bv * cu)
-    slip = f[a, 7] + f[b, 7] + f[c, 7]
-    span = abs(bu) + abs(bv) + abs(cu) + abs(cv)
-    bound = 2.0**-98 * size + slip * (1.01 * span + 2.1 * slip)
-    return certified_sign(det, bound) if size > TINY_DD else 0
-
-
-@scalar
-def difference(f, b, a):
-    """b - a for refined local points: u (high, low), v (high, low)."""
-    u, ul = two_sum(f[b, 0], -f[a, 0])
-    v, vl = two_sum(f[b, 1], -f[a, 1])
-    # low parts may exceed a small difference: normalise, so that u and v are double-doubles
-    u, ul = two_sum(u, ul + (f[b, 5] - f[a, 5]))
-    v, vl = two_sum(v, vl + (f[b, 6] - f[a, 6]))
-    return u, ul, v, vl
-
-
-@scalar
-def refine_point(frame, points, p):
-    """Compute the low parts of the coordinates of a point, once.
-
-    The bound includes 2**-52 of the low part, which is rounded itself, and 2**-103 of the
-    coordinates, for the sums in `difference`.
-    """
-    x, t, e, d, m = frame.x, frame.t, frame.e, frame.d, frame.m
-    q, f, s = points.q, points.f, points.s
-    # Computed before, or exact.
-    if f[p, 7] >= 0.0:
-        return
-
-    # The full value in double-double, minus the stored rounded coordinates.
-    row = q[p, 0] - m[N_VERTEX]
-    known, at, low, slack = point_dd(x, t, e, m, d[row, 0], d[row, 1], d[row, 2], d[row, 3])
-    u, v = (s[AXIS] + 1) % 3, (s[AXIS] + 2) % 3
-    # Double-double may round to a neighbouring double: the step to it goes into the low part.
-    low_u, low_v = (at[u] - f[p, 0]) + low[u], (at[v] - f[p, 1]) + low[v]
-    bound = max(slack[u], slack[v]) + 2.0**-52 * max(abs(low_u), abs(low_v))
-
-    # Without a better bound the rounding error of the coordinate is used.
-    f[p, 5], f[p, 6], f[p, 7] = 0.0, 0.0, f[p, 2]
-    if known and bound < f[p, 2]:
-        f[p, 5], f[p, 6] = low_u, low_v
-        f[p, 7] = bound + 2.0**-103 * max(abs(f[p, 0]), abs(f[p, 1]))
 
 
 @scalar
@@ -455,16 +226,8 @@ def precedes(frame, points, a, b):
         if f[a, i] != f[b, i]:
             return f[a, i] < f[b, i]
 
-        # Equal after rounding: by definition, by low parts, by integers.
+        # Equal after rounding: the integers decide.
         if f[a, 3 + i] > 0.0 or f[b, 3 + i] > 0.0:
-            if equal_by_construction(frame, points, a, b, i):
-                continue
-            refine_point(frame, points, a)
-            refine_point(frame, points, b)
-            gap = f[a, 5 + i] - f[b, 5 + i]
-            # Low parts decide unless their errors could exchange the points.
-            if abs(gap) > 1.01 * (f[a, 7] + f[b, 7]):
-                return gap < 0.0
             order = cached_compare(frame, points, a, b, i)
             if order != 0:
                 return order < 0
@@ -490,8 +253,7 @@ def same_direction(frame, points, a, b, p, o):
 # ---- face circles ----------------------------------------
 # Circles through the local points of a face: is a fourth point inside? Ties are broken uniquely.
 #
-# Letters as in `delaunay`. The stages are those of `face_signs`: doubles, definitions,
-# double-doubles, integers.
+# Letters as in `delaunay`. The stages are those of `face_signs`: doubles, definitions, integers.
 
 
 @scalar
@@ -546,14 +308,11 @@ def filtered_circle(f, a, b, c, o):
 
 @scalar
 def exact_circle(frame, points, a, b, c, o):
-    """Side of the circle where doubles are undecided: definitions, double-doubles, integers."""
+    """Side of the circle where doubles are undecided: definitions, then integers."""
     # Four points of a grid lie on one circle: proven without the determinant.
     if _rectangle(frame, points, a, b, c, o):
         return 0
-    sign = _incircle_dd(frame, points, a, b, c, o)
-    if sign == 0:
-        sign = cached_incircle(frame, points, a, b, c, o)
-    return sign
+    return cached_incircle(frame, points, a, b, c, o)
 
 
 @scalar
@@ -595,47 +354,4 @@ def _equal(frame, points, a, b, second):
     # Neither has an error on this axis: equal doubles are equal numbers.
     if f[a, 3 + second] == 0.0 and f[b, 3 + second] == 0.0:
         return True
-    if equal_by_construction(frame, points, a, b, second):
-        return True
     return cached_compare(frame, points, a, b, second) == 0
-
-
-@scalar
-def _incircle_dd(frame, points, a, b, c, o):
-    """Sign of the determinant in double-doubles, 0 if undecided.
-
-    The arithmetic has an error of less than 2**-95 of the terms: products of four factors, each
-    with an error of at most 2**-100, and their sums. Errors of the points are those of
-    `refine_point`.
-    """
-    f = points.f
-    refine_point(frame, points, a)
-    refine_point(frame, points, b)
-    refine_point(frame, points, c)
-    refine_point(frame, points, o)
-
-    # Differences, minors and squared lengths, then their three products.
-    au, aul, av, avl = difference(f, a, o)
-    bu, bul, bv, bvl = difference(f, b, o)
-    cu, cul, cv, cvl = difference(f, c, o)
-    one, one_low = dd_minor(bu, bul, cv, cvl, cu, cul, bv, bvl)
-    two, two_low = dd_minor(cu, cul, av, avl, au, aul, cv, cvl)
-    three, three_low = dd_minor(au, aul, bv, bvl, bu, bul, av, avl)
-    la, lal = dd_minor(au, aul, au, aul, av, avl, -av, -avl)
-    lb, lbl = dd_minor(bu, bul, bu, bul, bv, bvl, -bv, -bvl)
-    lc, lcl = dd_minor(cu, cul, cu, cul, cv, cvl, -cv, -cvl)
-    det, low = dd_mul(la, lal, one, one_low)
-    more, more_low = dd_mul(lb, lbl, two, two_low)
-    det, low = dd_add(det, low, more, more_low)
-    more, more_low = dd_mul(lc, lcl, three, three_low)
-    det, low = dd_add(det, low, more, more_low)
-
-    # Bound of the determinant from the sizes of all terms.
-    # The terms are larger than their sum; the bound has to follow the terms.
-    size = la * (abs(bu * cv) + abs(cu * bv))
-    size += lb * (abs(cu * av) + abs(au * cv))
-    size += lc * (abs(au * bv) + abs(bu * av))
-    slip = f[a, 7] + f[b, 7] + f[c, 7] + f[o, 7]
-    z = max(max(abs(au), abs(av)), max(max(abs(bu), abs(bv)), max(abs(cu), abs(cv))))
-    bound = 2.0**-95 * size + _incircle_slip(z, slip)
-    return certified_sign(det, bound) if size > TINY_DD else 0

@@ -42,8 +42,7 @@ from geosurf.kernels.exact.predicates import ORIENT3D_BOUND, TINY, plane_terms
 #
 # A point is returned as rounded coordinates, their low parts, and a bound of the error of
 # high + low. `constructed_points` accepts the rounded coordinates where the bound proves the
-# rounding; `face_signs` computes signs from both parts where plain doubles cannot decide. Exact
-# integers follow where double-doubles cannot decide either.
+# rounding. Exact integers follow where they cannot.
 
 
 _SPLIT = 134217729.0  # 2**27 + 1 (Dekker 1971)
