@@ -210,19 +210,30 @@ def real_numbers(values: Any) -> np.ndarray:
 # What programs write for an absent value, whichever sign and unit it has been read with.
 
 
-NO_DATA = (999.0, 999.25, 9999.0, 99999.0, 999999.0, 9999900.0, 1e20, 1e30)
+NO_DATA = (999.0, 999.25, 9999.0, 9999.25, 32767.0, 32768.0, 99999.0, 999999.0, 9999900.0)
+HUGE = 1e19  # no length is larger: 1e20, 1e30, 1.70141e38 and the like
 UNITS_OF_MARKS = (1.0, 0.3048, 1200.0 / 3937.0, 1000.0)
+DEEPEST = 2e4  # m: nothing is measured below
+ALONE = 1000.0  # m, and ten times the range of all others: as far from them a mark is no easting
 
 
-def no_data_in(points: np.ndarray) -> tuple[int, float] | None:
+def are_marks(values: np.ndarray, mark: float) -> np.ndarray:
+    """Whether sizes of numbers are a usual mark, in some unit."""
+    return np.isclose(values[..., None], np.multiply(mark, UNITS_OF_MARKS), 1e-7, 0.0).any(axis=-1)
+
+
+def no_data_in(points: np.ndarray, elevations: bool = True) -> tuple[int, float] | None:
     """Return the first of some places that holds a usual mark of no data, and the mark; or None.
 
-    An elevation counts if it is one of the marks. 999 and 9999 may be measured: they count if
-    easting and northing are the same, and 9999 also if no other point is within 100 m in depth.
+    A huge number counts everywhere, another mark as elevation. 999 and 9999 may be measured: they
+    count if easting and northing are the same, and 9999 also if no other point is within 100 m in
+    depth. As easting or northing a mark counts if it lies far from all others.
 
     Parameters
     ----------
     points : ndarray of float64, shape (n, 3)
+    elevations : bool
+        Whether marks count as elevation that may be measured, such as 999.25.
 
     Examples
     --------
@@ -231,15 +242,37 @@ def no_data_in(points: np.ndarray) -> tuple[int, float] | None:
     >>> no_data_in(np.array([[500.0, 520, -999.0], [-999, -999, -999]]))
     (1, 999.0)
     >>> no_data_in(np.array([[500.0, 520, -3040.1], [500, 560, -3047.6952]]))  # 9999 ft
+    >>> no_data_in(np.array([[460100.0, 520, -2000.0], [-999.25, 560, -2010.0]]))
+    (1, 999.25)
     """
     size = np.abs(points)
+    huge = size >= HUGE
+    if huge.any():
+        row = int(np.flatnonzero(huge.any(axis=1))[0])
+        return row, float(size[row].max())
     alike = (np.ptp(size, axis=1) == 0.0) if len(size) else np.zeros(0, dtype=bool)
     for mark in NO_DATA:
-        held = np.isclose(size[:, 2:], np.multiply(mark, UNITS_OF_MARKS), 1e-7, 0.0).any(axis=1)
+        held = are_marks(size[:, 2], mark)
         if mark == 9999.0:
             others, z = np.sort(points[~held, 2]), points[held, 2]
             alike[held] |= np.searchsorted(others, z - 100.0) == np.searchsorted(others, z + 100.0)
-        rows = np.flatnonzero(held & alike if mark in (999.0, 9999.0) else held)
+        wrong = held & (alike if mark in (999.0, 9999.0) else True)
+        if not (elevations or mark > DEEPEST):
+            wrong[:] = False
+        for axis in (0, 1):
+            wrong |= _are_alone(points[:, axis], are_marks(size[:, axis], mark))
+        rows = np.flatnonzero(wrong)
         if len(rows):
             return int(rows[0]), mark
     return None
+
+
+def _are_alone(values: np.ndarray, held: np.ndarray) -> np.ndarray:
+    """Which of some held values are far from all others, in the range of these."""
+    rest = values[~held]
+    if not held.any() or not len(rest):
+        return np.zeros(len(values), dtype=bool)
+    low, high = float(rest.min()), float(rest.max())
+    far = np.maximum(low - values, values - high)
+    found: np.ndarray = held & (far > max(10.0 * (high - low), ALONE))
+    return found

@@ -16,6 +16,7 @@ from geosurf.conventions import (
     metres_per_unit,
     real_numbers,
 )
+from geosurf.conventions.checks import no_data_in
 from geosurf.conventions.crs import crs_of
 from geosurf.errors import InputError
 from geosurf.model.base import Noun, frozen
@@ -123,6 +124,11 @@ def tops_of(tops: Any) -> Tops:
         raise InputError(
             f"{len(bad)} tops have coordinates that are not finite; the first is "
             f"{horizons[first]!r} in well {wells[first]!r}. Leave these tops out."
+        )
+    if absent := no_data_in(points, elevations=False):
+        raise InputError(
+            f"the place of {horizons[absent[0]]!r} in well {wells[absent[0]]!r} has "
+            f"{absent[1]:g}, a usual mark of no data. Leave this top out, or correct it."
         )
     return Tops(wells, horizons, frozen(points + 0.0, np.float64), crs_of(tops))
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.conventions import counted, did_you_mean, elevation_sign
-from geosurf.conventions.checks import NO_DATA
+from geosurf.conventions.checks import HUGE, NO_DATA, no_data_in
 from geosurf.errors import FormatError, GeosurfWarning, InputError
 from geosurf.model.expected import path_of
 from geosurf.read._common import (
@@ -333,6 +333,13 @@ def _as_dataset(
     if not names:
         first = f": {unused[0]}" if unused else ""
         raise damaged(f"{path}: the file has no well tops{first}")
+    # a depth of 999.25 m may be measured; those that are left out are negative
+    if absent := no_data_in(points, elevations=False):
+        well, horizon = names[absent[0]]
+        raise damaged(
+            f"{path}: the place of {horizon!r} in well {well!r} has {absent[1]:g}, a usual mark of "
+            "no data"
+        )
     _warn_of_unused(path, unused, len(names) + len(unused))
     metre = {"units": "m"}
     return xr.Dataset(
@@ -366,7 +373,7 @@ def _value(path: Path, line: int, word: str, decimal: str) -> float | None:
         return None
     if decimal == "," and COMMA.search(word):
         word = word.replace(",", ".", 1)
-    if is_number(word) and float(word) in UNDEFINED:
+    if is_number(word) and (float(word) in UNDEFINED or abs(float(word)) >= HUGE):
         return None
     return number(word, path, line, "x, y or z")
 

@@ -20,14 +20,14 @@ from typing import NoReturn
 import numpy as np
 
 from geosurf.conventions import counted, place
-from geosurf.conventions.checks import NO_DATA, UNITS_OF_MARKS
+from geosurf.conventions.checks import HUGE, NO_DATA, UNITS_OF_MARKS
 from geosurf.errors import GeosurfWarning, HorizonError
 from geosurf.kernels.lattices.lattice_corners import steepest_step
 from geosurf.model import TriSurface
 from geosurf.warning import warn
 
 # usual marks of absent values, and the units in which they may have been read as lengths
-MARKS = (*NO_DATA, 32767.0, 32768.0, 0.0)
+MARKS = (*NO_DATA, 0.0)
 _FAR = 5.0  # times all other steps, or more
 _CLEAR = 100.0  # [m] from a mark to the next value, at least, where values alone are compared
 _FEW = 0.1  # of all nodes: more outliers than these are data, not spikes
@@ -130,7 +130,11 @@ def mark_of(value: float) -> float | None:
     --------
     >>> mark_of(999.0), mark_of(-999.25 * 0.3048), mark_of(-2000.0)
     (999.0, 999.25, None)
+    >>> mark_of(-1.70141e38)
+    1.70141e+38
     """
+    if HUGE <= abs(value) < np.inf:
+        return abs(value)
     for unit in UNITS_OF_MARKS:
         for mark in MARKS:
             if abs(abs(value) - mark * unit) <= 1e-6 * mark * unit:

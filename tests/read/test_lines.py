@@ -266,11 +266,9 @@ def test_a_stick_column_alone_splits_lines(tmp_path):
         st.text(st.characters(codec="ascii", categories=["L", "N"]), min_size=1, max_size=5),
         st.lists(
             st.lists(
-                st.tuples(*[st.floats(-1e7, 1e7, allow_subnormal=False)] * 3).filter(
-                    lambda one: no_data_in(np.array([one])) is None
-                ),
+                st.tuples(*[st.floats(-1e7, 1e7, allow_subnormal=False)] * 3),
                 min_size=2, max_size=4,
-            ),
+            ).filter(lambda stick: no_data_in(np.array(stick)) is None),
             min_size=1, max_size=3,
         ),
         min_size=1, max_size=3,

@@ -206,7 +206,7 @@ def test_cut_files_are_refused(tmp_path):
 
 
 # ---- Marks of no data in wells, sticks and polygons: refused with their place, in every unit.
-STRONG = [mark for mark in NO_DATA if mark != 999.0]
+STRONG = [*(mark for mark in NO_DATA if mark != 999.0), 1e20, 1e30, 1.70141e38]
 
 
 @pytest.mark.parametrize("unit", ["m", "ft"])
@@ -224,6 +224,26 @@ def test_law_no_mark_becomes_a_place(tmp_path, mark, unit):
     stick = [[0.0, 500, -1000], [0, 520, mark * scale], [0, 560, -1600]]
     with pytest.raises(GeosurfError, match=r"point 2 of stick 1 has .* mark of no data"):
         gs.FaultSticks("F", [np.add(stick[0], [[9, 0, 0], [9, 9, -9]]), np.array(stick)])
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize("mark", [-999.0, -999.25, -9999.0, 99999.0, 1e30])
+def test_law_no_mark_becomes_an_easting_or_a_northing(tmp_path, axis, mark):
+    clean = np.array([460_000.0, 5_930_000, -100]) + [[0, 0, 0], [10, 50, -10], [90, 60, -20]]
+    places = clean.copy()
+    places[1, axis] = mark
+    rows = [" ".join(map(repr, map(float, one))) for one in places]
+    (tmp_path / "a.pol").write_text("\n".join([*rows, "999.0 999.0 999.0", ""]))
+    with pytest.raises(GeosurfError, match=r"point 2 of line 1 has .* mark of no data"):
+        gs.read_polygons(tmp_path / "a.pol", positive="up")
+    with pytest.raises(GeosurfError, match=r"point 2 of stick 1 has .* mark of no data"):
+        gs.FaultSticks("F", [clean + [0, 0, -9], places])
+    columns = dict(zip(("easting", "northing", "elevation"), places.T, strict=True))
+    tops = {"well": ["A", "B", "C"], "horizon": ["Top"] * 3, **columns}
+    box = (460_000, 460_100, 5_930_000, 5_930_100, -200, -50)
+    plane = gs.TriSurface("Top", "horizon", clean, [[0, 1, 2]])
+    with pytest.raises(GeosurfError, match=r"'Top' in well 'B' has .* mark of no data"):
+        gs.Scene({"Top": plane}, {}, box, tops=tops).misfit()
 
 
 def test_law_measured_places_are_no_marks():

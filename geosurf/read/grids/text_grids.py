@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from geosurf.conventions.checks import HUGE, NO_DATA
 from geosurf.errors import FormatError
 from geosurf.read._common import TextBlocks, integer, is_number, noted, number
 from geosurf.read._guard import damaged
@@ -230,7 +231,6 @@ def _geometry(path: Path, keys: Keys) -> GridHeader:
 
 
 CPS3_NULL = 1e30  # where the header states none
-HUGE = 1e20  # null values of a header are larger, other numbers of its line smaller
 
 Lines = dict[str, tuple[int, list[str]]]
 
@@ -265,9 +265,10 @@ def read_cps3(path: Path) -> Decoded:
         steps = [number(word, path, i, "step") for word in words[:2]]
         check_step(path, header, steps[0], steps[1], f"line {i}")
 
-    # the null value is the one huge number of the first line
+    # the null value is the one number of the first line that is a usual mark
     _, words = lines.get("FSASCI", (0, []))
-    nulls = [float(word) for word in words if is_number(word) and abs(float(word)) >= HUGE]
+    sizes = {word: abs(float(word)) for word in words if is_number(word)}
+    nulls = [float(word) for word, size in sizes.items() if size >= HUGE or size in NO_DATA]
     null = nulls[0] if nulls else CPS3_NULL
     noted("null", f"{null:g}")
 
