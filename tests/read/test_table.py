@@ -229,7 +229,8 @@ def test_law_no_mark_becomes_a_place(tmp_path, mark, unit):
 @pytest.mark.parametrize("axis", [0, 1])
 @pytest.mark.parametrize("mark", [-999.0, -999.25, -9999.0, 99999.0, 1e30])
 def test_law_no_mark_becomes_an_easting_or_a_northing(tmp_path, axis, mark):
-    clean = np.array([460_000.0, 5_930_000, -100]) + [[0, 0, 0], [10, 50, -10], [90, 60, -20]]
+    corner = np.array([460_000.0, 5_930_000, -100])
+    clean = corner + np.array([[0, 0, 0], [10, 50, -10], [90, 60, -20]])
     places = clean.copy()
     places[1, axis] = mark
     rows = [" ".join(map(repr, map(float, one))) for one in places]
@@ -237,7 +238,7 @@ def test_law_no_mark_becomes_an_easting_or_a_northing(tmp_path, axis, mark):
     with pytest.raises(GeosurfError, match=r"point 2 of line 1 has .* mark of no data"):
         gs.read_polygons(tmp_path / "a.pol", positive="up")
     with pytest.raises(GeosurfError, match=r"point 2 of stick 1 has .* mark of no data"):
-        gs.FaultSticks("F", [clean + [0, 0, -9], places])
+        gs.FaultSticks("F", [clean - np.array([0, 0, 9]), places])
     columns = dict(zip(("easting", "northing", "elevation"), places.T, strict=True))
     tops = {"well": ["A", "B", "C"], "horizon": ["Top"] * 3, **columns}
     box = (460_000, 460_100, 5_930_000, 5_930_100, -200, -50)
