@@ -43,6 +43,7 @@ GEOGRAPHIC = re.compile(
     re.IGNORECASE,
 )
 DEGREES, DEGREE = {4326, 4258, 4269, 4267, 4979}, 0.0174532925199433  # the codes most in use
+VERTICAL = re.compile(r"VERT(?:_CS|CRS|ICALCRS)\s*\[", re.IGNORECASE)
 PROJECTED = re.compile(r"(?:PROJCS|PROJCRS|PROJECTEDCRS|GEOGCS|GEOGCRS|GEODCRS)\s*\[", re.I)
 
 
@@ -148,6 +149,14 @@ def refuse_other_units(crs: str | None, where: str) -> None:
             f"{where}: coordinates are in {unit} ({label(str(crs))}); geosurf takes metres. "
             "Convert them to a projected system, as in gs.reproject(data, 'EPSG:32614'), or "
             "files by ogr2ogr -t_srs EPSG:32614 or gdalwarp -t_srs EPSG:32614."
+        )
+    vertical = VERTICAL.search(str(crs)) if crs else None
+    factors = LENGTH.findall(_bracketed(str(crs)[vertical.start() :])) if vertical else []
+    if factors and abs(float(factors[-1]) - 1.0) > 1e-9:
+        raise InputError(
+            f"{where}: the vertical part of {label(str(crs))} is in units of "
+            f"{float(factors[-1]):g} m; geosurf takes metres. Convert elevations, and give a "
+            "system without a vertical part."
         )
 
 

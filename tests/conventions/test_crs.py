@@ -38,3 +38,19 @@ def test_codes_that_need_no_pyproj_are_in_metres():
             assert all(axis.unit_conversion_factor == 1.0 for axis in axes), code
             known += 1
     assert known > 500
+
+
+@pytest.mark.parametrize(("unit", "metres"), [("metre", 1.0), ("US survey foot", 0.3048006096)])
+@pytest.mark.parametrize("words", ["VERT_CS", "VERTCRS"])
+def test_the_vertical_part_of_a_system_is_in_metres_or_refused(unit, metres, words):
+    height = f'{words}["NAVD88 height",UNIT["{unit}",{metres}]]'
+    world = gs.synthetic.tilted_planes(n=5)
+    flat = 'PROJCS["A",UNIT["metre",1]]'
+    for one in world.horizons.values():
+        one.attrs["crs"] = f'COMPD_CS["B",{flat},{height}]'
+    scene = gs.Scene(world.horizons, world.faults, world.box)
+    if metres == 1.0:
+        assert len(scene.units)
+        return
+    with pytest.raises(InputError, match="vertical part of .* is in units of 0.304801 m"):
+        scene.units  # noqa: B018
