@@ -7,6 +7,7 @@ import geosurf as gs
 from geosurf.conventions.foreign import crs_of_foreign, lines_of_foreign, points_of_foreign
 from geosurf.errors import FormatError, InputError
 from geosurf.triangulate.outline import check_outline
+from tests.messages import refused
 
 SQUARE = [(0.0, 0.0), (9.0, 0.0), (9.0, 9.0), (0.0, 9.0), (0.0, 0.0)]
 
@@ -57,10 +58,8 @@ def test_points_and_lines_of_geopandas_and_shapely():
     assert [line.tolist() for line in lines_of_foreign(area)] == [[list(p) for p in SQUARE]]
     assert crs_of_foreign(Frame([area], "EPSG:23031")) == "EPSG:23031"
     for wrong in (Frame([area]), Frame([Shape("Point", [(1, 2)])])):
-        with pytest.raises(ValueError, match="points in space"):
-            points_of_foreign(wrong)
-    with pytest.raises(ValueError, match="holes"):
-        lines_of_foreign(Shape("Polygon", SQUARE, holes=[SQUARE]))
+        refused(ValueError, "points in space", points_of_foreign, wrong)
+    refused(ValueError, "holes", lambda: lines_of_foreign(Shape("Polygon", SQUARE, holes=[SQUARE])))
 
 
 @pytest.mark.parametrize("area", [Shape("Polygon", SQUARE), Frame([Shape("Polygon", SQUARE)]),
@@ -70,8 +69,7 @@ def test_areas_of_other_packages_are_outlines(area):
 
 
 def test_depths_of_xtgeo_are_not_taken_for_elevations():
-    with pytest.raises(ValueError, match="elevation or depth"):
-        lines_of_foreign(Polygons(SQUARE, 1700.0))
+    refused(ValueError, "elevation or depth", lambda: lines_of_foreign(Polygons(SQUARE, 1700.0)))
     with pytest.raises(InputError, match="elevation or depth"):
         gs.PictureOverlay(points={"picks": Polygons(SQUARE)})
     assert len(gs.PictureOverlay(polygons={"licence": Polygons(SQUARE)}).polygons["licence"]) == 1
@@ -84,5 +82,4 @@ def test_systems_of_gocad_lines_are_read(tmp_path):
     (tmp_path / "one.pl").write_text(one)
     (tmp_path / "two.pl").write_text(one + two)
     assert gs.read_fault(tmp_path / "one.pl").crs == "EPSG:23031"
-    with pytest.raises(FormatError, match="several coordinate reference systems"):
-        gs.read_fault(tmp_path / "two.pl")
+    refused(FormatError, "several coordinate reference systems", gs.read_fault, tmp_path / "two.pl")

@@ -20,6 +20,7 @@ from geosurf.errors import OutputError
 from geosurf.files import Lock, Names, finish, replace_files, write_whole
 from geosurf.scenario import output
 from geosurf.scenario.output import new_results
+from tests.messages import refused
 
 OURS = Names((re.compile(r"index"), re.compile(r"parts/\d\.txt")), ("parts",))
 OLD = {"index": "1 2 3", "parts/1.txt": "old", "parts/2.txt": "old", "parts/3.txt": "old"}
@@ -128,8 +129,7 @@ def test_a_journal_names_nothing_but_ours(tmp_path, name):
     journal = tmp_path / "out" / ".geosurf-commit"
     journal.mkdir()
     (journal / ".geosurf-files").write_text(f'{{"old": ["{name}"], "new": []}}')
-    with pytest.raises(OSError, match="which geosurf does not write"):
-        finish(tmp_path / "out", OURS, journal.name)
+    refused(OSError, "which geosurf does not write", finish, tmp_path / "out", OURS, journal.name)
     assert (tmp_path / "precious").exists()
     assert (tmp_path / "out" / "precious").exists()
 
@@ -183,8 +183,7 @@ def test_one_run_at_a_time_writes_into_a_folder(tmp_path):
     out = tmp_path / "out"
     with new_results(out) as stage:
         put(stage, results("first"))
-        with pytest.raises(OutputError, match="another run is writing there"):
-            run(out, "second")
+        refused(OutputError, "another run is writing there", run, out, "second")
     assert seen(out) == results("first")
     run(out, "second")
     assert seen(out) == results("second")
@@ -221,13 +220,11 @@ def test_nothing_is_removed_behind_a_linked_folder(tmp_path):
     put(tmp_path, {"mine/000_mine.vtp": "mine"})
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "units").symlink_to(tmp_path / "mine")
-    with pytest.raises(OutputError, match="units is a link; remove it"):
-        run(tmp_path / "out", "new")
+    refused(OutputError, "units is a link; remove it", run, tmp_path / "out", "new")
     (tmp_path / "u").symlink_to(tmp_path / "mine")
     world = gs.synthetic.tilted_planes(n=5)
     units = gs.Scene(world.horizons, world.faults, world.box).units
-    with pytest.raises(OutputError, match="u next to it is a link"):
-        gs.write(units, tmp_path / "u.vtm")
+    refused(OutputError, "u next to it is a link", gs.write, units, tmp_path / "u.vtm")
     assert seen(tmp_path / "mine") == {"000_mine.vtp": "mine"}
 
 

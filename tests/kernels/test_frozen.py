@@ -27,6 +27,7 @@ from geosurf.kernels.compile.numba_runner import JitRunner
 from geosurf.kernels.compile.platforms import PLATFORMS, platform_name
 from tests.kernels import frozen
 from tests.kernels.tiny import basic
+from tests.messages import refused
 
 pytestmark = pytest.mark.long  # of the compile machinery: an edit of kernels, not of the model
 
@@ -144,8 +145,7 @@ def test_an_argument_that_comes_back_is_itself(kernel):
 )
 def test_exceptions_come_out_as_they_are(name, argument, error, text, kernel):
     for _ in range(3):
-        with pytest.raises(error, match=text):
-            kernel(name)(argument)
+        refused(error, text, lambda: kernel(name)(argument))
     assert kernel("refuse")(3) == 3
 
 
@@ -203,8 +203,7 @@ REFUSED = {
 @pytest.mark.parametrize("case", REFUSED)
 def test_what_cannot_be_cast_is_refused(case, kernel):
     arguments, text = REFUSED[case]
-    with pytest.raises(TypeError, match=text):
-        kernel("kinds")(*arguments)
+    refused(TypeError, text, lambda: kernel("kinds")(*arguments))
 
 
 WRITTEN = {
@@ -221,14 +220,12 @@ def test_what_is_written_has_to_be_fit_as_it_is(case, kernel):
     """A cast would write into a copy, and nobody would see the result."""
     with pytest.raises(TypeError, match="fill: argument 0 is written; expected an aligned C array"):
         kernel("fill")(WRITTEN[case], 1)
-    with pytest.raises(TypeError, match="2 dimensions, expected 1"):
-        kernel("fill")(np.zeros((2, 2)), 1)
+    refused(TypeError, "2 dimensions, expected 1", lambda: kernel("fill")(np.zeros((2, 2)), 1))
 
 
 @pytest.mark.parametrize("number", [2**63, -(2**63) - 1])
 def test_numbers_that_do_not_fit_are_refused(number, kernel):
-    with pytest.raises(OverflowError, match="64 bits"):
-        kernel("refuse")(number)
+    refused(OverflowError, "64 bits", lambda: kernel("refuse")(number))
 
 
 def test_whole_numbers_are_not_cut(kernel):
@@ -295,8 +292,7 @@ def test_a_library_that_does_not_fit_says_why(library, tmp_path):
         (gone, STAMP, "frozen library cannot be loaded"),
     ]
     for folder, stamp, text in cases:
-        with pytest.raises(Unfit, match=text):
-            Library(folder, stamp)
+        refused(Unfit, text, Library, folder, stamp)
 
 
 def test_a_chosen_library_that_does_not_fit_is_an_error(library, monkeypatch):
@@ -304,8 +300,7 @@ def test_a_chosen_library_that_does_not_fit_is_an_error(library, monkeypatch):
     for variable in ("NUMBA_DISABLE_JIT", "GEOSURF_JIT"):
         monkeypatch.delenv(variable, raising=False)
     monkeypatch.setenv("GEOSURF_FROZEN", str(library))
-    with pytest.raises(DependencyError, match=r"GEOSURF_FROZEN=.*made from other sources\. Unset"):
-        jit.choose()
+    refused(DependencyError, r"GEOSURF_FROZEN=.*made from other sources\. Unset", jit.choose)
     monkeypatch.setenv("GEOSURF_JIT", "1")
     assert "since GEOSURF_JIT is set" in jit.choose().describe()
     monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
@@ -348,12 +343,10 @@ def test_the_library_names_no_folder_and_needs_no_python(library):
 def test_no_compiler_is_said(monkeypatch, tmp_path):
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(DependencyError, match="no C compiler here"):
-        freeze.find_compiler()
+    refused(DependencyError, "no C compiler here", freeze.find_compiler)
     assert freeze.main(["--out", str(tmp_path / "out")]) == freeze.NOT_HERE
     monkeypatch.setattr(freeze, "platform_name", lambda: "beos-ppc")
-    with pytest.raises(DependencyError, match=r"frozen for linux-x86_64, .* not for beos-ppc"):
-        freeze.find_compiler()
+    refused(DependencyError, r"frozen for linux-x86_64, .* not for beos-ppc", freeze.find_compiler)
 
 
 def test_a_kernel_that_needs_more_than_we_bring_is_refused():

@@ -12,6 +12,7 @@ import geosurf as gs
 from geosurf.errors import FormatError, InputError, ScenarioError
 from geosurf.read import FAULT_FORMATS, HORIZON_FORMATS, POINT_FORMATS, POLYGON_FORMATS, _guard
 from geosurf.scenario import read_scenario
+from tests.messages import refused
 
 READERS = [
     (read, formats[kind][2][0])
@@ -46,8 +47,7 @@ def test_only_regular_files_are_read(tmp_path, read, suffix):
             (server, "cannot be"),
         )
         for path, kind in (*kinds, (gone, "cannot be"), (loop, "cannot be")):
-            with pytest.raises(InputError, match=rf"{path.name}: .*{kind}"):
-                read(path, positive="up")
+            refused(InputError, rf"{path.name}: .*{kind}", read, path, positive="up")
 
 
 def test_a_file_that_grows_is_not_read(tmp_path, monkeypatch):
@@ -75,8 +75,7 @@ def test_the_limit_grows_with_the_file_and_is_set_by_a_word(monkeypatch, tmp_pat
         assert _guard.limit_of(10**9) == bytes_
     for text in ("much", "-1GB", "1.5GB", "\u0661"):
         monkeypatch.setenv(_guard.BUDGET, text)
-        with pytest.raises(InputError, match=r"GEOSURF_READ_MEMORY is .*=4GB"):
-            _guard.limit_of(1)
+        refused(InputError, r"GEOSURF_READ_MEMORY is .*=4GB", _guard.limit_of, 1)
     monkeypatch.setenv(_guard.BUDGET, "1MB")
     _guard.refuse_large(tmp_path, 1 << 20, 1, "array 'z'")
     with pytest.raises(FormatError, match=r"array 'z' needs 2 MB.*GEOSURF_READ_MEMORY=1GB"):
@@ -90,5 +89,4 @@ def test_the_limit_grows_with_the_file_and_is_set_by_a_word(monkeypatch, tmp_pat
 @pytest.mark.skipif(sys.platform == "win32", reason="there are no named pipes among files")
 def test_a_scenario_is_a_regular_file(tmp_path):
     os.mkfifo(tmp_path / "a.toml")
-    with pytest.raises(ScenarioError, match=r"a\.toml: this is a named pipe"):
-        read_scenario(tmp_path / "a.toml")
+    refused(ScenarioError, r"a\.toml: this is a named pipe", read_scenario, tmp_path / "a.toml")

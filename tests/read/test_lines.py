@@ -14,6 +14,7 @@ import geosurf as gs
 from geosurf.conventions.checks import no_data_in
 from geosurf.errors import FormatError, GeosurfWarning, InputError
 from geosurf.read.registry import SIGNATURES
+from tests.messages import refused
 
 HEAD = "FFASCI 0 0 COMPUTED 0 1.0E+30\nFFATTR 0 0\n"
 LINES = f"{HEAD}-> 1\n0 0 1500\n0 50 1600\n-> 2\n90 0 1500\n95 50 1600\n->\n"
@@ -53,8 +54,7 @@ def test_lines_are_polygons_or_sticks(file):
     ],
 )
 def test_damaged_lines_are_refused(file, text, words):
-    with pytest.raises(FormatError, match=words):
-        gs.read_polygons(file(text), positive="up")
+    refused(FormatError, words, lambda: gs.read_polygons(file(text), positive="up"))
 
 
 # ---- GOCAD VSet and PLine: points and lines, also those that geosurf wrote.
@@ -74,8 +74,7 @@ def test_points_of_several_vsets_are_elevations(tmp_path):
     points = gs.read_points(written(tmp_path, one + "GOCAD PLine 1\nEND\n" + one))
     assert points.elevation.values.tolist() == [-10, -20, -30] * 2
     assert points.easting.values.tolist() == [0, 5, 5] * 2
-    with pytest.raises(InputError, match="positive='up'"):
-        gs.read_points(tmp_path / "a.txt", positive="up")
+    refused(InputError, "positive='up'", gs.read_points, tmp_path / "a.txt", positive="up")
 
 
 def test_lines_are_parts_and_chains_of_segments(tmp_path):
@@ -117,8 +116,7 @@ def test_law_curves_come_back_from_a_pline(tmp_path):
     ],
 )
 def test_damaged_lines_get_one_sentence_each(tmp_path, text, message):
-    with pytest.raises(FormatError, match=message):
-        gs.read_polygons(written(tmp_path, text))
+    refused(FormatError, message, lambda: gs.read_polygons(written(tmp_path, text)))
 
 
 # ---- Points, polygons and sticks with attributes, as RMS and Petrel write them.
@@ -147,8 +145,7 @@ def test_points_keep_their_attributes(tmp_path, text, scale):
     assert (found.format, found.read_with, found.count) == ("attributes", "read_points", 2)
     assert found.notes["attributes"] == "dip, fault, n"
     assert sum(fits(text.encode()) for fits in SIGNATURES.values()) == 1
-    with pytest.raises(InputError, match="positive='down'"):
-        gs.read_points(path)
+    refused(InputError, "positive='down'", gs.read_points, path)
 
 
 def test_lines_between_end_marks_and_by_number_are_sticks_of_faults(tmp_path):
@@ -158,8 +155,7 @@ def test_lines_between_end_marks_and_by_number_are_sticks_of_faults(tmp_path):
     assert len(gs.read_polygons(path, positive="down")) == 3
     (line,) = gs.read_polygons(path, positive="up", name="F2")
     assert line.tolist() == [[5, 6, 30], [5, 6, 70]]
-    with pytest.raises(InputError, match=r"has 2 faults: F1, F2\."):
-        gs.read_fault(path, positive="down")
+    refused(InputError, r"has 2 faults: F1, F2\.", gs.read_fault, path, positive="down")
     found = gs.info(path)
     assert (found.read_with, found.count) == ("read_polygons or read_fault", 6)
     assert gs.read_fault(written(tmp_path, NUMBERED), name="F2", positive="up").name == "F2"
@@ -305,8 +301,7 @@ DAMAGES_STICKS = {
 def test_damaged_sticks_get_one_sentence(tmp_path, case):
     text, words, message = DAMAGES_STICKS[case]
     path = written_sticks(tmp_path, text, "a.csv" if text.startswith("X_") else "a.dat")
-    with pytest.raises(FormatError, match=message):
-        gs.read_fault(path, positive="up", **{"name": "F1"} | words)
+    refused(FormatError, message, gs.read_fault, path, positive="up", **{"name": "F1"} | words)
 
 
 # ---- GeoJSON and shapefiles: places, attributes, systems, and damaged files.
@@ -411,8 +406,7 @@ def test_lines_are_sticks_of_named_faults(tmp_path, form):
     assert line.tolist() == LINE
     with pytest.raises(InputError, match=r"no line is called 'F3'\. Names are F1, F2"):
         gs.read_polygons(path, positive="up", name="F3")
-    with pytest.raises(InputError, match="positive='down'"):
-        gs.read_polygons(path)
+    refused(InputError, "positive='down'", gs.read_polygons, path)
     found = gs.info(path)
     assert (found.format, found.count) == (form, 7)
     assert found.notes["names"] == "2 faults: F1, F2" or found.notes["names"] == "F1, F2"
@@ -451,8 +445,7 @@ def test_degrees_are_refused_or_named(tmp_path):
     line = [[2.5, 56.1, 0], [2.6, 56.2, 9]]
     for crs in ("urn:ogc:def:crs:OGC:1.3:CRS84", "EPSG:4326"):
         path = written_features(tmp_path, collection(("LineString", line, {}), crs=crs))
-        with pytest.raises(InputError, match="coordinates are in degrees"):
-            gs.read_fault(path, positive="up")
+        refused(InputError, "coordinates are in degrees", gs.read_fault, path, positive="up")
     path = written_features(tmp_path, collection(("LineString", line, {}), crs=None))
     with pytest.warns(GeosurfWarning, match=r"2.5 to 2.6 by 56.1 to 56.2, which could be degrees"):
         gs.read_fault(path, positive="up")
@@ -504,17 +497,14 @@ DAMAGES_FEATURES = {
 def test_damaged_features_get_one_sentence(tmp_path, case):
     content, message = DAMAGES_FEATURES[case]
     path = written_features(tmp_path, content, "a.shp" if case.startswith("shp") else "a.geojson")
-    with pytest.raises(FormatError, match=message):
-        gs.read_fault(path, positive="up")
+    refused(FormatError, message, gs.read_fault, path, positive="up")
 
 
 def test_attributes_of_another_export_are_refused(tmp_path):
     path = shapefile(tmp_path, [shape(13, [LINE])], [("F1", 1), ("F2", 2)])
-    with pytest.raises(FormatError, match=r"1 shapes, but 2 rows in the \.dbf"):
-        gs.read_fault(path, positive="up")
+    refused(FormatError, r"1 shapes, but 2 rows in the \.dbf", gs.read_fault, path, positive="up")
     (tmp_path / "a.dbf").write_bytes(dbf([("F1", 1)])[:-3])
-    with pytest.raises(FormatError, match=r"pyshp cannot read it"):
-        gs.read_fault(path, positive="up")
+    refused(FormatError, r"pyshp cannot read it", gs.read_fault, path, positive="up")
 
 
 def test_the_index_of_a_shapefile_is_not_a_shapefile(tmp_path):

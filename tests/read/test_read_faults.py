@@ -11,6 +11,7 @@ import geosurf as gs
 from geosurf.errors import FormatError, InputError
 from geosurf.model import FaultSticks
 from geosurf.read import read_tsurf
+from tests.messages import refused
 
 FRAME = """GOCAD_ORIGINAL_COORDINATE_SYSTEM
 NAME " some name "
@@ -80,8 +81,7 @@ def test_tsurf_properties(tmp_path):
     ],
 )
 def test_a_wrong_tsurf_is_named_by_line(tmp_path, change, message):
-    with pytest.raises(FormatError, match=message):
-        gs.read_fault(tsurf(tmp_path, BODY.replace(*change)))
+    refused(FormatError, message, lambda: gs.read_fault(tsurf(tmp_path, BODY.replace(*change))))
 
 
 def test_tsurf_headers_that_cannot_be_used(tmp_path):
@@ -98,8 +98,7 @@ def test_tsurf_headers_that_cannot_be_used(tmp_path):
     (tmp_path / "p.ts").write_text("GOCAD VSet 1\nVRTX 1 0 0 0\nEND\n")
     with pytest.raises(FormatError, match=r"format 'vset'.* Read it with read_points"):
         gs.read_fault(tmp_path / "p.ts")
-    with pytest.raises(FormatError, match=r"has no GOCAD TSurf"):
-        read_tsurf(tmp_path / "p.ts")
+    refused(FormatError, r"has no GOCAD TSurf", read_tsurf, tmp_path / "p.ts")
 
 
 def test_several_surfaces_in_one_file(tmp_path):
@@ -108,8 +107,7 @@ def test_several_surfaces_in_one_file(tmp_path):
     path.write_text(one + two)
     assert [s.name for s in read_tsurf(path)] == ["North", "South"]
     assert gs.read_fault(path, name="South").name == "South"
-    with pytest.raises(InputError, match=r"2 surfaces, \['North', 'South'\], but name= is not"):
-        gs.read_fault(path)
+    refused(InputError, r"2 surfaces, \['North', 'South'\], but name= is not", gs.read_fault, path)
     with pytest.raises(InputError, match=r"0 are called 'Nort'. Did you mean 'North'.*name="):
         gs.read_fault(path, name="Nort")
 
@@ -167,8 +165,7 @@ def test_sticks_in_csv_are_those_of_the_text(tmp_path):
 def test_polygons(tmp_path):
     flat = write(tmp_path, "0 0 0\n9 0 0\n999 999 999\n", "a.pol")
     assert gs.read_polygons(flat)[0].tolist() == [[0, 0, 0], [9, 0, 0]]
-    with pytest.raises(InputError, match=r"F1.pol: polygons: .*positive="):
-        gs.read_polygons(write(tmp_path, STICKS))
+    refused(InputError, r"F1.pol: polygons: .*positive=", gs.read_polygons, write(tmp_path, STICKS))
     table = write(tmp_path, "X_UTME,Y_UTMN,Z_TVDSS,POLY_ID\n1,2,3,0\n4,5,6,0\n7,8,9,1\n", "a.csv")
     lines = gs.read_polygons(table, positive="down")
     assert [line.tolist() for line in lines] == [[[1, 2, -3], [4, 5, -6]], [[7, 8, -9]]]
@@ -213,8 +210,7 @@ def test_wrong_points_are_named_by_line(tmp_path, name, text, message):
     if message is None:
         assert gs.read_points(path, positive="up").elevation.values.tolist() == [3, 3]
         return
-    with pytest.raises(FormatError, match=message):
-        gs.read_points(path, positive="up")
+    refused(FormatError, message, gs.read_points, path, positive="up")
 
 
 @pytest.mark.parametrize("order", list(itertools.permutations(range(3))))
@@ -266,11 +262,9 @@ def test_axes_that_contradict_are_refused(tmp_path):
     path = tmp_path / "F.ts"
     for names in ("Y U Z", "X X Z", "Z Z Z"):
         path.write_text(text.format(names))
-        with pytest.raises(FormatError, match=r"F\.ts.*AXIS_NAME is .*Write AXIS_NAME"):
-            gs.read_fault(path)
+        refused(FormatError, r"F\.ts.*AXIS_NAME is .*Write AXIS_NAME", gs.read_fault, path)
     path.write_text(text.format("X Y Depth"))
-    with pytest.raises(InputError, match=r"third axis is called 'Depth'.*positive='down'"):
-        gs.read_fault(path)
+    refused(InputError, r"third axis is called 'Depth'.*positive='down'", gs.read_fault, path)
     assert gs.read_fault(path, positive="down").vertices[2].tolist() == [0, 9, -9]
     path.write_text(text.format("U V W"))  # labels that contradict nothing
     assert gs.read_fault(path).vertices[2].tolist() == [0, 9, 9]

@@ -12,6 +12,7 @@ import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import DependencyError, FormatError, GeosurfWarning, InputError
+from tests.messages import refused
 
 CLASSIC = "-996 2 10 20\n500 520 1000 1020\n3 {rotation} 500 1000\n0 0 0 0 0 0 0\n1 2 3\n4 5 6\n"
 
@@ -90,8 +91,7 @@ def test_a_wrong_classic_file_is_named_by_line(tmp_path, change, message):
 )
 def test_a_wrong_binary_file_is_named_by_byte(tmp_path, data, message):
     (tmp_path / "b.gri").write_bytes(data)
-    with pytest.raises(FormatError, match=message):
-        gs.read_horizon(tmp_path / "b.gri", positive="up")
+    refused(FormatError, message, gs.read_horizon, tmp_path / "b.gri", positive="up")
 
 
 def test_unknown_suffix_lists_known_ones_and_format(tmp_path):
@@ -117,8 +117,7 @@ ZMAP = "! made by hand\n@top, GRID, 3\n 8, -99, , 1, 1,\n 3, 2, 0, 10, 0, 20\n 0
 def test_a_wrong_zmap_file_is_named_by_line(tmp_path, text, message):
     path = tmp_path / "top.zmap"
     path.write_text(text)
-    with pytest.raises(FormatError, match=message):
-        gs.read_horizon(path, positive="up")
+    refused(FormatError, message, gs.read_horizon, path, positive="up")
 
 
 def depth_grid(**attrs):
@@ -139,8 +138,7 @@ def stored(tmp_path, data, **kwargs):
 
 def test_netcdf_that_says_nothing_needs_arguments(tmp_path):
     path = stored(tmp_path, depth_grid())
-    with pytest.raises(InputError, match=r"variable 'depth'.*positive='up'"):
-        gs.read_horizon(path)
+    refused(InputError, r"variable 'depth'.*positive='up'", gs.read_horizon, path)
     with pytest.raises(
         InputError, match=r"variable 'depth': the length unit is missing.*length_unit='m'"
     ):
@@ -162,8 +160,7 @@ def test_netcdf_with_several_grids_asks_for_variable(tmp_path):
     data = xr.Dataset({"depth": depth_grid(positive="down", units="m")})
     data["time"] = data["depth"] * 2
     path = stored(tmp_path, data)
-    with pytest.raises(FormatError, match=r"2 variables.*\['depth', 'time'\].*variable="):
-        gs.read_horizon(path)
+    refused(FormatError, r"2 variables.*\['depth', 'time'\].*variable=", gs.read_horizon, path)
     with pytest.raises(FormatError, match=r"'dept' is not one of them. Did you mean 'depth'"):
         gs.read_horizon(path, variable="dept")
     assert gs.read_horizon(path, variable="depth").shape == (2, 2)
@@ -213,8 +210,7 @@ def test_missing_engine_gives_the_install_line(tmp_path, monkeypatch, there):
     path = stored(tmp_path, depth_grid(positive="down", units="m"))
     missing = "geosurf.conventions.machine.find_spec"
     monkeypatch.setattr(missing, lambda name: name in there or None)
-    with pytest.raises(DependencyError, match=r'needs h5.*pip install "geosurf\[io\]"'):
-        gs.read_horizon(path)
+    refused(DependencyError, r'needs h5.*pip install "geosurf\[io\]"', gs.read_horizon, path)
 
 
 def test_parametric_fault(tmp_path):
@@ -296,8 +292,7 @@ def test_a_layer_is_a_horizon_and_a_fault(tmp_path, wide, n):
     assert (fault.name, fault.n_triangle, fault.crs) == ("Top", 4, "ED50 / UTM 31N")
     found = gs.info(path)
     assert (found.format, found.count) == ("sgrid", 6)
-    with pytest.raises(InputError, match="positive='up'"):
-        gs.read_horizon(path, positive="up")
+    refused(InputError, "positive='up'", gs.read_horizon, path, positive="up")
 
 
 def test_rows_are_turned_so_that_up_is_up_and_undefined_nodes_are_nan(tmp_path):
@@ -316,8 +311,7 @@ def test_points_in_text(tmp_path):
     (tmp_path / "top.dat").write_text("*\n* X Y Z\n" + "".join(lines))
     np.testing.assert_array_equal(gs.read_horizon(path).values, -Z)
     (tmp_path / "top.dat").write_text("".join(lines[1:]))
-    with pytest.raises(FormatError, match=r"top\.dat: found 5 points, expected 6"):
-        gs.read_horizon(path)
+    refused(FormatError, r"top\.dat: found 5 points, expected 6", gs.read_horizon, path)
 
 
 def test_flags_that_differ_are_named(tmp_path):
@@ -345,12 +339,10 @@ DAMAGES = {
 @pytest.mark.parametrize("case", DAMAGES)
 def test_damaged_grids_get_one_sentence(tmp_path, case):
     words, message = DAMAGES[case]
-    with pytest.raises(FormatError, match=message):
-        gs.read_horizon(written(tmp_path, **words))
+    refused(FormatError, message, lambda: gs.read_horizon(written(tmp_path, **words)))
 
 
 def test_missing_points_are_named(tmp_path):
     path = written(tmp_path)
     (tmp_path / "top__points@@").unlink()
-    with pytest.raises(InputError, match=r"top__points@@: cannot be read"):
-        gs.read_horizon(path)
+    refused(InputError, r"top__points@@: cannot be read", gs.read_horizon, path)

@@ -13,6 +13,7 @@ import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import FormatError, InputError
+from tests.messages import refused
 
 h5py = pytest.importorskip("h5py")
 CRS = "EPSG:32631"
@@ -196,12 +197,10 @@ def test_points_and_lines(package):
 
 
 def test_the_object_is_chosen_by_name_and_role(package):
-    with pytest.raises(InputError, match="has 3 horizons: Top, Middle, Base"):
-        gs.read_horizon(package)
+    refused(InputError, "has 3 horizons: Top, Middle, Base", gs.read_horizon, package)
     with pytest.raises(InputError, match="has 2 faults: F1, F2, but none is called 'F3'"):
         gs.read_fault(package, name="F3")
-    with pytest.raises(FormatError, match="has no sets of points"):
-        gs.read_points(package)
+    refused(FormatError, "has no sets of points", gs.read_points, package)
     edited(package, ("<eml:Title>Middle<", "<eml:Title>Top<"))
     with pytest.raises(InputError, match=r"has 3 horizons: Top [0-9a-f-]{36}, Top"):
         gs.read_horizon(package, name="Top")
@@ -237,8 +236,7 @@ DAMAGES = {
 def test_damaged_packages_get_one_sentence(package, case):
     old, new, message = DAMAGES[case]
     edited(package, (old, new))
-    with pytest.raises(FormatError, match=message):
-        gs.read_horizon(package, name="Top")
+    refused(FormatError, message, gs.read_horizon, package, name="Top")
 
 
 def test_other_archives_and_bombs(package, tmp_path):
@@ -246,17 +244,13 @@ def test_other_archives_and_bombs(package, tmp_path):
     with zipfile.ZipFile(other, "w") as held:
         held.writestr("[Content_Types].xml", "<a/>")
     (tmp_path / "other.epc").write_bytes(other.getvalue())
-    with pytest.raises(FormatError, match="not a package of RESQML"):
-        gs.read_horizon(tmp_path / "other.epc")
+    refused(FormatError, "not a package of RESQML", gs.read_horizon, tmp_path / "other.epc")
     bytes_ = package.read_bytes()
     package.write_bytes(bytes_[: len(bytes_) // 2])
-    with pytest.raises(FormatError, match="zipfile cannot read it"):
-        gs.read_horizon(package)
+    refused(FormatError, "zipfile cannot read it", gs.read_horizon, package)
     package.write_bytes(bytes_)
     edited(package, more={"obj_big.xml": b" " * (40 << 20)})
-    with pytest.raises(FormatError, match=r"'obj_big\.xml' needs 400 MB of memory"):
-        gs.read_horizon(package)
+    refused(FormatError, r"'obj_big\.xml' needs 400 MB of memory", gs.read_horizon, package)
     package.with_suffix(".h5").write_bytes(b"\x89HDF\r\n\x1a\n" + b"\0" * 200)
     package.write_bytes(bytes_)
-    with pytest.raises(FormatError, match=r"m\.h5: h5py cannot read it"):
-        gs.read_horizon(package, name="Top")
+    refused(FormatError, r"m\.h5: h5py cannot read it", gs.read_horizon, package, name="Top")

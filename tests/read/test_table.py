@@ -16,6 +16,7 @@ from geosurf.conventions.checks import NO_DATA
 from geosurf.errors import FormatError, GeosurfError, InputError
 from geosurf.read import _common
 from geosurf.read._common import TextBlocks, is_number, numbers
+from tests.messages import refused
 
 PLAIN = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 AXES = ("easting", "northing", "elevation")
@@ -82,8 +83,7 @@ def test_law_decimal_commas_are_refused_or_read(tmp_path_factory, rows, sign):
     plain = write(folder, text.replace(";", " "))
     comma = write(folder, text.replace(".", ","), "b.txt")
     assert points(comma, decimal=",") == points(plain)
-    with pytest.raises(FormatError, match=r"b\.txt, line 1: .*decimal=','"):
-        points(comma)
+    refused(FormatError, r"b\.txt, line 1: .*decimal=','", points, comma)
     header = write(folder, "X;Y;Z\n" + comma.read_text().replace(sign, ";"), "c.csv")
     assert points(header, decimal=",") == points(plain)
 
@@ -106,8 +106,7 @@ def test_law_decimal_commas_are_refused_or_read(tmp_path_factory, rows, sign):
     ],
 )
 def test_what_may_be_no_coordinate_is_refused(tmp_path, name, text, message):
-    with pytest.raises(FormatError, match=message):
-        points(write(tmp_path, text, name))
+    refused(FormatError, message, points, write(tmp_path, text, name))
 
 
 def test_columns_by_number_and_their_errors(tmp_path):
@@ -118,16 +117,13 @@ def test_columns_by_number_and_their_errors(tmp_path):
     headed = write(tmp_path, "id,a,b,c\n5,6,7,8\n", "b.csv")
     assert points(headed, columns=(2, 3, 4)) == [[6, 7, 8]]
     for wrong in ((1, 2), (0, 1, 2), (1, "Y", 3), (True, 2, 3), 3):
-        with pytest.raises(InputError, match=r"columns is .*columns=\(3, 4, 5\)"):
-            points(path, columns=wrong)
+        refused(InputError, r"columns is .*columns=\(3, 4, 5\)", points, path, columns=wrong)
     with pytest.raises(FormatError, match=r"line 1: found 5 values, expected at least 6"):
         points(path, columns=(4, 5, 6))
-    with pytest.raises(FormatError, match=r"line 1: the header has 4 columns"):
-        points(headed, columns=(3, 4, 5))
+    refused(FormatError, r"line 1: the header has 4 columns", points, headed, columns=(3, 4, 5))
     with pytest.raises(FormatError, match=r"line 1: the file has no header.*columns=\(1"):
         points(path, columns=("x", "y", "z"))
-    with pytest.raises(InputError, match=r"decimal is ';', expected"):
-        points(path, decimal=";")
+    refused(InputError, r"decimal is ';', expected", points, path, decimal=";")
 
 
 def test_sticks_and_outlines_have_columns_too(tmp_path):
@@ -151,8 +147,7 @@ def test_999_ends_points_on_the_last_lines_only(tmp_path):
     assert len(points(write(tmp_path, body + end + "\n" + end, "b.poi"))) == 2
     with pytest.raises(FormatError, match=r"line 3: '999 999 999' ends a polyline"):
         points(write(tmp_path, body + end + body, "c.poi"))
-    with pytest.raises(FormatError, match=r"the file has end marks only"):
-        points(write(tmp_path, end, "d.poi"))
+    refused(FormatError, r"the file has end marks only", points, write(tmp_path, end, "d.poi"))
 
 
 # ---- A text in blocks is the whole text, whatever its line ends and the size of blocks.
@@ -195,14 +190,12 @@ def test_cut_files_are_refused(tmp_path):
     path = tmp_path / "top.zmap"
     text = map_of_numbers(300)
     path.write_text(text[: text.rindex("\n", 0, -1) + 1])
-    with pytest.raises(FormatError, match="incomplete"):
-        gs.read_horizon(path, positive="up")
+    refused(FormatError, "incomplete", gs.read_horizon, path, positive="up")
     path.write_text(text[:-1])
     with pytest.warns(gs.errors.GeosurfWarning, match="no line end follows .* may be cut off"):
         gs.read_horizon(path, positive="up")
     path.write_text(text + "1\n")
-    with pytest.raises(FormatError, match="found 90001 values, expected 90000"):
-        gs.read_horizon(path, positive="up")
+    refused(FormatError, "found 90001 values, expected 90000", gs.read_horizon, path, positive="up")
 
 
 # ---- Marks of no data in wells, sticks and polygons: refused with their place, in every unit.
@@ -254,8 +247,7 @@ def test_law_measured_places_are_no_marks():
     gs.FaultSticks(
         "F", [np.column_stack([0 * z, 0 * z, z]), np.column_stack([0 * z + 9, 0 * z, z])]
     )
-    with pytest.raises(GeosurfError, match=r"has 999"):
-        gs.FaultSticks("F", [[[0, 0, -9], [-999, -999, -999]]])
+    refused(GeosurfError, r"has 999", gs.FaultSticks, "F", [[[0, 0, -9], [-999, -999, -999]]])
 
 
 def test_a_path_longer_than_its_measured_depth_is_refused(tmp_path):

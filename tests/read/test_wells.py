@@ -15,6 +15,7 @@ import geosurf as gs
 from geosurf.errors import FormatError, GeosurfError, GeosurfWarning, InputError
 from geosurf.measure.places import wells_of
 from geosurf.read.wells import SAG, along_arcs
+from tests.messages import refused
 
 PETREL = """# WELL TRACE FROM PETREL
 # WELL NAME:              W 1
@@ -208,8 +209,7 @@ def test_paths_go_straight_into_intervals_and_pictures(tmp_path):
     ],
 )  # fmt: skip
 def test_what_is_open_or_wrong_is_refused(tmp_path, text, words, match):
-    with pytest.raises(GeosurfError, match=match):
-        gs.read_wells(written(tmp_path, text), **words)
+    refused(GeosurfError, match, lambda: gs.read_wells(written(tmp_path, text), **words))
 
 
 # ---- LAS: the path of a well by its curves, and tops along it.
@@ -244,8 +244,7 @@ def test_the_path_is_taken_from_its_curves(tmp_path):
     assert (found.format, found.read_with, found.count) == ("las", "read_points", 3)
     assert found.notes["columns"].startswith("x is X, y is Y, z is TVDSS, md is DEPT")
     assert found.notes["left out"] == "1 stations with -999.25"
-    with pytest.raises(InputError, match="positive='down'"):
-        gs.read_points(path)
+    refused(InputError, "positive='down'", gs.read_points, path)
     same = gs.read_points(path, positive="down", columns=("X", "Y", "TVDSS"))
     assert same.equals(well)
 
@@ -293,8 +292,7 @@ DAMAGES = {
 def test_damaged_wells_get_one_sentence(tmp_path, case):
     text, message = DAMAGES[case]
     error = InputError if case == "unit" else FormatError
-    with pytest.raises(error, match=message):
-        gs.read_points(written_las(tmp_path, text), positive="down")
+    refused(error, message, lambda: gs.read_points(written_las(tmp_path, text), positive="down"))
 
 
 def test_tops_without_a_section_or_a_path_are_refused(tmp_path):
@@ -454,8 +452,7 @@ def test_tops_with_measured_depths_lie_on_the_paths_of_their_wells(tmp_path, pat
 def test_measured_tops_without_their_path_are_refused(tmp_path, paths):
     path = tmp_path / "tops.csv"
     path.write_text("Well,Surface,MD\nW-2,Top,1000\n")
-    with pytest.raises(FormatError, match=r"pass wells=gs\.read_wells"):
-        gs.read_tops(path, positive="up")
+    refused(FormatError, r"pass wells=gs\.read_wells", gs.read_tops, path, positive="up")
     with pytest.raises(
         FormatError, match=r"line 2: well 'W-2' has no path in wells=\. Did you mean"
     ):
@@ -474,8 +471,7 @@ def test_a_well_of_gocad_is_refused_with_what_to_do(tmp_path):
     for read in (gs.read_wells, gs.read_tops):
         with pytest.raises(FormatError, match=r"of the kind GOCAD Well.*with Well, MD, X, Y and Z"):
             read(path, positive="up")
-    with pytest.raises(FormatError, match="file of the kind GOCAD Well"):
-        gs.read_points(path, positive="up")
+    refused(FormatError, "file of the kind GOCAD Well", gs.read_points, path, positive="up")
     assert "geosurf does not read" in str(gs.info(path))
 
 
@@ -612,22 +608,19 @@ def test_what_cannot_be_a_path_is_refused(tmp_path):
             gs.read_wells(single(tmp_path, **words))
     with pytest.raises(InputError, match="the file has positive="):
         gs.read_wells(single(tmp_path), positive="up")
-    with pytest.raises(InputError, match="columns"):
-        gs.read_wells(single(tmp_path), columns={"md": "MD"})
+    refused(InputError, "columns", lambda: gs.read_wells(single(tmp_path), columns={"md": "MD"}))
 
 
 def test_two_reference_systems_are_refused(tmp_path):
     other = system(crs="<resqml2:EpsgCode>23031</resqml2:EpsgCode>", uuid="other")
     objects = [system(), other, trajectory("t1", "A"), trajectory("t2", "B", crs="other")]
     path = package(tmp_path, objects, {"t1": (MD, LOCAL), "t2": (MD, LOCAL)})
-    with pytest.raises(FormatError, match="2 coordinate reference systems"):
-        gs.read_wells(path)
+    refused(FormatError, "2 coordinate reference systems", gs.read_wells, path)
 
 
 def test_packages_without_wells_name_what_they_have(tmp_path):
     world = gs.synthetic.graben(n=5)
     path = gs.write(world.horizons["Top"], tmp_path / "t.epc")[0]
-    with pytest.raises(FormatError, match=r"no trajectory of a well; .* Grid2dRepresentation"):
-        gs.read_wells(path)
+    refused(FormatError, r"no trajectory of a well; .* Grid2dRepresentation", gs.read_wells, path)
     with pytest.raises(FormatError, match=r"no horizons.*WellboreTrajectoryRepresentation"):
         gs.read_horizon(single(tmp_path))

@@ -10,6 +10,7 @@ import geosurf as gs
 from geosurf.cli import main
 from geosurf.errors import FormatError, InputError
 from geosurf.read import netcdf
+from tests.messages import refused
 
 pytest.importorskip("zarr")
 pytest.importorskip("h5netcdf")
@@ -45,8 +46,7 @@ def test_stores_are_read_as_netcdf_files(tmp_path):
     assert one.drop_attrs().identical(two.drop_attrs())
     assert two.attrs["units"] == "m"
     assert (np.diff(two.northing) > 0).all()
-    with pytest.raises(InputError, match="positive"):
-        gs.read_horizon(tmp_path / "top.zarr", positive="up")
+    refused(InputError, "positive", gs.read_horizon, tmp_path / "top.zarr", positive="up")
 
 
 @pytest.mark.parametrize(
@@ -67,11 +67,9 @@ def test_law_large_grids_are_opened_only(tmp_path, small, suffix, how, monkeypat
 def test_damaged_and_other_folders_are_refused(tmp_path):
     path = written(tmp_path, ".zarr")
     (path / "depth" / "zarr.json").write_text("{")
-    with pytest.raises(FormatError, match="zarr cannot read it"):
-        gs.read_horizon(path)
+    refused(FormatError, "zarr cannot read it", gs.read_horizon, path)
     (tmp_path / "other.zarr").mkdir()
-    with pytest.raises(InputError, match="this is a folder"):
-        gs.read_horizon(tmp_path / "other.zarr")
+    refused(InputError, "this is a folder", gs.read_horizon, tmp_path / "other.zarr")
 
 
 @pytest.mark.parametrize("suffix", [".nc", ".zarr"])

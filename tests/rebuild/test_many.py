@@ -11,6 +11,7 @@ from geosurf import build_walls, carve_units, rebuild_surfaces
 from geosurf.errors import GeometryError, OpenUnitError, RoundingError
 from geosurf.model import Units
 from tests import oracles
+from tests.messages import refused
 from tests.rebuild import many, spaces
 from tests.rebuild.worlds import boxed_world
 from tests.strategies import BOX, sheet
@@ -79,8 +80,7 @@ def test_units_exchanged_in_a_part_of_space_are_seen():
     assert len(inside) > 1
     sides[inside[0], 0] = (sides[inside[0], 0] + 1) % len(units)
     wrong = Units(units.values(), units.box, report=units.report, sides=lambda: sides)
-    with pytest.raises(AssertionError, match="is in two units"):
-        many.assert_cells(patches, wrong)
+    refused(AssertionError, "is in two units", many.assert_cells, patches, wrong)
 
 
 def test_refusals_without_a_reason_are_broken_promises(monkeypatch):
@@ -90,12 +90,10 @@ def test_refusals_without_a_reason_are_broken_promises(monkeypatch):
     with pytest.raises(AssertionError, match="nothing around is"):
         many.assert_open(patches, OpenUnitError("cannot determine whether", surfaces=("H1",)))
     beyond = GeometryError("does not reach the model box", surfaces=("H1",))
-    with pytest.raises(AssertionError, match="H1 is in the box"):
-        many.assert_beyond(patches, beyond)
+    refused(AssertionError, "H1 is in the box", many.assert_beyond, patches, beyond)
     monkeypatch.setattr(many, "rebuild_surfaces", refuse)
     for seed in (0, 7):
-        with pytest.raises(AssertionError, match="refused: cannot be held"):
-            many.check(seed)
+        refused(AssertionError, "refused: cannot be held", many.check, seed)
 
 
 def test_leaks_of_another_length_or_place_are_broken_promises():

@@ -21,6 +21,7 @@ from geosurf.render.overlay import PictureOverlay
 from geosurf.render.picture_style import DARK_PAPER, PictureStyle
 from geosurf.render.surface_layers import show_units
 from geosurf.scene.plots import ScenePlots
+from tests.messages import refused
 
 SMALL = (320, 220)
 
@@ -71,8 +72,7 @@ def test_arguments_are_checked_before_anything_is_computed(wrong, sentence, tmp_
     ],
 )
 def test_a_style_is_checked_when_it_is_made(wrong, sentence):
-    with pytest.raises(InputError, match=sentence):
-        PictureStyle(**wrong)
+    refused(InputError, sentence, PictureStyle, **wrong)
 
 
 def test_themes_change_the_background_and_no_zone(units, tmp_path):
@@ -122,12 +122,9 @@ def test_numbers_of_units_become_colours_with_a_bar(units):
 
     # no value: grey; another number of values or another name: an error
     assert show_units(units, colour_by={largest: 1.0}).legend[0].detail in ("no value", "1")
-    with pytest.raises(InputError, match="2 numbers for 6 units"):
-        show_units(units, colour_by=[1.0, 2.0])
-    with pytest.raises(InputError, match="'Nope', which is not a unit"):
-        show_units(units, colour_by={"Nope": 1.0})
-    with pytest.raises(InputError, match="Use one of unit, zone"):
-        check_colour_by(object())
+    refused(InputError, "2 numbers for 6 units", show_units, units, colour_by=[1.0, 2.0])
+    refused(InputError, "'Nope', which is not a unit", show_units, units, colour_by={"Nope": 1.0})
+    refused(InputError, "Use one of unit, zone", lambda: check_colour_by(object()))
 
 
 @settings(max_examples=40)

@@ -12,6 +12,7 @@ import geosurf as gs
 from geosurf import Lattice, Scene, TriSurface, synthetic
 from geosurf.conventions.crs import are_same, crs_of
 from geosurf.errors import GeometryError, InputError
+from tests.messages import refused
 from tests.scene.conftest import level
 from tests.strategies import BOX, sheet
 
@@ -142,8 +143,7 @@ def test_a_fault_that_is_not_in_the_model_is_said_to_be_left_out(world):
     near = model.replace(faults={"Far": None})
     assert len(near.units) == len(model.units)
     assert not [step for step in near.steps if step.outcome == "skipped"]
-    with pytest.raises(GeometryError, match=r"'Far' lies outside the model. Enlarge"):
-        model.allan("Far")
+    refused(GeometryError, r"'Far' lies outside the model. Enlarge", model.allan, "Far")
 
 
 def test_grids_in_two_reference_systems_are_refused_by_name(world, tmp_path):
@@ -172,22 +172,21 @@ def test_grids_in_two_reference_systems_are_refused_by_name(world, tmp_path):
 
 
 def test_contacts_of_zones_and_blocks_that_there_are_not(world):
-    def refused(contacts, words):
-        with pytest.raises(InputError, match=words):
-            _ = scene(world, contacts=contacts).units
+    def wrong(contacts, words):
+        refused(InputError, words, lambda: scene(world, contacts=contacts).units)
 
-    refused(
+    wrong(
         {"OWC": gs.FluidContact(-2100.0, zones="Top/Bse")},
         r"'OWC': unknown zone 'Top/Bse'. Zones are \['above Top', ",
     )
-    refused(
+    wrong(
         {"OWC": gs.FluidContact(-2100.0, block="F9+")},
         r"'OWC': no unit lies on 'F9\+'. Name a block or a side of a fault: \['F1\+', ",
     )
-    refused({"OWC": float("nan")}, r"the elevation of fluid contact 'OWC' is nan. Give a number")
+    wrong({"OWC": float("nan")}, r"the elevation of fluid contact 'OWC' is nan. Give a number")
     called = gs.FluidContact(-2100.0, name="GOC")
-    refused({"OWC": called}, r"'OWC' holds a FluidContact with another name, 'GOC'. Use one name")
-    refused({"OWC": -2.1}, r"'OWC' is at elevation -2\.1 m, outside the model box .*enlarge")
+    wrong({"OWC": called}, r"'OWC' holds a FluidContact with another name, 'GOC'. Use one name")
+    wrong({"OWC": -2.1}, r"'OWC' is at elevation -2\.1 m, outside the model box .*enlarge")
 
 
 # ---- One unit of elevations for every format, and one coordinate reference system in a scene.
@@ -311,8 +310,7 @@ def test_wherever_it_is_declared(how):
     assert gs.triangulate_horizon(made, name="A").crs == "EPSG:23031"
     base = (declared("attribute", "EPSG:32631") - 100.0).assign_attrs(grid(crs="EPSG:32631").attrs)
     scene = gs.Scene({"A": made, "B": base}, {}, BOX_CRS_AND_UNITS)
-    with pytest.raises(InputError, match=r"'B' is in EPSG:32631, but 'A' is in EPSG:23031\."):
-        _ = scene.units
+    refused(InputError, r"'B' is in EPSG:32631, but 'A' is in EPSG:23031\.", lambda: scene.units)
     twin = gs.Scene({"A": grid()}, {}, BOX_CRS_AND_UNITS)
     assert twin.surface("A").crs is None
     assert twin.replace(horizons={"A": made}).surface("A").crs == "EPSG:23031"
@@ -347,8 +345,7 @@ TEXAS = f'PROJCS["Texas",GEOGCS["a",SPHEROID["b",6378137,298.2],UNIT["Degree",0.
 )
 @pytest.mark.parametrize("how", ["attribute", "extended grid mapping", "mesh", "prj", "geojson"])
 def test_systems_in_feet_or_degrees_are_refused_in_every_input(tmp_path, text, unit, how):
-    with pytest.raises(InputError, match=rf"in {unit}.*metres. Convert"):
-        taken_in(how, text, tmp_path)
+    refused(InputError, rf"in {unit}.*metres. Convert", taken_in, how, text, tmp_path)
 
 
 def taken_in(how, text, folder):

@@ -12,6 +12,7 @@ import pytest
 import geosurf as gs
 from geosurf.errors import InputError
 from geosurf.render.interactive import view_of
+from tests.messages import refused
 
 NAME = "<b>Top & 'x\"</b>"
 VOID = {"meta", "br", "img", "input", "link"}
@@ -75,10 +76,8 @@ def test_an_interactive_view_is_one_page_in_a_frame_without_rights(scene, tmp_pa
     assert "Base" in scene.show("surfaces").page
     with pytest.raises(gs.errors.OutputError, match=r"cannot be written"):
         view.save(tmp_path / "missing" / "view.html")
-    with pytest.raises(gs.errors.InputError, match=r"Use the suffix .html"):
-        view.save(tmp_path / "view.png")
-    with pytest.raises(gs.errors.InputError, match="show 'units' or 'surfaces'"):
-        scene.show("unit")
+    refused(gs.errors.InputError, r"Use the suffix .html", view.save, tmp_path / "view.png")
+    refused(gs.errors.InputError, "show 'units' or 'surfaces'", scene.show, "unit")
 
 
 def test_everything_with_a_place_shows_itself(scene):
@@ -101,10 +100,8 @@ def test_everything_with_a_place_shows_itself(scene):
         assert name in page, name
     assert NAME not in page
     for nothing in ((), (gs.TriSurface("F", "fault", [[0, 0, 0]], []),)):
-        with pytest.raises(gs.errors.InputError, match="there is nothing to show"):
-            gs.show(*nothing)
-    with pytest.raises(gs.errors.InputError, match="type DataArray cannot be shown"):
-        gs.show(world.horizons["Top"])
+        refused(gs.errors.InputError, "there is nothing to show", gs.show, *nothing)
+    refused(gs.errors.InputError, "type DataArray cannot be shown", gs.show, world.horizons["Top"])
 
 
 def test_law_a_view_has_all_lines_of_curves_and_sticks(scene):

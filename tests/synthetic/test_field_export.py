@@ -11,6 +11,7 @@ from geosurf.errors import InputError
 from geosurf.synthetic import field_export
 from geosurf.synthetic.export.geology import OUTLINE, STEP, inside, quadrature
 from geosurf.synthetic.torn_horizon import exists, side_of
+from tests.messages import refused
 
 VARIANTS = ("grids", "points", "network")
 FEET = {"Base": "ft"}
@@ -202,23 +203,17 @@ def test_volumes_count_places_in_space(field):
     ],
 )
 def test_wrong_arguments_are_refused(words, message, tmp_path):
-    with pytest.raises(InputError, match=message):
-        field_export(tmp_path, **words)
+    refused(InputError, message, field_export, tmp_path, **words)
 
 
 def test_wrong_questions_are_refused(fields):
     field = fields["grids"]
-    with pytest.raises(InputError, match=r"'Tpo'.*Top"):
-        field.elevation("Tpo", 0.0, 0.0)
-    with pytest.raises(InputError, match=r"'F9'.*F1"):
-        field.throw("Top", "F9", 0.0, 0.0)
-    with pytest.raises(InputError, match="wall"):
-        field.cutoff("Top", "F1", "up")
+    refused(InputError, r"'Tpo'.*Top", field.elevation, "Tpo", 0.0, 0.0)
+    refused(InputError, r"'F9'.*F1", field.throw, "Top", "F9", 0.0, 0.0)
+    refused(InputError, "wall", field.cutoff, "Top", "F1", "up")
     for area in ([(0, 0), (1, 1)], "all", [(0, 0), (1, np.nan), (1, 1)]):
-        with pytest.raises(InputError, match="area"):
-            field.volumes(area)
-    with pytest.raises(InputError, match="step"):
-        field.volumes(step=0.0)
+        refused(InputError, "area", field.volumes, area)
+    refused(InputError, "step", field.volumes, step=0.0)
 
 
 # ---- from its files to a model, by its own scenario

@@ -23,6 +23,7 @@ from geosurf.tetrahedra import (
     regions_of,
     with_parts,
 )
+from tests.messages import refused
 
 HAS_TETGEN = pytest.mark.skipif(
     "not __import__('importlib.util').util.find_spec('tetgen')",
@@ -121,8 +122,7 @@ def test_parts_of_split_faces_are_turned_as_the_face_and_cover_it(units: Units) 
     assert np.array_equal(found.faces[3:], boundary.faces[1:])
     normals = [np.cross(*(x[t[1:]] - x[t[0]])) for t in (face, *found.faces[:3])]
     assert all(normals[0] @ normal > 0 for normal in normals[1:])
-    with pytest.raises(InvariantError, match="not in the mesh"):
-        with_parts(boundary, x, parts[1:], parents[1:])
+    refused(InvariantError, "not in the mesh", with_parts, boundary, x, parts[1:], parents[1:])
 
 
 def test_refined_faces_are_shorter_and_stay_closed(units: Units) -> None:
@@ -140,14 +140,10 @@ def test_refined_faces_are_shorter_and_stay_closed(units: Units) -> None:
 
 
 def test_bad_input_is_named(units: Units, monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(InputError, match=r"mesh_units takes Units.*pass scene\.units"):
-        gs.mesh_units(3)
-    with pytest.raises(InputError, match="no units to mesh"):
-        gs.mesh_units(Units([], (0, 1, 0, 1, 0, 1)))
-    with pytest.raises(InputError, match="size is '10'; give a length in metres"):
-        gs.mesh_units(units, size="10")
-    with pytest.raises(InputError, match="size is -1 m; give a length above 0"):
-        gs.mesh_units(units, size=-1)
+    refused(InputError, r"mesh_units takes Units.*pass scene\.units", gs.mesh_units, 3)
+    refused(InputError, "no units to mesh", lambda: gs.mesh_units(Units([], (0, 1, 0, 1, 0, 1))))
+    refused(InputError, "size is '10'; give a length in metres", gs.mesh_units, units, size="10")
+    refused(InputError, "size is -1 m; give a length above 0", gs.mesh_units, units, size=-1)
     with pytest.raises(InputError, match=r"size=0\.1 asks for .* tetrahedra.*Give size=10 or more"):
         gs.mesh_units(units, size=0.1)
     monkeypatch.setattr(machine, "find_spec", lambda name: None)

@@ -10,6 +10,7 @@ import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import GeosurfError, InputError
+from tests.messages import refused
 
 WORLD = gs.synthetic.tilted_planes(n=9)
 TOP = WORLD.horizons["Top"]
@@ -156,8 +157,7 @@ def test_layers_of_pyvista_are_horizons_and_faults():
         volumes(horizons={"Top": pv.StructuredGrid(x[..., None], y[..., None], z[..., None])})
     )
     volume = pv.StructuredGrid(*np.meshgrid(*[np.arange(3.0)] * 3, indexing="ij"))
-    with pytest.raises(InputError, match="is a volume"):
-        volumes(horizons={"Top": volume})
+    refused(InputError, "is a volume", volumes, horizons={"Top": volume})
     found = gs.triangulate_fault(
         pv.StructuredGrid(*(np.stack([np.full((2, 3), 5.0), *np.mgrid[:2, :3]])[..., None])),
         name="F",
@@ -178,8 +178,7 @@ def xtgeo_surface(rotation=0.0):
 
 def test_grids_of_xtgeo_are_horizons():
     assert_same(volumes(horizons={"Top": xtgeo_surface()}, positive="down"))
-    with pytest.raises(GeosurfError, match="positive"):
-        volumes(horizons={"Top": xtgeo_surface()})
+    refused(GeosurfError, "positive", lambda: volumes(horizons={"Top": xtgeo_surface()}))
     turned = gs.triangulate_horizon(xtgeo_surface(30.0), positive="down")
     x, y = xtgeo_surface(30.0).get_xy_values(asmasked=False)
     expected = np.stack([x.ravel(), y.ravel()], axis=1)
@@ -210,8 +209,7 @@ def test_geodataframes_are_points_and_sticks():
     )
     assert fault.n_vertex == 9
     flat = geopandas.GeoDataFrame(geometry=[Point(0, 0)])
-    with pytest.raises(InputError, match="no third coordinate"):
-        volumes(horizons={"Top": flat})
+    refused(InputError, "no third coordinate", volumes, horizons={"Top": flat})
 
 
 @pytest.mark.parametrize(
@@ -222,8 +220,7 @@ def test_geodataframes_are_points_and_sticks():
     ],
 )
 def test_other_cells_are_refused_by_name(value, words):
-    with pytest.raises(InputError, match=words):
-        volumes(faults={"F1": value})
+    refused(InputError, words, volumes, faults={"F1": value})
 
 
 def test_results_go_back():
@@ -311,7 +308,5 @@ def test_tables_of_pandas_are_points_and_sticks():
 
 
 def test_what_is_no_grid_and_no_lines_is_refused():
-    with pytest.raises(gs.errors.InputError, match="Give a DataArray, a TriSurface"):
-        gs.to_xtgeo([1])
-    with pytest.raises(gs.errors.InputError, match="Give a Dataset"):
-        gs.to_geodataframe([1])
+    refused(gs.errors.InputError, "Give a DataArray, a TriSurface", gs.to_xtgeo, [1])
+    refused(gs.errors.InputError, "Give a Dataset", gs.to_geodataframe, [1])
