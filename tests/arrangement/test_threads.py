@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import signal
 import threading
-import time
 from functools import partial
 from threading import Barrier, Event
 
@@ -99,23 +98,30 @@ def test_an_interrupt_while_a_thread_starts_leaves_nothing_behind(monkeypatch):
 @pytest.mark.parametrize("in_turns", [False, True])
 def test_an_interrupt_while_others_work_is_raised_when_they_have_ended(monkeypatch, in_turns):
     monkeypatch.setenv("GEOSURF_THREADS", "2")
-    begun, ended = Event(), []
+    begun, enough, told, ended = Event(), Event(), [], []
 
     def work(k):
         if threading.current_thread() is threading.main_thread():
             begun.wait()
         else:
             begun.set()
-            time.sleep(0.3)
+            enough.wait(60.0)
             ended.append(k)
+
+    def interrupt(*_):
+        if len(told) < 3:  # while the other one works
+            told.append(1)
+            if len(told) == 3:
+                enough.set()
+            signal.raise_signal(signal.SIGINT)
 
     def asked(spare):
         if in_turns:
             return in_turn([partial(work, 0), partial(work, 1)], spare)
         return map_threads(work, [(0,), (1,)])
 
-    signal.signal(signal.SIGALRM, lambda *_: signal.raise_signal(signal.SIGINT))
-    signal.setitimer(signal.ITIMER_REAL, 0.1, 0.05)  # several interrupts
+    signal.signal(signal.SIGALRM, interrupt)
+    signal.setitimer(signal.ITIMER_REAL, 0.1, 0.05)
     try:
         with spare_threads() as spare, pytest.raises(KeyboardInterrupt):
             asked(spare)

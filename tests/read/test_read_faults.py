@@ -192,27 +192,6 @@ def test_a_header_says_which_column_is_which(tmp_path, suffix):
         gs.read_points(path, positive="down", columns="x")
 
 
-@pytest.mark.parametrize(
-    ("name", "text", "message"),
-    [
-        ("a.poi", "1 2 3\n1 2 3 Top\n", None),
-        ("a.poi", "1 2 3\0\n", r"byte 5 is zero, so this is not a text file.*format="),
-        ("a.xyz", "X Y Z\n1 2 3\n1 2 3 4\n", r"line 3: found 4 values, expected 3 as in the h"),
-        ("a.xyz", "X Y Z\nX Y Z\n1 2 3\n", r"line 2: found 'X', expected a number"),
-        ("a.xyz", "X Y Z\n", "the file has no points"),
-        ("a.csv", "X,Y,W\n1,2,3\n", r"line 1: found 0 columns for z.*Rename"),
-        ("a.csv", "X,Y,Z\n1,2\n", r"line 2: found 2 values, expected 3 as in the header"),
-        ("a.csv", "X,Y,Z\n", r"the file has no points below the header"),
-    ],
-)
-def test_wrong_points_are_named_by_line(tmp_path, name, text, message):
-    path = write(tmp_path, text, name)
-    if message is None:
-        assert gs.read_points(path, positive="up").elevation.values.tolist() == [3, 3]
-        return
-    refused(FormatError, message, gs.read_points, path, positive="up")
-
-
 @pytest.mark.parametrize("order", list(itertools.permutations(range(3))))
 @pytest.mark.parametrize("names", [("X", "Y", "Z"), ("Easting", "Northing", "Depth")])
 def test_law_names_of_axes_are_their_order(tmp_path, order, names):

@@ -103,6 +103,11 @@ def test_law_decimal_commas_are_refused_or_read(tmp_path_factory, rows, sign):
         ("a.xyz", "\u0661 0 5\n", r"line 1: found '\u0661', expected a number"),
         ("a.xyz", "\ufeff", r"contains only white space"),
         ("a.csv", "\ufeff\n", r"contains only white space"),
+        ("a.poi", "1 2 3\0\n", r"byte 5 is zero, so this is not a text file.*format="),
+        ("a.xyz", "X Y Z\n1 2 3\n1 2 3 4\n", r"line 3: found 4 values, expected 3 as in the h"),
+        ("a.xyz", "X Y Z\nX Y Z\n1 2 3\n", r"line 2: found 'X', expected a number"),
+        ("a.csv", "X,Y,W\n1,2,3\n", r"line 1: found 0 columns for z.*Rename"),
+        ("a.csv", "X,Y,Z\n", r"the file has no points below the header"),
     ],
 )
 def test_what_may_be_no_coordinate_is_refused(tmp_path, name, text, message):
