@@ -12,8 +12,6 @@ from hypothesis import strategies as st
 from geosurf.arrangement.triangles import crossing_pairs
 from geosurf.kernels.contacts.triangle_contact import FIRST_CODE, N_COLUMN, N_CORNER, meet_pairs
 from geosurf.kernels.exact.predicates import frame_of
-from geosurf.kernels.lattices.lattice_corners import build_list_tree, survey_list
-from geosurf.kernels.search.separation import undecided_pairs
 from tests import oracles
 
 POINT = st.tuples(*[st.integers(0, 3)] * 3)
@@ -99,52 +97,3 @@ def test_against_clipping(mesh):
         met = oracles.meet_triangles(oracles.rational(x[t[i]]), oracles.rational(x[t[j]]))
         clean = set(met) <= set(oracles.rational(x[sorted(shared)]))
         assert ((i, j) in found) != clean
-
-
-def test_neighbours_of_a_bent_grid_are_never_asked_about_exactly():
-    """What makes it quick: on a smooth surface hardly a pair stays open."""
-    n = 30
-    gx, gy = np.meshgrid(np.arange(n) * 20.0, np.arange(n) * 20.0)
-    z = 30.0 * np.sin(gx / 90.0) * np.cos(gy / 70.0)
-    x = np.stack([gx, gy, z], axis=2).reshape(-1, 3)
-    a = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
-    t = np.concatenate([np.stack([a, a + 1, a + n + 1], 1), np.stack([a, a + n + 1, a + n], 1)])
-    boxes, codes, _, _ = survey_list(x, t)
-    order, *tree = build_list_tree(boxes, codes)
-    given = x, t, len(t), np.full(len(t), -1), boxes[order], order, *tree, 0, len(t)
-    assert undecided_pairs(*given, np.empty((9, 2), dtype=np.int64)) == 0
-    assert len(crossing_pairs(x, t)) == 0
-    x[:, 2] = 0.0
-    assert len(crossing_pairs(x, t)) == 0
-    x[n * 12 + 12, 0] += 45.0  # a corner across its neighbours, in one plane with them
-    assert len(crossing_pairs(x, t)) > 0
-
-
-def test_thin_triangles_of_one_wall_are_never_asked_about_exactly(monkeypatch):
-    """A wall cut along two curves: fans of thin, wide triangles in one plane."""
-    n = 60
-    along = np.linspace(0.0, 6000.0, n)
-    turn = np.radians(31.0)
-    rows = [np.full(n, -900.0), -400 + 9 * np.sin(along / 700.0), -380 + 5 * np.sin(along / 500.0)]
-    x = np.concatenate(
-        [np.stack([along * np.cos(turn), along * np.sin(turn), z], axis=1) for z in rows]
-    )
-    ends = np.array([[x[0, 0], x[0, 1], 0.0], [x[n - 1, 0], x[n - 1, 1], 0.0]])
-    x = np.concatenate([x, ends])
-    k = np.arange(n - 1)
-    t = [np.stack([np.zeros_like(k), n + k + 1, n + k], axis=1)]  # a fan below the first curve
-    t.append(np.stack([n + k, n + k + 1, 2 * n + k], axis=1))
-    t.append(np.stack([n + k + 1, 2 * n + k + 1, 2 * n + k], axis=1))
-    t.append(np.stack([2 * n + k, 2 * n + k + 1, np.full_like(k, 3 * n + 1)], axis=1))
-    t = np.concatenate([*t, [[3 * n, 2 * n, 3 * n + 1]]])
-    asked = []
-
-    def counted(x, triangles, pairs, *rest):
-        asked.append(len(pairs))
-        return meet_pairs(x, triangles, pairs, *rest)
-
-    monkeypatch.setattr("geosurf.arrangement.triangles.meet_pairs", counted)
-    assert len(crossing_pairs(x, t)) == 0
-    assert asked == [0]
-    x[2 * n + 20, 2] = x[n + 20, 2] - 1.0  # the second curve below the first one
-    assert len(crossing_pairs(x, t)) > 0

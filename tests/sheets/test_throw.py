@@ -256,14 +256,17 @@ def test_units_of_curved_worlds_are_sealed(kind):
     assert kinds <= ({"overlap"} if kind == "reverse" else {"gap", "line"})
 
 
-def test_movement_dies_away_within_reach():
-    top = horizon(61)
-    sheet = gs.throw_horizon(top, {"F1": wall(90.0)}, {"F1": 40.0}, reach=200.0)
+@pytest.mark.parametrize("share", [1.0, 0.4, 0.0])
+def test_movement_dies_away_within_reach_on_both_walls(share):
+    top, faults = horizon(61), {"F1": wall(90.0)}
+    sheet = gs.throw_horizon(top, faults, {"F1": 40.0}, reach=200.0, hanging_wall=share)
     x, y = np.meshgrid(top.easting.values, top.northing.values)
     away = (x - 500.0) * np.sin(np.radians(100)) + (y - 500.0) * np.cos(np.radians(100))
     down = top.values - sheet.lattice.elevation
-    expected = np.where(away > 0, 40.0 * np.clip(1.0 - away / 200.0, 0.0, None) ** 2, 0.0)
-    assert down == pytest.approx(expected, abs=1e-9)
+    left = np.clip(1.0 - abs(away) / 200.0, 0.0, None) ** 2
+    expected = 40.0 * np.where(away > 0, share, share - 1.0) * left
+    off = abs(away) > 1e-9  # one node is on the fault
+    assert down[off] == pytest.approx(expected[off], abs=1e-9)
     assert sheet.cuts["F1"].throw == pytest.approx(40.0, abs=0.5)  # linear between nodes
 
 
