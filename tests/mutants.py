@@ -73,10 +73,10 @@ MUTANTS = (
     Mutant("faults", "front = c_before_b == (way_m[a] > 0)", "front = c_before_b != (way_m[a] > 0)", "tests/faults"),
     Mutant("faults", "ready = [f for f in left if not any(r.main in left for r in rules[f])]", "ready = list(left)", "tests/faults tests/scene"),
     # ---- ensembles
-    Mutant("ensemble", 'n = int((self.group["status"][:] == 1).sum())', 'n = int((self.group["status"][:] != 0).sum())', "tests/ensemble/test_failed_realisations.py"),
+    Mutant("ensemble", 'n = int((self.group["status"][:] == 1).sum())', 'n = int((self.group["status"][:] != 0).sum())', "tests/ensemble/test_results.py"),
     Mutant("ensemble", "variance = (total[1] - n * mean * mean) / max(n - 1, 1)", "variance = (total[1] - n * mean * mean) / max(n, 1)", "tests/ensemble"),
     Mutant("ensemble", "rows = np.flatnonzero(self.data.status.values == 1)", "rows = np.flatnonzero(self.data.status.values >= 0)", "tests/ensemble"),
-    Mutant("ensemble", "values = result[AREA].values[result.status.values == 1]", "values = result[AREA].values", "tests/ensemble/test_failed_realisations.py"),
+    Mutant("ensemble", "values = result[AREA].values[result.status.values == 1]", "values = result[AREA].values", "tests/ensemble/test_results.py"),
     Mutant("ensemble", "made[..., 2] = middle[2] - sine * flat + cosine * high", "made[..., 2] = middle[2] + sine * flat + cosine * high", "tests/ensemble"),
     Mutant("ensemble", "return float(old) + level", "return float(old) - level", "tests/ensemble"),
     Mutant("ensemble", "return throw * factor", "return throw", "tests/ensemble"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import itertools
 import re
 from fractions import Fraction
@@ -11,11 +12,22 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import geosurf as gs
 from benchmarks.scenes import make_setting
-from geosurf import Scene, TriSurface, build_walls, carve_units, rebuild_surfaces, synthetic
+from geosurf import (
+    Scene,
+    TriSurface,
+    build_contacts,
+    build_walls,
+    carve_units,
+    rebuild_surfaces,
+    synthetic,
+)
 from geosurf.carve.certificate import certify
+from geosurf.carve.shells import unit_name
 from geosurf.errors import GeometryError, InputError, OpenUnitError
-from geosurf.model import Unit
+from geosurf.model import Unit, Units
+from geosurf.synthetic.world import make_fault, make_horizon
 from geosurf.triangulate import triangulate_fault, triangulate_horizon
 from tests import laws, oracles
 from tests.strategies import BOX, faulted_worlds, grid, sheet, shuffled, soup
@@ -322,3 +334,95 @@ def test_a_layer_is_as_thick_as_it_is_whatever_its_blocks_cover():
     assert len(layer) == 2
     thickness = units.table["thickness_mean"].sel(unit=layer)
     assert thickness.values == pytest.approx([1.5, 1.5], rel=1e-12)
+
+
+# ---- Shells of a few units are those of all units, byte by byte, and list nothing else.
+def model():
+    """Three horizons, two faults and a contact."""
+    box = (0.0, 1000.0, 0.0, 1000.0, -900.0, -100.0)
+
+    def level(k):
+        return lambda x, y: -300.0 - 150.0 * k + 40.0 * np.sin(x / 210.0 + k) * np.cos(y / 170.0)
+
+    whole, shift = (-50.0, 1050.0, -50.0, 1050.0), (0.0, 0.0, 0.0)
+    horizons = {f"H{k}": make_horizon(f"H{k}", whole, 41, level(k), shift) for k in range(3)}
+    z, y = np.meshgrid(np.linspace(-1000.0, 0.0, 9), np.linspace(-100.0, 1100.0, 13))
+    faults = {
+        name: make_fault(name, x + 0.3 * z + 20.0 * np.sin(y / 200.0), y, z, (0.0, 0.0, 0.0))
+        for name, x in (("F1", 400.0), ("F2", 800.0))
+    }
+    return gs.Scene(horizons, faults, box, contacts={"OWC": -420.0})
+
+
+def test_shells_of_some_units_are_those_of_all():
+    units = model().units
+    shells = next(iter(units.values()))._shell[0]
+    n = len(shells.volumes)
+    some = np.arange(n)[::3]
+    found = [*shells.triangles_of(some)]
+    assert "in_full" not in shells.cells.__dict__  # nothing else was listed
+    for u, (x, triangles) in zip(some.tolist(), found, strict=True):
+        whole = shells.triangles(u)
+        assert x.tobytes() == whole[0].tobytes()
+        assert triangles.tobytes() == whole[1].tobytes()
+
+
+# ---- Horizons that the column took away where another surface goes on: names stay right there
+BOX_CLIPPED_AWAY = (0.0, 3, 0, 3, -1, 3)
+FLAT = np.full((5, 5), 1.0)
+
+
+def horizon(name, z):
+    x, y = np.meshgrid(np.arange(-1.0, 4), np.arange(-1.0, 4))
+    rows = np.arange(25).reshape(5, 5)
+    a, b, c, d = rows[:-1, :-1], rows[:-1, 1:], rows[1:, 1:], rows[1:, :-1]
+    faces = np.concatenate([np.stack([a, b, c], -1), np.stack([a, c, d], -1)]).reshape(-1, 3)
+    points = np.stack([x, y, np.broadcast_to(z, x.shape)], -1).reshape(-1, 3)
+    return TriSurface(name, "horizon", points, faces)
+
+
+def bump(level):
+    """A horizon at 0 that rises to a level, flat over two cells, above a flat one at 1."""
+    z = np.zeros((5, 5))
+    z[1:4, 1:3] = level
+    return z
+
+
+def carved(surfaces, contacts=None, column=None):
+    levels, given = build_contacts(contacts or {}, BOX_CLIPPED_AWAY)
+    patches = rebuild_surfaces([*surfaces, *levels, *build_walls(BOX_CLIPPED_AWAY)])
+    return patches, carve_units(patches, column, given)
+
+
+@pytest.mark.parametrize("level", [2.0, 3.0])
+@pytest.mark.parametrize("beside", ["nothing", "contact", "fault"])
+def test_an_older_horizon_is_taken_away_beside_a_wall_contact_or_fault(level, beside):
+    """At 3 it lies on the lid of the box, at 2 on the contact or fault."""
+    surfaces = [horizon("Top", FLAT), horizon("Base", bump(level))]
+    if beside == "fault":
+        plane = [[-1, -1, 2], [4, -1, 2], [4, 4, 2], [-1, 4, 2]]
+        surfaces.append(TriSurface("F1", "fault", plane, [[0, 1, 2], [0, 2, 3]]))
+    patches, units = carved(surfaces, {"OWC": 2.0} if beside == "contact" else None)
+    assert certify(patches, units).ok, str(certify(patches, units))
+    above = sum(unit.volume for unit in units.values() if unit.zone == "above Top")
+    assert above == pytest.approx(3 * 3 * 2)
+
+
+def test_wrong_zones_are_still_noticed_there():
+    """Each unit in turn is called as if it were in another zone."""
+    patches, units = carved([horizon("Top", FLAT), horizon("Base", bump(3.0))])
+    zones = ("above Top", "Top/Base", "below Base")
+    for unit in list(units.values()):
+        for index, zone in enumerate(zones):
+            if zone == unit.zone:
+                continue
+            wrong = copy.copy(unit)
+            wrong.__dict__.update(zone=zone, zone_index=index, block="whole #9")
+            wrong.__dict__["name"] = unit_name(zone, "whole #9")
+            others = [u for u in units.values() if u is not unit]
+            failed = [
+                c.name
+                for c in certify(patches, Units([*others, wrong], units.box)).checks
+                if not c.passed
+            ]
+            assert failed == ["unit names match their bounding surfaces"], (unit.name, zone)

@@ -3,19 +3,31 @@
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from geosurf import TriSurface, rebuild_surfaces, truncate_faults
-from geosurf.errors import GeometryError, InputError, SurfaceError
+from geosurf import Scene, TriSurface, build_walls, rebuild_surfaces, truncate_faults
+from geosurf.errors import GeometryError, GeosurfError, InputError, SurfaceError
 from geosurf.faults.distance import closest_approach
 from geosurf.faults.rules import read_extend, read_truncations
-from tests.faults.worlds import across, antithetic, bytes_of, dipping, turned, upright, vector_area
+from geosurf.faults.sides import adjacency
+from geosurf.faults.truncate import inside_area
+from tests.faults.worlds import (
+    BOX,
+    across,
+    antithetic,
+    bytes_of,
+    dipping,
+    turned,
+    upright,
+    vector_area,
+)
 from tests.messages import refused
-from tests.strategies import sheet, shuffled
+from tests.strategies import grid, sheet, shuffled
 
 
 def cut(faults, truncations):
@@ -235,3 +247,166 @@ def test_law_closest_approach_is_the_least_of_many_samples(points):
     assert np.linalg.norm(found.at - found.there) == pytest.approx(found.distance, abs=1e-12)
     if sampled > 2.0:
         assert found.distance >= sampled - 2 * 4 * math.sqrt(3) / n
+
+
+# ---- Sides of faults in an area of interest: inside its fence, not in the box around it.
+NOTCHED = [(0, 1), (8, 1), (8, 8), (5, 8), (4, 3), (3, 8), (0, 8)]
+RULES = {"F2": ("F1", "hanging wall")}
+
+
+def holds(ring, x, y):
+    """Whether a place is inside a ring: by the sides that a ray to the east crosses."""
+    inside = False
+    for (ax, ay), (bx, by) in zip(ring, [*ring[1:], ring[0]], strict=True):
+        if (ay > y) != (by > y) and x < ax + (y - ay) * (bx - ax) / (by - ay):
+            inside = not inside
+    return inside
+
+
+@pytest.mark.parametrize("turn", [1, -1])
+def test_triangles_lie_where_their_middles_are(turn):
+    """A wavy sheet, a plane along a side of the area, and one that never meets the fence."""
+    axis = np.linspace(-1.0, 9.0, 8)
+    x, y = np.meshgrid(axis, axis)
+    look = {"role": "fault", "spacing": 10.0 / 7.0, "corner": (-1.0, -1.0)}
+    wavy = grid("F1", 4.0 + np.sin(x * y), **look)
+    side = sheet("F2", [(-1, 1, -1), (9, 1, -1), (9, 1, 9), (-1, 1, 9)])
+    inner = sheet("F3", [(1, 2, 3), (2, 2, 3), (2, 2.5, 3), (1, 2.5, 3)])
+    outer = sheet("F4", [(3.9, 6, 3), (4.1, 6, 3), (4.1, 6.5, 3), (3.9, 6.5, 3)])
+    walls = build_walls(BOX, NOTCHED[::turn])
+    patches = rebuild_surfaces([wavy, side, inner, outer, *walls])
+    rows = np.flatnonzero(patches.surface_of_triangle >= 4)
+    found = inside_area(patches, rows)
+    assert not found[rows].any()
+    middles = patches.vertices[patches.triangles].mean(axis=1)
+    for name, expected in (("F2", False), ("F3", True), ("F4", False)):
+        mine = patches.surface_of_triangle == patches.names.index(name)
+        assert set(found[mine].tolist()) == {expected}
+    mine = np.flatnonzero(patches.surface_of_triangle == 0)
+    assert [holds(NOTCHED, *middles[i, :2]) for i in mine] == found[mine].tolist()
+
+
+def test_what_happens_in_the_box_beyond_the_area_does_not_matter():
+    """F1 ends in the box, but beyond the area: there F2 goes on around it."""
+    main = sheet("F1", [(-1, 0.5, 9), (9, 0.5, -1), (9, 9, -1), (-1, 9, 9)])
+    faults = {"F1": main, "F2": antithetic()}
+    with pytest.raises(GeometryError, match=r"goes on around the end of 'F1' at .*N 0\.5"):
+        _ = Scene({}, faults, BOX, truncations=RULES).units
+    scene = Scene({}, faults, BOX, aoi=NOTCHED, truncations=RULES)
+    assert scene.check().ok
+    assert {unit.block for unit in scene.units.values()} >= {"F1-", "F1+ F2+", "F1+ F2-"}
+    ring = np.array(NOTCHED)
+    p, q = ring, np.roll(ring, -1, axis=0)
+    area = 0.5 * abs((p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]).sum())
+    assert scene.units.volume == pytest.approx(8.0 * area, rel=1e-12)
+    again = scene.replace(aoi=None)
+    with pytest.raises(GeometryError, match="goes on around"):
+        _ = again.units
+
+
+@pytest.mark.parametrize("turn", [1, -1])
+def test_faults_are_extended_out_of_the_box_that_is_given(turn):
+    """Horizons fill it beyond the area of interest, and are torn there, too."""
+    small = sheet("F1", [(3, 3, 5), (5, 3, 3), (5, 5, 3), (3, 5, 5)])
+    options = {"extend": ["F1"], "box": BOX}
+    whole = Scene({}, {"F1": small}, **options).surface("F1")
+    ring = [(1, 2), (7, 2), (7, 6), (1, 6)][::turn]
+    scene = Scene({}, {"F1": small}, aoi=ring, **options)
+    np.testing.assert_array_equal(scene.surface("F1").vertices, whole.vertices)
+    south, north = scene.surface("F1").bounds[2:4]
+    assert south < BOX[2] < BOX[3] < north
+    assert {unit.block for unit in scene.units.values()} == {"F1+", "F1-"}
+    top = grid("Top", np.full((9, 9), 4.0))
+    alone = Scene({"Top": top}, {"F1": small}, aoi=ring, extend=["F1"])  # no box: the area's
+    assert alone.surface("F1").bounds[2] < 2.0 < 6.0 < alone.surface("F1").bounds[3] < 8.0
+
+
+def test_walls_that_are_not_closed_are_refused():
+    fault = sheet("F1", [(1, 2, 3), (9, 2, 3), (9, 2, 12), (1, 2, 12)])
+    patches = rebuild_surfaces([fault, *build_walls(BOX, NOTCHED)[:2]])  # without the top
+    rows = np.flatnonzero(patches.surface_of_triangle > 0)
+    with pytest.raises(
+        GeometryError, match=r"'F1' lies inside and outside .* Give all that build_"
+    ):
+        inside_area(patches, rows)
+
+
+# ---- On which side a fault leaves a bent one: against arithmetic that a child could follow.
+place = st.tuples(*[st.integers(-2, 2)] * 2, st.integers(-1, 3))
+
+
+def height(p, a, b, c):
+    """Six times the volume of a, b, c and p: positive in front of a, b, c."""
+    u, v, w = ([Fraction(q[k] - a[k]) for k in range(3)] for q in (b, c, p))
+    n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
+    return sum(x * y for x, y in zip(n, w, strict=True))
+
+
+def in_front(p, u, v, left, right):
+    """Whether p lies in front of the flanks (u, v, left) and (v, u, right); 0 where it is in one.
+
+    In front of a fold towards the front is what is in front of both flanks; of a fold towards the
+    back, what is in front of one of them.
+    """
+    one, two = height(p, u, v, left), height(p, v, u, right)
+    fold = height(right, u, v, left)
+    if fold == 0:  # flat, or folded onto itself
+        return 1 if one > 0 else -1 if one < 0 else 0
+    if fold > 0:
+        return 1 if one > 0 and two > 0 else -1 if one < 0 or two < 0 else 0
+    return 1 if one > 0 or two > 0 else -1 if one < 0 and two < 0 else 0
+
+
+@given(place, place, place, st.booleans(), st.booleans())
+def test_law_the_side_of_a_fold_is_that_of_two_planes(left, right, far, turn, back):
+    u, v = (0, 0, 0), (0, 0, 2)
+    expected = in_front(far, u, v, left, right)
+    places = [u, v, left, right, far]
+    if len(set(places)) < 5 or any(p[0] == p[1] == 0 for p in (left, right, far)):
+        return
+    across = left[0] * right[1] - left[1] * right[0]
+    if across == 0 and left[0] * right[0] + left[1] * right[1] > 0:
+        return  # a main fault folded onto itself
+    if expected == 0:
+        return  # in the plane of a flank
+    main = TriSurface("F1", "fault", [u, v, left, right], [[0, 1, 2], [1, 0, 3]])
+    faces = [[1, 0, 2]] if turn else [[0, 1, 2]]
+    other = TriSurface("F2", "fault", [u, v, far], faces)
+    patches = rebuild_surfaces([other, main] if back else [main, other])
+    rows = [
+        np.flatnonzero(patches.surface_of_triangle == patches.names.index(n)) for n in ("F2", "F1")
+    ]
+    beside = adjacency(patches, *rows)
+    # the piece at the edge u, v alone: flanks may be met again elsewhere
+    at_edge = [
+        beside.piece[half // 3]
+        for half, edge in zip(beside.half_edges, beside.edge_of_half, strict=True)
+        if (patches.vertices[beside.edges[edge]][:, :2] == 0).all()
+    ]
+    sides = beside.beside[at_edge]
+    assert len(sides) > 0
+    assert sides[:, 0 if expected > 0 else 1].all()
+
+
+@given(st.integers(1, 40), st.integers(1, 40), st.integers(-3, 3))
+def test_law_nearly_flat_folds_far_from_the_origin_are_told_exactly(a, b, lift):
+    """A fold of one part in 10^9 at UTM coordinates, and a fault between its flanks' planes."""
+    origin = np.array([460_000.0, 5_930_000.0, -2_000.0])
+    tiny = 2.0**-28
+    main = np.array([[0, 0, 0], [0, 64, 0], [-64, 0, -a * tiny], [64, 0, -b * tiny]])
+    fault = np.array([[0, 0, 0], [0, 64, 0], [-64, 0, lift * tiny - a * tiny]])
+    if lift == 0:
+        return
+    surfaces = [
+        TriSurface("F1", "fault", main + origin, [[0, 1, 2], [1, 0, 3]]),
+        TriSurface("F2", "fault", fault + origin, [[0, 1, 2]]),
+    ]
+    try:
+        patches = rebuild_surfaces(surfaces)
+    except GeosurfError:
+        return  # refused by name: too thin for float64
+    if patches.report["moved_vertices"]:
+        return
+    rows = [np.flatnonzero(patches.surface_of_triangle == k) for k in (1, 0)]
+    beside = adjacency(patches, *rows)
+    assert beside.beside.tolist() == [[lift > 0, lift < 0]]
