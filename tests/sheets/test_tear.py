@@ -217,7 +217,7 @@ def test_noise_and_signal_are_told_apart(sigma, period):
     assert noise == pytest.approx(sigma, rel=0.05)
     third = 20.0 * (2 * np.sin(0.5 * wave)) ** 3
     assert 0.5 * third < signal < third
-    assert weight_of(4 * noise, signal, 25.0) < weight_of(noise, signal, 25.0)
+    assert weight_of(64 * noise, signal, 25.0) < weight_of(16 * noise, signal, 25.0)
     assert weight_of(0.001, signal, 25.0) is None
 
 
