@@ -270,6 +270,27 @@ def test_movement_dies_away_within_reach_on_both_walls(share):
     assert sheet.cuts["F1"].throw == pytest.approx(40.0, abs=0.5)  # linear between nodes
 
 
+@pytest.mark.parametrize("turned", [False, True])
+def test_beds_are_read_on_their_triangles(turned):
+    """Rock comes from half a cell away each way: from the middle of the diagonal of its cell.
+
+    Diagonals run north-east, also where rows of the grid do not run east.
+    """
+    axis, throw = np.linspace(0.0, 1000.0, 21), 25.0 * 2**0.5
+    z = np.random.default_rng(7).uniform(-1800.0, -1797.0, (21, 21))
+    x, y = np.meshgrid(axis, axis)
+    if turned:
+        x, y, z = (np.ascontiguousarray(part.T[::-1]) for part in (x, y, z))
+    top = gs.TriSurface("Top", "horizon", lattice=gs.Lattice(x, y, z, not turned))
+    sheet = gs.throw_horizon(top, {"F1": wall(45.0, 45.0)}, {"F1": throw})
+    moved = sheet.lattice.elevation
+    if turned:
+        z, moved = z[::-1].T, moved[::-1].T
+    far = np.add.outer(axis[1:], axis[1:]) > 1200.0
+    expected = 0.5 * (z[:-1, :-1] + z[1:, 1:]) - throw
+    assert moved[1:, 1:][far] == pytest.approx(expected[far], abs=1e-9)
+
+
 def test_a_hole_moves_with_its_block():
     top = horizon()
     top[10:13, 30:33] = np.nan
