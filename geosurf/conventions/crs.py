@@ -151,11 +151,12 @@ def refuse_other_units(crs: str | None, where: str) -> None:
             "files by ogr2ogr -t_srs EPSG:32614 or gdalwarp -t_srs EPSG:32614."
         )
     vertical = VERTICAL.search(str(crs)) if crs else None
-    factors = LENGTH.findall(_bracketed(str(crs)[vertical.start() :])) if vertical else []
-    if factors and abs(float(factors[-1]) - 1.0) > 1e-9:
+    stated = LENGTH.findall(_bracketed(str(crs)[vertical.start() :])) if vertical else []
+    up = float(stated[-1]) if stated else 1.0
+    if abs(up - 1.0) > 1e-9:
         raise InputError(
             f"{where}: the vertical part of {label(str(crs))} is in units of "
-            f"{float(factors[-1]):g} m; geosurf takes metres. Convert elevations, and give a "
+            f"{up:g} m; geosurf takes metres. Convert elevations, and give a "
             "system without a vertical part."
         )
 
