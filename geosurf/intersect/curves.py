@@ -12,14 +12,11 @@ from geosurf.arrangement.arrange import Children, cut_contacts
 from geosurf.arrangement.search import Contacts, check_surfaces, find_contacts
 from geosurf.errors import InvariantError
 from geosurf.intersect.link import (
-    are_plain,
     canonical,
-    canonical_by_keys,
     line_contacts,
     link,
     of_pairs,
     off_curves,
-    pair_keys,
     pairs_of_rows,
     pairs_with_areas,
     split_overlaps,
@@ -368,12 +365,6 @@ def curves_of(contacts: Contacts) -> Curves:
     Curves
     """
     names = tuple(s.name for s in contacts.surfaces)
-    # Two graphs over the map cannot overlap and need no splitting: most scenes take this way.
-    if are_plain(contacts):
-        keys = pair_keys(contacts), len(names)
-        sorted_all = canonical_by_keys(contacts.x, contacts.ids[:, :2], *keys)
-        return _linked(names, contacts.origin, *sorted_all, [], contacts.cost)
-
     pairs = pairs_of_rows(contacts)
     segments, surfaces = line_contacts(contacts, pairs)
     touching = touching_points(contacts, pairs)

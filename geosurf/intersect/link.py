@@ -18,7 +18,7 @@ from geosurf.errors import InputError
 from geosurf.kernels.contacts.aligned_grids import points_near_segments
 from geosurf.kernels.contacts.packed_contact import in_plane, n_corners
 from geosurf.kernels.exact.predicates import inside_segments
-from geosurf.kernels.meshes.linking import link_segments, overlap_free, pairs_of_surfaces
+from geosurf.kernels.meshes.linking import link_segments
 from geosurf.kernels.meshes.mesh import number_below, number_keys, weld
 from geosurf.model import Curves, Patches, TriSurface, frozen
 
@@ -30,19 +30,8 @@ def pairs_of_rows(contacts: Contacts) -> np.ndarray:
 
 def pair_keys(contacts: Contacts) -> np.ndarray:
     """Pair of surfaces of each contact as one number, ``n_surface * lower + upper``."""
-    n_surface = len(contacts.surfaces)
-    keys: np.ndarray = pairs_of_surfaces(contacts.surface_of_face, contacts.rows, n_surface)
-    return keys
-
-
-def are_plain(contacts: Contacts) -> bool:
-    """Whether contacts are segments of two surfaces each that cannot overlap.
-
-    So nothing has to be split, and no segment is there twice: see `geosurf.kernels.meshes.linking`.
-    """
-    graphs = np.array([s.lattice is not None and s.lattice.is_graph for s in contacts.surfaces])
-    of_face = contacts.surface_of_face
-    return overlap_free(contacts.x, of_face, graphs, contacts.rows, contacts.ids) == 1
+    one, two = (contacts.surface_of_face.take(contacts.rows[:, k]) for k in (0, 1))
+    return len(contacts.surfaces) * np.minimum(one, two) + np.maximum(one, two)
 
 
 def line_contacts(contacts: Contacts, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -169,14 +158,7 @@ def canonical(
     local: np.ndarray, segments: np.ndarray, surfaces: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Points in use, sorted by coordinates; segments and surfaces renumbered and sorted."""
-    return canonical_by_keys(local, segments, *_keys(surfaces))
-
-
-def canonical_by_keys(
-    local: np.ndarray, segments: np.ndarray, keys: np.ndarray, n_surface: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """`canonical` for pairs of surfaces as numbers, see `pair_keys`."""
-    pairs, pair = _numbered(keys, n_surface)
+    pairs, pair = _numbered(*_keys(surfaces))
     places, segments, pair = sort_places_and_segments(local, segments, pair)
     return places, segments, pairs[pair]
 
@@ -418,7 +400,7 @@ def _groups(
     # A group is one face of one pair of surfaces: a face that meets two surfaces is in two groups.
     rows, n_surface, n_face = contacts.rows, len(contacts.surfaces), len(contacts.t)
     n, n_segment = len(contacts.x), len(segments)
-    pair = pairs_of_surfaces(contacts.surface_of_face, rows, n_surface)
+    pair = pair_keys(contacts)
     pair_of_segment = surfaces[:, 0] * n_surface + surfaces[:, 1]
     two, segment = _of_segments(contacts, pair, segments, pair_of_segment)
     groups, group = number_keys((pair[two, None] * n_face + rows[two, :2]).ravel())

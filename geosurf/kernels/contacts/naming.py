@@ -50,9 +50,6 @@ from geosurf.kernels.exact.exact_signs import (
 )
 from geosurf.kernels.exact.predicates import normal_axis
 
-FEW = 4  # up to so many contacts the points of a face are listed by face, else by vertex
-_LONG = 16  # points in a list; further names go into the table
-
 
 @scalar
 def _edge_and_face(t, a, b, code):
@@ -71,15 +68,12 @@ def _edge_and_face(t, a, b, code):
 
 
 @scalar
-def _count_rows(t, rows):
-    """Number of contacts of each face, and of all their corners."""
-    count = np.zeros(t.shape[0], dtype=np.int32)  # 32 bits, here and below: tables stay in a cache
+def _count_corners(rows):
+    """Number of corners of all contacts."""
     n_corner = 0
     for k in range(rows.shape[0]):
-        count[rows[k, TRIANGLE_A]] += 1
-        count[rows[k, TRIANGLE_B]] += 1
         n_corner += n_corner_of(rows[k, HOW])
-    return count, n_corner
+    return n_corner
 
 
 @scalar
@@ -118,30 +112,6 @@ def _point_by_table(d, m, names, p, q, plane):
 
 
 @scalar
-def _point_by_list(d, m, names, heads, onward, head, p, q, face):
-    """Row in `d` of a point from a list, defined if it is new.
-
-    Neighbours use the same name. A short list holds them side by side in memory, while a table of
-    all names misses the cache. Long lists (a hub, an edge through thousands of faces) overflow
-    into a table.
-    """
-    # Insert new points at the front of the list.
-    first = heads[head]
-    row = first
-    for _ in range(_LONG):
-        # The end of the list: the point is new.
-        if row < 0:
-            row = _new_point(d, m, p, q, face)
-            onward[row] = first
-            heads[head] = row
-            return row
-        if d[row, 1] == p and d[row, 2] == q and d[row, 3] == face:
-            return row
-        row = onward[row]
-    return _point_by_table(d, m, names, p, q, face)
-
-
-@scalar
 def _corner_in_plane(t, e, d, m, names, a, b, axis, code):
     """Id of the common point of two features in one plane."""
     fa = (code >> 3) & 7
@@ -162,13 +132,10 @@ def _corner_in_plane(t, e, d, m, names, a, b, axis, code):
 
 
 @scalar
-def _name_corners(frame, rows, count, ids):
+def _name_corners(frame, rows, ids):
     """Ids of the corners of all contacts, by names alone; False if a table is full."""
     x, t, e, d, m, w = frame.x, frame.t, frame.e, frame.d, frame.m, frame.w
 
-    # Lists and table of names start empty.
-    heads = np.full(t.shape[0] + m[N_VERTEX], -1, dtype=np.int32)
-    onward = np.empty(d.shape[0], dtype=np.int32)
     names = np.zeros((64, 5), dtype=np.int64)
     for k in range(rows.shape[0]):
         a, b = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]
@@ -191,11 +158,8 @@ def _name_corners(frame, rows, count, ids):
             elif code & 7 < 3:
                 ids[k, c] = t[b, code & 7]
             else:
-                # An edge through a face: look it up in the list of the face or of the vertex.
                 p, q, face = _edge_and_face(t, a, b, code)
-                head = face if count[face] <= FEW else t.shape[0] + p
-                row = _point_by_list(d, m, names, heads, onward, head, p, q, face)
-                ids[k, c] = m[N_VERTEX] + row
+                ids[k, c] = m[N_VERTEX] + _point_by_table(d, m, names, p, q, face)
     return True
 
 
@@ -268,11 +232,11 @@ def name_corners(x, t, e, d, m, w, rows, ids):
     `x` and `d` need room for one point per corner behind the vertices.
     """
     frame = Frame(x, t, e, d, m, w)
-    count, n_corner = _count_rows(t, rows)
+    n_corner = _count_corners(rows)
     # Room for the worst case, one point per corner: the loops below need no test.
     if min(d.shape[0], x.shape[0] - m[N_VERTEX]) < n_corner:
         return FULL
-    if not _name_corners(frame, rows, count, ids):
+    if not _name_corners(frame, rows, ids):
         return FULL
     m[N_NAME] = 0  # the table is not used again
     return m[N_POINT]

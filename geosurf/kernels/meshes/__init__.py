@@ -15,7 +15,6 @@ file              question                                                source
 `shells`          In which order are triangles? Which edges are open?     Hibbard 1963
 `lattice_units`   Which unit is at a point?                               Edelsbrunner & Mücke
 `nearest`         How far is the nearest boundary?
-`linking`         Which segments of curves cannot overlap?
-                  Which curves do segments form?
+`linking`         Which curves do segments form?
 ================= ======================================================= ===============
 """
