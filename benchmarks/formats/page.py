@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 from benchmarks.formats.round_trips import Row
 from benchmarks.formats.speed import Timing
-from geosurf.read.registry import TITLES, known_formats
 
 HEAD = """# The format matrix
 
@@ -71,15 +70,6 @@ while reading, over the arrays.
 | suffix | write [s] | read [s] | asked [s] | other | its read [s] | ratio | memory: write | read |
 |---|---|---|---|---|---|---|---|---|
 """
-READ = """
-## Read
-
-Which function reads which format; the content of a file picks the format, and suffixes decide
-where the content is open.
-
-| format | function | suffixes |
-|---|---|---|
-"""
 
 
 def page(
@@ -93,26 +83,33 @@ def page(
 ) -> str:
     """Return the page in Markdown."""
     parts = [HEAD.format(date=date, peers=", ".join(peers) or "none")]
-    parts += [KINDS, *(_written(row) for row in rows)]
+    parts += [KINDS, *_written(rows)]
     parts += [HOSTILE, *_by_object(hostile)]
     parts += [DAMAGED, *_by_object(damaged)]
     parts += [FIELD, *_by_format(field)] if field else []
     parts += [SPEED, *(_speed(one) for one in speed)]
-    parts += [READ, *_read()]
     return "".join(parts)
 
 
-def _written(row: Row) -> str:
-    """One row of what is written."""
+def _written(rows: Sequence[Row]) -> list[str]:
+    """Rows of what is written; suffixes with the same results share one."""
+    suffixes: dict[tuple[str, str], list[str]] = {}
+    for row in rows:
+        suffixes.setdefault((row.kind, _results(row)), []).append(f"`{row.suffix}`")
+    return [
+        f"| {kind} | {' '.join(some)} | {words} |\n" for (kind, words), some in suffixes.items()
+    ]
+
+
+def _results(row: Row) -> str:
+    """The results of one row of what is written."""
     if row.missing:
-        return f"| {row.kind} | `{row.suffix}` | needs {row.missing} | | | |\n"
+        return f"needs {row.missing} | | | "
     peers = "; ".join(f"{name} {_difference(value)}" for name, value in row.peers.items())
     lost = ", ".join(dict.fromkeys(one.what for one in row.lost)) or "none"
     back = "" if row.back is None else _difference(row.back)
     function = f"`{row.read_with}`" if row.read_with else "not read"
-    return (
-        f"| {row.kind} | `{row.suffix}` | {function} | {back} | {peers or 'no peer'} | {lost} |\n"
-    )
+    return f"{function} | {back} | {peers or 'no peer'} | {lost}"
 
 
 def _difference(value: float | str) -> str:
@@ -156,21 +153,6 @@ def _speed(one: Timing) -> str:
         f"| {one.peer or 'no peer'} | {theirs} | {ratio} "
         f"| {one.memory:.1f} | {one.read_memory:.1f} |\n"
     )
-
-
-def _read() -> list[str]:
-    """Rows of what is read, from the registry."""
-    functions: dict[str, list[str]] = {}
-    suffixes: dict[str, tuple[str, ...]] = {}
-    for function, formats in known_formats().items():
-        for key, (_, _, names) in formats.items():
-            functions.setdefault(key, []).append(f"`{function}`")
-            suffixes[key] = tuple(dict.fromkeys([*suffixes.get(key, ()), *names]))
-    return [
-        f"| {TITLES.get(key, key)} | {', '.join(found)} | "
-        f"{' '.join(f'`{suffix}`' for suffix in suffixes[key]) or 'by content'} |\n"
-        for key, found in functions.items()
-    ]
 
 
 __all__ = ["page"]
