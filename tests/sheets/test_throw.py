@@ -270,6 +270,17 @@ def test_movement_dies_away_within_reach_on_both_walls(share):
     assert sheet.cuts["F1"].throw == pytest.approx(40.0, abs=0.5)  # linear between nodes
 
 
+def test_rock_above_and_below_a_fault_moves_as_beside_it():
+    """A steep plane that leaves the heights of its fault is a plane still, moved as one."""
+    top = horizon(height=lambda x, y: -1800.0 + 0.8 * (x - 500.0))
+    sheet = gs.throw_horizon(top, {"F1": wall(60.0, 90.0)}, {"F1": 30.0})
+    heave = 30.0 / np.tan(np.radians(60.0))
+    east = top.easting.values > 600.0
+    assert top.values.max() > -1410.0  # the fault ends at -1500 m
+    expected = top.values - 30.0 - 0.8 * heave
+    assert sheet.lattice.elevation[:, east] == pytest.approx(expected[:, east], abs=1e-6)
+
+
 @pytest.mark.parametrize("turned", [False, True])
 def test_beds_are_read_on_their_triangles(turned):
     """Rock comes from half a cell away each way: from the middle of the diagonal of its cell.
