@@ -15,7 +15,7 @@ from geosurf.arrangement.torn_trees import tree_for
 from geosurf.arrangement.tree import needed, of_one_map, pairs_of_grids, pairs_of_one_map
 from geosurf.errors import InputError
 from geosurf.kernels.exact.predicates import frame_of
-from geosurf.kernels.meshes.mesh import number_below
+from geosurf.kernels.meshes.mesh import number_keys
 from geosurf.kernels.search.tree import faces_in_box, fill_voxels, voxel_pairs
 from geosurf.kernels.sheets.torn_links import are_over_nodes, edges_over_ghosts, overlap_in_map
 from geosurf.model import TriSurface
@@ -400,9 +400,9 @@ def over_itself(surface: TriSurface, pairs: np.ndarray, origin: np.ndarray) -> n
     mask: np.ndarray = any_of(_with_ghosts(surface)[pairs])
     some = np.flatnonzero(mask)
     # Only vertices of these triangles are put into the exact frame.
-    triangles, number = number_below(pairs[some].reshape(-1), surface.n_triangle)
+    triangles, number = number_keys(pairs[some].reshape(-1))
     corners = surface.triangles[triangles]
-    nodes, corner = number_below(corners.reshape(-1), surface.n_vertex)
+    nodes, corner = number_keys(corners.reshape(-1))
 
     x = surface.vertices[nodes] - origin
     if len(some):

@@ -32,7 +32,7 @@ from geosurf.kernels.contacts.naming import (
 )
 from geosurf.kernels.exact.constructed_points import FULL
 from geosurf.kernels.exact.exact_signs import EXACT_ORIENT2D, N_NAME, N_POINT, N_VERTEX
-from geosurf.kernels.meshes.mesh import number_in_place, weld
+from geosurf.kernels.meshes.mesh import number_keys, weld
 from geosurf.model import TriSurface
 
 # ---- named ----------------------------------------
@@ -175,7 +175,7 @@ def gather(
         start += len(rows)
     of = range(len(surfaces))
     worth = n_pair > _PAIRS_IN_THREADS
-    numbered = map_threads(_number_faces, [(surfaces[i], columns[i]) for i in of], worth)
+    numbered = map_threads(_number_faces, [(columns[i],) for i in of], worth)
 
     cut = np.cumsum([0] + [len(key) for key, _ in numbered])
     t = np.empty((cut[-1], 3), dtype=np.int64)
@@ -203,19 +203,20 @@ def gather(
     return Faces(x, t, surface, key, list(zip(nodes, ids, strict=True))), pairs
 
 
-def _number_faces(surface: TriSurface, columns: Sequence[_Column]) -> tuple[np.ndarray, np.ndarray]:
+def _number_faces(columns: Sequence[_Column]) -> tuple[np.ndarray, np.ndarray]:
     """Keys of the faces of a surface that are in use, and the number of each entry among them."""
     entries = [rows[:, column] for _, column, rows in columns]
     number = np.concatenate(entries) if entries else np.empty(0, dtype=np.int64)
-    return number_in_place(number[:, np.newaxis], 1, _key_limits(surface)[0]), number
+    return number_keys(number)
 
 
 def _number_nodes(surface: TriSurface, key: np.ndarray, corners: np.ndarray) -> np.ndarray:
     """Nodes of some faces of a surface; `corners` get their numbers."""
     if len(key) == 0:
         return np.empty(0, dtype=np.int64)
-    corners[:] = surface.corners_of_keys(key)
-    return number_in_place(corners, 3, _key_limits(surface)[1])
+    nodes, number = number_keys(surface.corners_of_keys(key).ravel())
+    corners[:] = number.reshape(-1, 3)
+    return nodes
 
 
 def _write_own(
@@ -259,12 +260,3 @@ def _welded(places: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.nda
     first[number[::-1]] = some[::-1]
     n, row = drop_rows(places, corners, some, first[number])
     return shortened(places, n), row
-
-
-def _key_limits(surface: TriSurface) -> tuple[int, int]:
-    """Numbers above all keys of triangles, and above all nodes."""
-    if surface.lattice is None:
-        return surface.n_triangle, surface.n_vertex
-    # Two triangles per node: keys of lattices count cells that would begin at the last node, too.
-    n_row, n_col = surface.lattice.shape
-    return 2 * n_row * n_col, n_row * n_col

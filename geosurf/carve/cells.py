@@ -399,7 +399,7 @@ class Cells:
     @cached_property
     def heights(self) -> np.ndarray:
         """Lowest and highest local elevation of each face, float64 (n, 2) [m]."""
-        return measures.heights(self.pieces, self.face_of_element, self._all)
+        return self.extent[:, [measures.LOWER.stop - 1, measures.UPPER.stop - 1]]
 
     def beside_level(self, wanted: np.ndarray, level: float) -> np.ndarray:
         """Volume of some faces (bool) above a level and below it: see `carve.measures`."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from itertools import pairwise
 from typing import Any
@@ -49,12 +49,24 @@ def below(pieces: Pieces, face: np.ndarray, asked: np.ndarray, level: float) -> 
         the map times its mean height; over a closed shell, these add up to the volume inside.
     """
     found = np.zeros((len(asked), 3))
-    first = [
-        partial(kernels.volume_below_triangles, pieces.x, *some, asked, level, found)
-        for some in _triangles(pieces, face)
-    ]
-    for lattice, of, sums in _sums(pieces, face, asked, level + pieces.origin[2], first=first):
-        kernels.add_runs(lattice.places, sums, of, found)
+    parts = list(_runs(pieces, face, asked))
+    height = level + pieces.origin[2]
+
+    def of_triangles(*some: np.ndarray) -> None:
+        """Add triangles that share no face with others."""
+        kernels.volume_below_triangles(pieces.x, *some, asked, level, found)
+
+    def of_runs(lattice: Lattice, runs: np.ndarray, _: np.ndarray) -> np.ndarray:
+        """Volume below each run and its map area (n_run, 3)."""
+        return kernels.volume_below_runs(*lattice.coordinates, lattice.places, runs, height)
+
+    tasks: list[tuple[Callable[[], Any]]]
+    tasks = [(partial(of_triangles, *some),) for some in _triangles(pieces, face)]
+    tasks += [(partial(of_runs, *part),) for part in parts]
+    worth = bool(pieces.first_run[-1] > _MANY_RUNS)
+    sums = map_threads(lambda task: task(), tasks, worth=worth)[len(tasks) - len(parts) :]
+    for (lattice, _, of), one in zip(parts, sums, strict=True):
+        kernels.add_runs(lattice.places, one, of, found)
     return found
 
 
@@ -129,18 +141,6 @@ def beside_level(
     return found
 
 
-def heights(pieces: Pieces, face: np.ndarray, asked: np.ndarray) -> np.ndarray:
-    """Lowest and highest local elevation of faces, float64 (n_face, 2) [m]; as for `below`."""
-    found = np.repeat([[np.inf, -np.inf]], len(asked), axis=0)
-    first = [
-        partial(kernels.heights_of_triangles, pieces.x, *some, asked, found)
-        for some in _triangles(pieces, face)
-    ]
-    for _, of, ends in _sums(pieces, face, asked, first=first):
-        kernels.widen_by_runs(ends, of, float(pieces.origin[2]), found)
-    return found
-
-
 def _triangles(pieces: Pieces, face: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
     """All triangles and the face of each; kernels pass over those that belong to none.
 
@@ -152,34 +152,6 @@ def _triangles(pieces: Pieces, face: np.ndarray) -> list[tuple[np.ndarray, np.nd
         if end > ends[-1]:
             ends.append(int(np.searchsorted(surface, surface[end - 1], side="right")))
     return [(pieces.triangles[i:j], face[i:j]) for i, j in pairwise(ends)]
-
-
-def _sums(
-    pieces: Pieces,
-    face: np.ndarray,
-    asked: np.ndarray,
-    level: float | None = None,
-    *,
-    first: Sequence[Callable[[], Any]],
-) -> Iterator[tuple[Lattice, np.ndarray, np.ndarray]]:
-    """For each lattice the faces that its runs belong to, and what `_of_runs` finds of them.
-
-    The tasks `first` are done before, or in other threads.
-    """
-    parts = list(_runs(pieces, face, asked))
-    worth = bool(pieces.first_run[-1] > _MANY_RUNS)
-    tasks = [*first, *(partial(_of_runs, one, runs, level) for one, runs, _ in parts)]
-    found = map_threads(lambda task: task(), [(task,) for task in tasks], worth=worth)
-    for (lattice, _, of), sums in zip(parts, found[len(first) :], strict=True):
-        yield lattice, of, sums
-
-
-def _of_runs(lattice: Lattice, runs: np.ndarray, level: float | None = None) -> np.ndarray:
-    """Volume below each run and its map area (n_run, 3), without a level its heights (n_run, 2)."""
-    x, y, z = lattice.coordinates
-    if level is None:
-        return kernels.heights_of_runs(z, lattice.places, runs)
-    return kernels.volume_below_runs(x, y, z, lattice.places, runs, level)
 
 
 def _runs(

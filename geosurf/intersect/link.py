@@ -19,7 +19,7 @@ from geosurf.kernels.contacts.aligned_grids import points_near_segments
 from geosurf.kernels.contacts.packed_contact import in_plane, n_corners
 from geosurf.kernels.exact.predicates import inside_segments
 from geosurf.kernels.meshes.linking import link_segments
-from geosurf.kernels.meshes.mesh import number_below, number_keys, weld
+from geosurf.kernels.meshes.mesh import number_keys, weld
 from geosurf.model import Curves, Patches, TriSurface, frozen
 
 
@@ -72,7 +72,7 @@ def _keys(surfaces: np.ndarray) -> tuple[np.ndarray, int]:
 
 def _numbered(keys: np.ndarray, n_surface: int) -> tuple[np.ndarray, np.ndarray]:
     """Distinct pairs of surfaces, sorted, and the number of each pair among them."""
-    found, number = number_below(keys, n_surface**2)
+    found, number = number_keys(keys)
     return np.stack(np.divmod(found, n_surface), axis=1), number
 
 

@@ -22,7 +22,7 @@ import numpy as np
 from geosurf.errors import GeosurfWarning
 from geosurf.kernels.exact.predicates import frame_of
 from geosurf.kernels.lattices.sets import distinct
-from geosurf.kernels.meshes.mesh import join_pairs, kept_triangles, number_below
+from geosurf.kernels.meshes.mesh import join_pairs, kept_triangles, number_keys
 from geosurf.kernels.meshes.parts import balance_at_fault, join_past_others
 from geosurf.kernels.sheets.torn_links import classify_parts, sides_of_edges
 from geosurf.model import Patches, TriSurface, frozen
@@ -125,13 +125,13 @@ class Listed:
         if known is not None:
             return known
         source, parent = self.sources[surface], self.parent_of_triangle[self.rows(surface)]
-        used, row = number_below(parent, source.n_triangle)
+        used, row = number_keys(parent)
         if source.lattice is None:
             corners = source.corners_of_keys(used)
         else:  # parents are rows
             nodes = source.lattice.corners_of_keys(source.lattice.keys_of_rows(used))
             corners = source.lattice.vertex_of_node.ravel()[nodes]
-        vertex, number = number_below(corners.ravel(), source.n_vertex)
+        vertex, number = number_keys(corners.ravel())
         node = vertex
         if isinstance(source.lattice, TornLattice):
             node = source.lattice.node_of_vertex[vertex]

@@ -146,7 +146,7 @@ import gc
 from geosurf.kernels.meshes import (mesh)
 from geosurf.kernels.compile.numba_runner import JitKernel
 for kernel in gc.get_objects():
-    if isinstance(kernel, JitKernel) and kernel._compiled.__name__ == "number_by_bits":
+    if isinstance(kernel, JitKernel) and kernel._compiled.__name__ == "first_seen":
         kernel.compile()
         (made,) = kernel._compiled.overloads.values()
         for function in made.library._final_module.functions:
