@@ -20,7 +20,7 @@
 ``card_map``     a small map on a card
 ``memory``       bytes of memory that are free
 ``packages``     packages that not every installation has
-``colours``      colours of units, horizons and faults
+``palette``      colours of units, horizons and faults; of pictures
 ================ ================================================================
 """
 

@@ -8,7 +8,7 @@ from html import escape
 
 import numpy as np
 
-from geosurf.conventions.colours import RGB, fault
+from geosurf.conventions.palette import RGB, fault
 
 # ---- card map ----------------------------------------
 # A small map for the card of an object, as SVG: an outline, and named lines in it.

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from geosurf.conventions import palette
 from geosurf.conventions.machine import need_plots
 from geosurf.ensemble.record import EXCEEDED, LEAST, MILLION, TOTAL
-from geosurf.render import palette
+from geosurf.render import artists
 from geosurf.render.compose import figure_path, save_figure
 from geosurf.render.sheet import check_axes
 
@@ -240,9 +241,7 @@ def drawn(
 
 def new_figure(width: float, height: float) -> Figure:
     """An empty figure [inches], which pyplot does not know."""
-    from matplotlib.figure import Figure
-
-    return Figure(figsize=(width, height), layout="constrained", dpi=110)
+    return artists.Figure(figsize=(width, height), layout="constrained", dpi=110)
 
 
 def plain(name: Any) -> str:

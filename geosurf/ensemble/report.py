@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import counted
+from geosurf.conventions import counted, palette
 from geosurf.conventions.machine import need_plots
 from geosurf.conventions.running import running
 from geosurf.ensemble.plots import new_figure, plain, words_of
 from geosurf.ensemble.record import LEAST, MILLION, STATISTICS, TOTAL
 from geosurf.files import write_into_folder
-from geosurf.render import palette
 from geosurf.render.compose import save_figure
 from geosurf.render.furniture import colours_of, tick_texts, ticks
 from geosurf.report import page

@@ -11,7 +11,7 @@ import numpy as np
 
 from geosurf.conventions import place
 from geosurf.conventions.card import Card, small_map
-from geosurf.conventions.colours import fault as fault_colour
+from geosurf.conventions.palette import fault as fault_colour
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.model.base import Noun, Shown, frozen
 from geosurf.model.lattice import Lattice

@@ -13,7 +13,7 @@ import numpy as np
 
 from geosurf.conventions import counted, is_word, known_names, volume_text
 from geosurf.conventions.card import MOST, Card
-from geosurf.conventions.colours import unit_colours
+from geosurf.conventions.palette import unit_colours
 from geosurf.errors import InputError
 from geosurf.model.base import Shown, frozen, in_crs_of, multiblock, polydata
 from geosurf.model.column import Remnant

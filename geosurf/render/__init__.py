@@ -17,7 +17,7 @@ backend.py          layers drawn with VTK, and the choice of a graphics driver
 probe.py            the test of one graphics driver, in a separate process
 sheet.py            a blank picture, or the axes of a user's figure
 furniture.py        title, legend, axes, contours, colour bar, arrows and scale bar
-palette.py          colours
+artists.py          names of matplotlib; options of texts, lines and areas
 picture_style.py    `PictureStyle`: theme, font, colours by name, colour map
 colouring.py        colours of units: by unit, zone, block, contact, elevation, property
 ==================  ====================================================================

@@ -14,10 +14,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from geosurf.conventions import area_texts
+from geosurf.conventions import area_texts, palette
 from geosurf.errors import InputError
 from geosurf.model.expected import listed, name_of
-from geosurf.render import palette
+from geosurf.render import artists
+from geosurf.render.artists import AreaStyle, LineStyle
 from geosurf.render.colouring import seal_bar, shades_of, zone_colours
 from geosurf.render.diagram import (
     Line,
@@ -37,7 +38,6 @@ from geosurf.render.furniture import (
 )
 from geosurf.render.layers import DETAIL_ROOM, Bar, Entry, shortened_apart
 from geosurf.render.overlay import name_place
-from geosurf.render.palette import AreaStyle, LineStyle
 from geosurf.render.picture_style import FONT
 from geosurf.render.sheet import STRIPE_WIDTH, STRIPES, Sheet
 
@@ -181,8 +181,6 @@ def _fill(
     axes: Axes, lines: list[Line], names: dict[str, str], colours: dict[str, palette.RGB]
 ) -> None:
     """Fill juxtaposed areas: footwall in full colour, hanging wall as stripes."""
-    from matplotlib.patches import PathPatch
-
     # rings of one pair of zones together: a hole needs the ring around it
     rings: dict[str, tuple[str, list[np.ndarray]]] = {}
     for words, line in lines:
@@ -195,18 +193,16 @@ def _fill(
         outline = outline_of(parts)
         # the edge closes the seam between neighbours
         look: AreaStyle = {"facecolor": colours[minus], "edgecolor": colours[minus]}
-        axes.add_artist(PathPatch(outline, linewidth=0.4, **look))
+        axes.add_artist(artists.PathPatch(outline, linewidth=0.4, **look))
         if plus != minus:
             look = {"facecolor": "none", "edgecolor": colours[plus], "hatch": STRIPES}
-            stripes = PathPatch(outline, linewidth=0.0, **look)
+            stripes = artists.PathPatch(outline, linewidth=0.0, **look)
             stripes.set_hatch_linewidth(STRIPE_WIDTH)
             axes.add_artist(stripes)
 
 
 def _fill_by_ratio(sheet: Sheet, axes: Axes, seal: xarray.Dataset, lines: list[Line]) -> Bar:
     """Fill the fault by its shale gouge ratio, pale where no reservoir faces reservoir."""
-    from matplotlib.patches import PathPatch
-
     bar = seal_bar([seal], sheet.style)
     s, z, sgr = (seal[key].values.ravel() for key in ("along_strike", "elevation", "sgr"))
     triangles = np.arange(len(s)).reshape(-1, 3)
@@ -221,7 +217,9 @@ def _fill_by_ratio(sheet: Sheet, axes: Axes, seal: xarray.Dataset, lines: list[L
     pale = {f"{plus} | {minus}" for plus, minus, kind in rings if kind != FACING}
     for words, line in lines:
         if words["kind"] == "juxtaposition" and words["label"] in pale:
-            cover = PathPatch(outline_of([line]), linewidth=0.0, facecolor=palette.PAPER, alpha=0.6)
+            cover = artists.PathPatch(
+                outline_of([line]), linewidth=0.0, facecolor=palette.PAPER, alpha=0.6
+            )
             axes.add_artist(cover)
     draw_colour_bar(sheet, np.array(bar.levels), bar.words, bar.codes, N_BAND, (60.0, 220.0))
     return bar

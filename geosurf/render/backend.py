@@ -24,9 +24,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from geosurf.conventions.machine import DRAWING, missing_sentence
+from geosurf.conventions.palette import PAPER, RGB
 from geosurf.errors import DependencyError
 from geosurf.render.layers import Layer
-from geosurf.render.palette import PAPER, RGB
 from geosurf.render.views import Camera
 
 if TYPE_CHECKING:  # pragma: no cover - types only

@@ -9,16 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import counted, did_you_mean, is_word, real_numbers, volume_text
+from geosurf.conventions import counted, did_you_mean, is_word, palette, real_numbers, volume_text
 from geosurf.conventions.axes import vertical_label
-from geosurf.conventions.colours import unit_colours
+from geosurf.conventions.palette import RGB, unit_colours
 from geosurf.errors import InputError
 from geosurf.model import Unit, Units
 from geosurf.model.units import left_out
-from geosurf.render import palette
 from geosurf.render.furniture import colours_of, contour_levels
 from geosurf.render.layers import LABEL_ROOM, Bar, Entry
-from geosurf.render.palette import RGB
 from geosurf.render.picture_style import COLOUR_BY, PictureStyle
 
 if TYPE_CHECKING:  # pragma: no cover - types only

@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import counted, is_number, number_text, real_numbers
+from geosurf.conventions import counted, is_number, number_text, palette, real_numbers
 from geosurf.conventions.machine import give_back_memory, need_views
 from geosurf.errors import InputError, OutputError
 from geosurf.files import write_into_folder
 from geosurf.model import Curves, TriSurface, VoxelSearch
 from geosurf.model.expected import expect, listed, path_of
-from geosurf.render import palette
 from geosurf.render.backend import draw_layers
 from geosurf.render.clip import Prism
 from geosurf.render.furniture import (

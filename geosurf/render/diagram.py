@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from geosurf.conventions import palette
 from geosurf.conventions.axes import vertical_label
 from geosurf.errors import InputError
 from geosurf.model.expected import expect
-from geosurf.render import palette
+from geosurf.render import artists
 from geosurf.render.colouring import zone_colours
 from geosurf.render.furniture import draw_legend, draw_words, label_axes, rim_of_words
 from geosurf.render.layers import Entry
@@ -21,7 +22,6 @@ from geosurf.render.sheet import DPI, Sheet, UserSheet
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
     from matplotlib.axes import Axes
-    from matplotlib.path import Path as Outline
 
 
 # ---- column ----------------------------------------
@@ -258,13 +258,11 @@ def lines_of(lines: xarray.Dataset, axes: tuple[str, str], words: Sequence[str])
     ]
 
 
-def outline_of(rings: Sequence[np.ndarray]) -> Outline:
+def outline_of(rings: Sequence[np.ndarray]) -> artists.Path:
     """Return one matplotlib path around rings (n, 2); rings of opposite direction are holes."""
-    from matplotlib.path import Path as Outline
-
     # matplotlib fills by winding: a ring that runs the other way is a hole
-    closed = (Outline(np.vstack([ring, ring[:1]]), closed=True) for ring in rings)
-    return Outline.make_compound_path(*closed)
+    closed = (artists.Path(np.vstack([ring, ring[:1]]), closed=True) for ring in rings)
+    return artists.Path.make_compound_path(*closed)
 
 
 def range_shown(points: np.ndarray, levels: Sequence[np.ndarray]) -> tuple[float, ...]:

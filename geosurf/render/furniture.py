@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
-from geosurf.conventions import length_text
+from geosurf.conventions import length_text, palette
 from geosurf.conventions.axes import vertical_label, vertical_sign, vertical_words
 from geosurf.model.expected import expect
-from geosurf.render import palette
+from geosurf.render import artists
+from geosurf.render.artists import AreaStyle, LineStyle, Spot, TextStyle
 from geosurf.render.layers import (
     DETAIL_ROOM,
     LABEL_ROOM,
@@ -25,17 +26,12 @@ from geosurf.render.layers import (
     shortened,
     shortened_apart,
 )
-from geosurf.render.palette import AreaStyle, LineStyle, Spot, TextStyle
 from geosurf.render.picture_style import FONT, LEGEND, apply_theme, readable
 from geosurf.render.sheet import STRIPE_WIDTH, STRIPES, Sheet, UserSheet
 from geosurf.render.views import Camera, corners
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from matplotlib.axes import Axes
-    from matplotlib.axis import Axis
-    from matplotlib.colors import LinearSegmentedColormap
-    from matplotlib.contour import ContourSet
-    from matplotlib.patheffects import AbstractPathEffect
 
 
 # ---- axes ----------------------------------------
@@ -216,7 +212,7 @@ def map_axes(sheet: Sheet, extent: tuple[float, float, float, float]) -> tuple[A
 
 
 def label_axes(
-    sheet: Sheet, axes: Axes, rows: Sequence[tuple[Axis, str, float, float, float, float]]
+    sheet: Sheet, axes: Axes, rows: Sequence[tuple[artists.Axis, str, float, float, float, float]]
 ) -> None:
     """Give axes round values and names: axis, name, both ends, the unit and the length [pixels]."""
     size = sheet.points(12.0)
@@ -237,14 +233,12 @@ def thin_and_bold(levels: np.ndarray) -> tuple[tuple[np.ndarray, float], ...]:
     return (levels[~bold], 0.35), (levels[bold], 0.9)
 
 
-def colours_of(codes: tuple[str, ...]) -> LinearSegmentedColormap:
+def colours_of(codes: tuple[str, ...]) -> artists.LinearSegmentedColormap:
     """Return a matplotlib colour map through the given colours, low to high."""
-    from matplotlib.colors import LinearSegmentedColormap
-
-    return LinearSegmentedColormap.from_list("geosurf", codes)
+    return artists.LinearSegmentedColormap.from_list("geosurf", codes)
 
 
-def number_contours(sheet: Sheet, axes: Axes, lines: ContourSet, label: str) -> None:
+def number_contours(sheet: Sheet, axes: Axes, lines: artists.ContourSet, label: str) -> None:
     """Write the value of each contour on its longest line if that is long enough."""
     sign = vertical_sign(label)
     numbers = {level: plain_number(sign * level) for level in map(float, lines.levels)}
@@ -395,11 +389,9 @@ WIDE_ROOM = 27  # characters of a label in small letters
 TWO_LINES, ONE_LINE = 38.0, 18.0  # heights of an entry of the legend [design pixels]
 
 
-def rim_of_words(sheet: Sheet) -> list[AbstractPathEffect]:
+def rim_of_words(sheet: Sheet) -> list[artists.AbstractPathEffect]:
     """Return a white rim that makes text readable on any background."""
-    from matplotlib.patheffects import withStroke
-
-    return [withStroke(linewidth=sheet.points(3.0), foreground="white")]
+    return [artists.withStroke(linewidth=sheet.points(3.0), foreground="white")]
 
 
 def halo_text(
@@ -534,8 +526,6 @@ def arrow_head(
     sheet: Sheet, start: np.ndarray, tip: np.ndarray, width: float, colour: palette.RGB
 ) -> None:
     """Draw an arrow from one pixel to another."""
-    from matplotlib.patches import Polygon
-
     # a triangle at the tip, and a line to its base
     along = (tip - start) / np.hypot(*(tip - start))
     side = np.array([-along[1], along[0]])
@@ -543,7 +533,7 @@ def arrow_head(
     base = tip - 11.0 * unit * along
     sheet.line([start, base], width, colour)
     head = [tip, base + 4.5 * unit * side, base - 4.5 * unit * side]
-    sheet.axes.add_artist(Polygon(head, closed=True, facecolor=colour, edgecolor="none"))
+    sheet.axes.add_artist(artists.Polygon(head, closed=True, facecolor=colour, edgecolor="none"))
 
 
 def draw_scale_bar(

@@ -8,8 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from geosurf.conventions import counted, volume_text
-from geosurf.conventions.colours import unit_colours
+from geosurf.conventions import counted, palette, volume_text
+from geosurf.conventions.palette import unit_colours
 from geosurf.errors import InputError
 from geosurf.kernels.meshes.mesh import first_seen, number_keys
 from geosurf.model import (
@@ -24,7 +24,6 @@ from geosurf.model import (
     Units,
 )
 from geosurf.model.protocols import Body, View3D
-from geosurf.render import palette
 from geosurf.render.surface_layers import (
     UnitMesh,
     explosion,

@@ -15,11 +15,12 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt
 from scipy.spatial import cKDTree
 
-from geosurf.conventions import HORIZON_DIMS, counted
+from geosurf.conventions import HORIZON_DIMS, counted, palette
 from geosurf.conventions.axes import vertical_label
 from geosurf.errors import InputError
 from geosurf.model.expected import expect
-from geosurf.render import palette
+from geosurf.render import artists
+from geosurf.render.artists import Dashes
 from geosurf.render.diagram import lines_of
 from geosurf.render.furniture import (
     colours_of,
@@ -31,13 +32,11 @@ from geosurf.render.furniture import (
     thin_and_bold,
 )
 from geosurf.render.layers import Entry
-from geosurf.render.palette import Dashes
 from geosurf.render.sheet import Sheet
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
     from matplotlib.axes import Axes
-    from matplotlib.collections import QuadMesh
 
 
 # ---- fault rings ----------------------------------------
@@ -52,8 +51,6 @@ def cut_by_faults(
     x: np.ndarray, y: np.ndarray, polygons: Mapping[str, xarray.Dataset]
 ) -> np.ndarray:
     """Mark nodes (n, m) in a fault polygon, or between polygons of one fault at two horizons."""
-    from matplotlib.path import Path as Outline
-
     # nodes (n * m, 2); rings by fault and horizon
     nodes = np.column_stack([x.ravel(), y.ravel()])
 
@@ -66,7 +63,7 @@ def cut_by_faults(
         for fault, ring in _rings_of(found):
             low, high = ring.min(axis=0) - cell, ring.max(axis=0) + cell
             near = np.flatnonzero(((nodes >= low) & (nodes <= high)).all(axis=1))
-            cut[near] |= Outline(ring).contains_points(nodes[near])
+            cut[near] |= artists.Path(ring).contains_points(nodes[near])
             mine.setdefault(fault, []).append(_dense(ring, 0.5 * cell))
         for fault, parts in mine.items():
             rings.setdefault(fault, []).append(np.concatenate(parts))
@@ -150,8 +147,6 @@ def draw_thickness(
     InputError
         If the map has no values, or has other dimensions.
     """
-    from matplotlib.path import Path as Outline
-
     # values (block, n, m); x, y: coordinates (n, m) of the nodes [m]
     values, x, y = _checked(thickness)
     polygons = _checked_polygons(polygons)
@@ -174,7 +169,7 @@ def draw_thickness(
     coloured = _colour(axes, (x, y), _to_outline(total, x, y, outline), levels, codes)
     if outline is not None:
         ring = np.vstack([outline, outline[:1]])
-        coloured.set_clip_path(Outline(ring, closed=True), axes.transData)
+        coloured.set_clip_path(artists.Path(ring, closed=True), axes.transData)
     _contour(sheet, axes, (x, y), (whole, values), levels)
     for rings, dashes in zip(polygons.values(), DASHES, strict=False):
         draw_rings(sheet, axes, rings, dashes, metres_per_pixel)
@@ -262,15 +257,13 @@ def _colour(
     total: np.ndarray,
     levels: np.ndarray,
     codes: tuple[str, ...],
-) -> QuadMesh:
+) -> artists.QuadMesh:
     """One colour for each contour interval, cell by cell."""
-    from matplotlib.colors import BoundaryNorm
-
     # a single level needs an interval of its own
     colours = colours_of(codes)
     if len(levels) < 2:
         levels = np.array([levels[0] - 0.5, levels[0] + 0.5])
-    norm = BoundaryNorm(levels, colours.N)
+    norm = artists.BoundaryNorm(levels, colours.N)
     shown = np.ma.masked_invalid(total)
     return axes.pcolormesh(
         *place, shown, cmap=colours, norm=norm, shading="nearest", rasterized=True
@@ -281,11 +274,9 @@ def _to_outline(
     total: np.ndarray, x: np.ndarray, y: np.ndarray, outline: np.ndarray | None
 ) -> np.ndarray:
     """Thickness (n, m) with that of the nearest cell in those whose middle is just outside."""
-    from matplotlib.path import Path as Outline
-
     if outline is None:
         return total
-    inside = Outline(outline).contains_points(np.column_stack([x.ravel(), y.ravel()]))
+    inside = artists.Path(outline).contains_points(np.column_stack([x.ravel(), y.ravel()]))
     outside = ~inside.reshape(x.shape)
     far, (row, column) = distance_transform_edt(np.isnan(total), return_indices=True)
     return np.where(outside & (far < 1.5), total[row, column], total)

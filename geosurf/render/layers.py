@@ -9,12 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import takewhile
-from typing import Unpack
+from typing import TypedDict, Unpack
 
 import numpy as np
 
-from geosurf.render import palette
-from geosurf.render.palette import LayerStyle
+from geosurf.conventions import palette
+from geosurf.conventions.palette import RGB
 from geosurf.render.views import corners
 
 # ---- names ----------------------------------------
@@ -167,6 +167,15 @@ class Room:
 
 # corners of a box are numbered by their sides, in binary: two make an edge if one side differs
 BOX_EDGES = [(i, i | bit) for i in range(8) for bit in (1, 2, 4) if not i & bit]
+
+
+class LayerStyle(TypedDict, total=False):
+    """A layer of triangles or lines: see `geosurf.render.layers.Layer`."""
+
+    colour: RGB
+    opacity: float
+    width: float
+    sharp: bool
 
 
 @dataclass(frozen=True, eq=False)

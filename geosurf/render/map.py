@@ -10,13 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import counted, length_text, real_numbers
+from geosurf.conventions import counted, length_text, palette, real_numbers
 from geosurf.conventions.axes import vertical_label, vertical_words
+from geosurf.conventions.palette import RGB
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.model import Curves, TriSurface
 from geosurf.model.column import fault_of
 from geosurf.model.expected import expect, listed
-from geosurf.render import palette
+from geosurf.render import artists
+from geosurf.render.artists import LineStyle
 from geosurf.render.clip import Prism
 from geosurf.render.diagram import outline_of
 from geosurf.render.furniture import (
@@ -38,7 +40,6 @@ from geosurf.render.overlay import (
     overlay_of,
     tops_on_map,
 )
-from geosurf.render.palette import RGB, LineStyle
 from geosurf.render.sheet import Sheet
 from geosurf.render.surface_layers import thinned
 
@@ -65,8 +66,6 @@ def draw_curves(
     Lines of named faults have the colours of the faults, other lines are dark grey. If no faults
     are named, each surface has a colour. Each fault has a line on `n_wall` walls of the horizon.
     """
-    from matplotlib.collections import LineCollection
-
     name = surface.name
     expect(curves, Curves, "curves must be Curves", "pass scene.curves")
     if name not in curves.names:
@@ -112,7 +111,9 @@ def draw_curves(
     # one object for each surface: 500 of them, one for each line, took two thirds of a map
     for other, parts in lines.items():
         colour = colours[curves.names[other]]
-        shown = LineCollection(list(np.concatenate(parts)), colors=[colour], linewidths=width)
+        shown = artists.LineCollection(
+            list(np.concatenate(parts)), colors=[colour], linewidths=width
+        )
         shown.set_capstyle("round")
         axes.add_collection(shown, autolim=False)
     _name_lines(sheet, axes, {curves.names[other]: one for other, one in longest.items()}, colours)
@@ -182,12 +183,10 @@ class FluidArea:
 
 def draw_fluids(sheet: Sheet, axes: Axes, fluids: Sequence[FluidArea]) -> list[Entry]:
     """Fill the parts of a horizon above fluid contacts; return the entries of the legend."""
-    from matplotlib.patches import PathPatch
-
     legend, width = [], sheet.points(2.0)
     for area in fluids:
         colour = palette.FLUIDS[area.fluid]
-        patch = PathPatch(
+        patch = artists.PathPatch(
             outline_of(area.rings), facecolor=colour, alpha=FILLED, linewidth=0.0, zorder=1.5
         )
         axes.add_artist(patch)
@@ -543,9 +542,6 @@ def draw_map(
 
 def _hatch(axes: Axes, surface: TriSurface, outline: np.ndarray | None) -> bool:
     """Hatch the triangles with an extrapolated vertex; return whether there are some."""
-    from matplotlib.patches import Polygon
-    from matplotlib.tri import Triangulation
-
     mark = surface.vertex_data.get("extrapolated")
     if mark is None or not mark.any():
         return False
@@ -556,15 +552,15 @@ def _hatch(axes: Axes, surface: TriSurface, outline: np.ndarray | None) -> bool:
 
     # hatches follow the contour of the mark; the area itself has no colour
     drawn = axes.tricontourf(
-        Triangulation(x, y, triangles), mark.astype(float), levels=[0.01, 1.5], colors="none",
-        hatches=["////"],
+        artists.Triangulation(x, y, triangles), mark.astype(float), levels=[0.01, 1.5],
+        colors="none", hatches=["////"],
     )  # fmt: skip
 
     # the edge colour is that of the hatching; the contour line itself is not drawn
     drawn.set_edgecolor(palette.INK)
     drawn.set_linewidth(0.0)
     if outline is not None:
-        drawn.set_clip_path(Polygon(np.asarray(outline), transform=axes.transData))
+        drawn.set_clip_path(artists.Polygon(np.asarray(outline), transform=axes.transData))
     return True
 
 
@@ -584,10 +580,8 @@ def _corners_of(outline: Any) -> np.ndarray:
 
 def _draw_elevation(sheet: Sheet, axes: Axes, surface: TriSurface, levels: np.ndarray) -> None:
     """Bands of colour with contour lines; every fifth line is bold."""
-    from matplotlib.tri import Triangulation
-
     x, y, z = surface.vertices.T
-    mesh = Triangulation(x, y, surface.triangles)
+    mesh = artists.Triangulation(x, y, surface.triangles)
     bands = np.linspace(levels[0], levels[-1], (len(levels) - 1) * N_BAND + 1)
     colours = colours_of(sheet.style.codes(palette.ELEVATION))
     axes.tricontourf(mesh, z, levels=bands, cmap=colours, antialiased=False)

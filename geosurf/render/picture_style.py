@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import did_you_mean, is_word
+from geosurf.conventions import did_you_mean, is_word, palette
 from geosurf.conventions.axes import VERTICAL
 from geosurf.conventions.machine import need_plots
+from geosurf.conventions.palette import RGB, rgb
 from geosurf.errors import InputError
 from geosurf.model.expected import flag_of
-from geosurf.render import palette
-from geosurf.render.palette import RGB, rgb
+from geosurf.render import artists
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from matplotlib.axes import Axes
@@ -60,10 +60,8 @@ def apply_theme(figure: Figure, frame: Axes, style: PictureStyle) -> None:
         are data, and keep their colours.
     style : PictureStyle
     """
-    from matplotlib.text import Text
-
     if style.font is not None:
-        for text in figure.findobj(Text):
+        for text in figure.findobj(artists.Text):
             text.set_fontfamily(style.fonts)
     if style.dark:
         _darken(figure, frame)
@@ -75,18 +73,12 @@ def apply_theme(figure: Figure, frame: Axes, style: PictureStyle) -> None:
 
 def _darken(figure: Figure, frame: Axes) -> None:
     """Replace the colours of the frame by those of the dark theme."""
-    from matplotlib.colors import to_rgb
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-    from matplotlib.patheffects import withStroke
-    from matplotlib.text import Annotation, Text
-
     figure.set_facecolor(DARK_PAPER)
     on_data = {
         text for axes in figure.axes if axes is not frame for text in axes.texts
-        if not (isinstance(text, Annotation) or text.get_path_effects())
+        if not (isinstance(text, artists.Annotation) or text.get_path_effects())
     }  # fmt: skip
-    for text in figure.findobj(Text):
+    for text in figure.findobj(artists.Text):
         # numbers of contours stand on the colours of data, which stay
         if text in on_data:
             continue
@@ -102,24 +94,24 @@ def _darken(figure: Figure, frame: Axes) -> None:
             for tick in (*axis.get_ticklines(), *axis.get_minorticklines()):
                 tick.set_color(_swapped(tick.get_color()))
     # legend, arrows and scale bar; a line that frames an area of the legend is part of it
-    for line in frame.findobj(Line2D):
+    for line in frame.findobj(artists.Line2D):
         if line.get_gid() != LEGEND:
             line.set_color(_swapped(line.get_color()))
-        if _contrast(to_rgb(line.get_color()), DARK_PAPER) < SEEN:
+        if _contrast(artists.to_rgb(line.get_color()), DARK_PAPER) < SEEN:
             # a dark line keeps the colour that it has on the model, between light rims
             wide = line.get_linewidth() + 2.0 * RIM
-            line.set_path_effects([withStroke(linewidth=wide, foreground=ROLES[palette.FAINT])])
+            line.set_path_effects(
+                [artists.withStroke(linewidth=wide, foreground=ROLES[palette.FAINT])]
+            )
     for patch in frame.patches:
-        if isinstance(patch, Patch):
+        if isinstance(patch, artists.Patch):
             patch.set_facecolor(_swapped(patch.get_facecolor()))
             patch.set_edgecolor(_swapped(patch.get_edgecolor()))
 
 
 def _swapped(colour: Any) -> Any:
     """The dark counterpart of a colour of the frame; other colours as they are."""
-    from matplotlib.colors import to_rgba
-
-    *solid, alpha = to_rgba(colour)
+    *solid, alpha = artists.to_rgba(colour)
     for light, dark in ROLES.items():
         if alpha > 0.0 and max(abs(a - b) for a, b in zip(light, solid, strict=True)) < NEAR:
             return (*dark, alpha)
@@ -138,9 +130,7 @@ def readable(colour: Any, paper: RGB = DARK_PAPER) -> RGB:
     >>> max(readable((0.7, 0.6, 0.8), palette.PAPER)) < 0.7
     True
     """
-    from matplotlib.colors import to_rgb
-
-    red, green, blue = to_rgb(colour)
+    red, green, blue = artists.to_rgb(colour)
     step = 0.02 if _luminance(paper) < 0.5 else -0.02
     while _contrast((red, green, blue), paper) < CONTRAST:
         hue, lightness, saturation = colorsys.rgb_to_hls(red, green, blue)
@@ -253,11 +243,8 @@ class PictureStyle:
         if self.colour_map in OWN_MAPS:
             return OWN_MAPS[self.colour_map]
         need_plots()
-        import matplotlib
-        from matplotlib.colors import to_hex
-
-        found = matplotlib.colormaps[self.colour_map]
-        return tuple(to_hex(found(x)) for x in np.linspace(0.0, 1.0, N_COLOUR))
+        found = artists.colormaps[self.colour_map]
+        return tuple(artists.to_hex(found(x)) for x in np.linspace(0.0, 1.0, N_COLOUR))
 
 
 def style_of(style: Any) -> PictureStyle:
@@ -305,17 +292,17 @@ def colour_of(colour: Any, what: str) -> RGB:
     (1.0, 1.0, 1.0)
     """
     need_plots()
-    from matplotlib.colors import get_named_colors_mapping, to_rgb
-
     # numbers as text are shades of grey to matplotlib, and hardly ever meant
     usable = isinstance(colour, str | tuple | list | np.ndarray)
     if usable and not (isinstance(colour, str) and not colour.strip("0123456789.")):
         try:
-            red, green, blue = to_rgb(colour)
+            red, green, blue = artists.to_rgb(colour)
             return float(red), float(green), float(blue)
         except (ValueError, TypeError):
             pass
-    guess = did_you_mean(colour, get_named_colors_mapping()) if isinstance(colour, str) else ""
+    guess = (
+        did_you_mean(colour, artists.get_named_colors_mapping()) if isinstance(colour, str) else ""
+    )
     raise InputError(
         f"{what} is {colour!r}, expected '#rrggbb', a colour name of matplotlib, or three numbers "
         f"from 0 to 1.{guess}"
@@ -325,9 +312,7 @@ def colour_of(colour: Any, what: str) -> RGB:
 def _check_font(font: Any) -> None:
     """Refuse a font that is not installed."""
     need_plots()
-    from matplotlib.font_manager import fontManager
-
-    known = sorted({entry.name for entry in fontManager.ttflist})
+    known = sorted({entry.name for entry in artists.fontManager.ttflist})
     if not is_word(font, known):
         guess = did_you_mean(font, known) if isinstance(font, str) else ""
         raise InputError(
@@ -339,9 +324,7 @@ def _check_font(font: Any) -> None:
 def _check_map(name: Any) -> None:
     """Refuse an unknown colour map."""
     need_plots()
-    import matplotlib
-
-    known = (*OWN_MAPS, *matplotlib.colormaps)
+    known = (*OWN_MAPS, *artists.colormaps)
     if not is_word(name, known):
         guess = did_you_mean(name, known) if isinstance(name, str) else ""
         raise InputError(

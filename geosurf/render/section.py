@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import area_texts, is_word, number_text
+from geosurf.conventions import area_texts, is_word, number_text, palette
 from geosurf.errors import InputError
 from geosurf.model import CornerPointGrid
 from geosurf.model.expected import expect
-from geosurf.render import palette
+from geosurf.render import artists
 from geosurf.render.allan import HALO
 from geosurf.render.colouring import zone_colours
 from geosurf.render.compose import figure_path, save_figure
@@ -159,14 +159,12 @@ def _figure(
     title: str,
 ) -> Figure:
     """Cells (n, 4, 2) in the colours of their kinds, with a legend."""
-    from matplotlib.collections import PolyCollection
-
     points = rings.reshape(-1, 2)
     axes, exaggeration = diagram_axes(
         sheet, range_shown(points, [points[:, 1]]), "Distance along the section [km]", ROOM
     )
     axes.add_collection(
-        PolyCollection(
+        artists.PolyCollection(
             list(rings),
             facecolors=np.array(colours)[kinds],
             edgecolors=palette.INK,
@@ -364,8 +362,6 @@ def _colours(areas: Areas, zones: dict[str, palette.RGB]) -> Colours:
 
 def _fill(axes: Axes, lines: list[Part], colours: Colours) -> None:
     """Fill the units."""
-    from matplotlib.patches import PathPatch
-
     # all rings of a unit in one outline, or its holes would be filled
     rings: dict[tuple[str, str, str], list[np.ndarray]] = {}
     for words, line, _ in lines:
@@ -377,7 +373,7 @@ def _fill(axes: Axes, lines: list[Part], colours: Colours) -> None:
             continue
         # the edge closes the seam between neighbours
         outline = outline_of(parts)
-        patch = PathPatch(outline, facecolor=colour, edgecolor=colour, linewidth=0.4)
+        patch = artists.PathPatch(outline, facecolor=colour, edgecolor=colour, linewidth=0.4)
 
         # not `add_patch`: it looks for the extremes of each segment of the outline as of a curve
         axes.add_artist(patch)

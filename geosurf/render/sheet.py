@@ -18,24 +18,20 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
+from geosurf.conventions import palette
 from geosurf.conventions.machine import need_plots
 from geosurf.errors import GeosurfWarning
 from geosurf.model.expected import expect
-from geosurf.render import palette
+from geosurf.render import artists
+from geosurf.render.artists import AreaStyle, LineStyle, Spot, TextStyle
 from geosurf.render.layers import SYMBOLS, Entry, Room
-from geosurf.render.palette import AreaStyle, LineStyle, Spot, TextStyle
 from geosurf.render.picture_style import FONT, PLAIN, PictureStyle, style_of
 from geosurf.stopping import interrupted_later
 from geosurf.warning import warn
 
 if TYPE_CHECKING:  # pragma: no cover - types only
-    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
-    from matplotlib.colors import Colormap
     from matplotlib.figure import Figure
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Circle, Rectangle
-    from matplotlib.text import Text
 
 
 # ---- letters ----------------------------------------
@@ -49,23 +45,17 @@ RIGHT = ("R", "AL")  # classes of letters that run from right to left (Unicode, 
 @cache
 def _letters(fonts: tuple[str, ...]) -> frozenset[int]:
     """Code points that the fonts of a picture have together."""
-    from matplotlib.font_manager import FontProperties, findfont, get_font
-
-    found = (findfont(FontProperties(family=[font])) for font in fonts)
-    return frozenset().union(*(get_font(path).get_charmap() for path in found))
+    found = (artists.findfont(artists.FontProperties(family=[font])) for font in fonts)
+    return frozenset().union(*(artists.get_font(path).get_charmap() for path in found))
 
 
-def _texts_of(artist: Artist) -> Iterator[Text]:
+def _texts_of(artist: artists.Artist) -> Iterator[artists.Text]:
     """All texts in an artist that are drawn; `findobj` would make the ticks of hidden axes."""
-    from matplotlib.axes import Axes
-    from matplotlib.axis import Axis
-    from matplotlib.text import Text
-
-    hidden = isinstance(artist, Axes) and not artist.axison
+    hidden = isinstance(artist, artists.Axes) and not artist.axison
     for child in artist.get_children():
-        if not (hidden and isinstance(child, Axis)):
+        if not (hidden and isinstance(child, artists.Axis)):
             yield from _texts_of(child)
-    if isinstance(artist, Text):
+    if isinstance(artist, artists.Text):
         yield artist
 
 
@@ -113,12 +103,11 @@ def _joins_letters() -> bool:
 
 def _remedy(letters: Iterable[str]) -> str:
     """Name an installed font that has all letters; else say which kind to install."""
-    from matplotlib.font_manager import fontManager, get_font
-
     wanted = set(map(ord, letters))
-    for entry in sorted(fontManager.ttflist, key=lambda entry: entry.name):
+    for entry in sorted(artists.fontManager.ttflist, key=lambda entry: entry.name):
         # the font of last resort draws a box with the code of the letter
-        if "Last Resort" not in entry.name and wanted <= get_font(entry.fname).get_charmap().keys():
+        known = artists.get_font(entry.fname).get_charmap()
+        if "Last Resort" not in entry.name and wanted <= known.keys():
             return f"Set PictureStyle(font={entry.name!r}), which has them."
     return (
         "Install a font that has them, such as Noto Sans of that script, and set "
@@ -201,7 +190,7 @@ class Sheet:
         width: float = 1.0,
         colour: palette.RGB = palette.INK,
         **look: Unpack[LineStyle],
-    ) -> Line2D:
+    ) -> artists.Line2D:
         """Draw a line through pixels; `width` is in design pixels."""
         x, y = np.asarray(points, dtype=float).T
         wide = self.points(width)
@@ -210,35 +199,29 @@ class Sheet:
 
     def rectangle(
         self, corner: tuple[float, float], width: float, height: float, **look: Unpack[AreaStyle]
-    ) -> Rectangle:
+    ) -> artists.Rectangle:
         """Draw a filled rectangle from its lower left corner."""
-        from matplotlib.patches import Rectangle
-
         edge = 0.5 * self.layout.unit
         style: AreaStyle = {"edgecolor": palette.INK, "linewidth": edge, **look}
-        patch = Rectangle(corner, width, height, **style)
+        patch = artists.Rectangle(corner, width, height, **style)
         self.axes.add_artist(patch)  # `add_patch` would look for the extent of the axes
         return patch
 
-    def circle(self, centre: Spot, radius: float) -> Circle:
+    def circle(self, centre: Spot, radius: float) -> artists.Circle:
         """Draw a white circle with a dark rim around a pixel."""
-        from matplotlib.patches import Circle
-
         x, y = centre
         rim = self.points(1.6)
-        circle = Circle((x, y), radius, facecolor="white", edgecolor="black", linewidth=rim)
+        circle = artists.Circle((x, y), radius, facecolor="white", edgecolor="black", linewidth=rim)
         self.axes.add_artist(circle)
         return circle
 
     def text_size(self, words: str, size: float, weight: str = "normal") -> tuple[float, float]:
         """Return width and height of a text [pixels]; `size` is in design pixels."""
-        from matplotlib.backends.backend_agg import RendererAgg
-        from matplotlib.font_manager import FontProperties
-
-        font = FontProperties(family=self.style.fonts, size=self.points(size), weight=weight)
+        points = self.points(size)
+        font = artists.FontProperties(family=self.style.fonts, size=points, weight=weight)
 
         # matplotlib's renderer has no types
-        renderer: Any = RendererAgg(1, 1, DPI)  # type: ignore[no-untyped-call]
+        renderer: Any = artists.RendererAgg(1, 1, DPI)  # type: ignore[no-untyped-call]
         wide, high, _ = renderer.get_text_width_height_descent(words, font, False)
         return float(wide), float(high)
 
@@ -282,27 +265,24 @@ class UserSheet(Sheet):
 
     def legend(self, entries: Sequence[Entry]) -> None:
         """Add a legend with an entry for each line and area."""
-        from matplotlib.lines import Line2D
-        from matplotlib.patches import Patch
-
-        handles: list[Line2D | Patch] = []
+        handles: list[artists.Line2D | artists.Patch] = []
         for entry in entries:
             label = f"{entry.label}: {entry.detail}" if entry.detail else entry.label
             if entry.kind in ("line", "dashes"):
-                line = Line2D([], [], color=entry.colour, label=label)
+                line = artists.Line2D([], [], color=entry.colour, label=label)
                 line.set_linestyle("dashed" if entry.kind == "dashes" else "solid")
                 handles.append(line)
             elif entry.kind == "circle" or entry.kind in SYMBOLS:
-                ring = Line2D([], [], color=entry.colour, label=label, linestyle="none")
+                ring = artists.Line2D([], [], color=entry.colour, label=label, linestyle="none")
                 ring.set(marker=SYMBOLS.get(entry.kind, "o"))
                 if entry.kind == "circle":
                     ring.set(markerfacecolor="none")
                 handles.append(ring)
             else:
                 face = (*entry.colour, max(entry.opacity, 0.35))
-                patch = Patch(facecolor=face, edgecolor=palette.INK, label=label)
+                patch = artists.Patch(facecolor=face, edgecolor=palette.INK, label=label)
                 if entry.kind == "heading":
-                    patch = Patch(facecolor="none", edgecolor="none", label=label)
+                    patch = artists.Patch(facecolor="none", edgecolor="none", label=label)
                 if entry.stripes is not None:
                     patch.set(edgecolor=entry.stripes, hatch=STRIPES)
                 handles.append(patch)
@@ -310,15 +290,12 @@ class UserSheet(Sheet):
             self.axes.legend(handles=handles, fontsize="small", framealpha=0.8)
 
     def colour_bar(
-        self, levels: np.ndarray, words: str, colours: Colormap, n_band: int, sign: float
+        self, levels: np.ndarray, words: str, colours: artists.Colormap, n_band: int, sign: float
     ) -> None:
         """Add a colour bar next to the axes, with `n_band` bands between two levels."""
-        from matplotlib.cm import ScalarMappable
-        from matplotlib.colors import BoundaryNorm
-
         if len(levels) > 1:
             bands = np.linspace(levels[0], levels[-1], (len(levels) - 1) * n_band + 1)
-            shown = ScalarMappable(BoundaryNorm(bands, colours.N), colours)
+            shown = artists.ScalarMappable(artists.BoundaryNorm(bands, colours.N), colours)
             ticks = levels[:: max(1, len(levels) // 5)].tolist()
             bar = self.figure.colorbar(shown, ax=self.axes, label=words, ticks=ticks)
             if sign < 0:
@@ -349,12 +326,10 @@ def check_axes(axes: Any) -> None:
     InputError
     """
     need_plots()
-    from matplotlib.axes import Axes
-
-    expect(axes, Axes, "ax must be axes of matplotlib", "pass ax=figure.subplots()")
+    expect(axes, artists.Axes, "ax must be axes of matplotlib", "pass ax=figure.subplots()")
 
 
-def pasted(image: np.ndarray, left: int, bottom: int) -> Artist:
+def pasted(image: np.ndarray, left: int, bottom: int) -> artists.Artist:
     """
     Return pixels as a part of a figure, in which they are drawn as they are.
 
@@ -371,9 +346,8 @@ def pasted(image: np.ndarray, left: int, bottom: int) -> Artist:
     -------
     matplotlib.artist.Artist
     """
-    from matplotlib.artist import Artist
 
-    class Pasted(Artist):
+    class Pasted(artists.Artist):
         """An image whose pixels are those of the figure."""
 
         def __reduce__(self) -> tuple[Any, ...]:
@@ -408,25 +382,21 @@ def quiet_matplotlib() -> Iterator[None]:
 def _figure(size: tuple[int, int]) -> Figure:
     """An empty white figure, independent of the global state of pyplot."""
     with quiet_matplotlib():
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(size[0] / DPI, size[1] / DPI), dpi=DPI, facecolor="white")
+        inches = (size[0] / DPI, size[1] / DPI)
+        figure = artists.Figure(figsize=inches, dpi=DPI, facecolor="white")
+        artists.FigureCanvasAgg(figure)
     # notebooks show it without pyplot
     figure._repr_png_ = partial(figure_bytes, figure, "png")  # type: ignore[attr-defined]
-    FigureCanvasAgg(figure)
     return figure
 
 
 def figure_bytes(figure: Figure, kind: str) -> bytes:
     """Return a figure as the bytes of a file, without metadata that change: png, svg or pdf."""
-    from matplotlib import rc_context
-
     replace_missing_letters(figure)
     buffer = io.BytesIO()
     metadata = {"png": {"Software": None}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
 
     # names inside an SVG file are random numbers unless they have a salt
-    with rc_context({"svg.hashsalt": "geosurf"}), interrupted_later():
+    with artists.rc_context({"svg.hashsalt": "geosurf"}), interrupted_later():
         figure.savefig(buffer, format=kind, dpi=DPI, facecolor="auto", metadata=metadata[kind])
     return buffer.getvalue()

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
-from geosurf.conventions import counted, is_number, length_text, volume_text
+from geosurf.conventions import counted, is_number, length_text, palette, volume_text
 from geosurf.errors import InputError
 from geosurf.kernels.lattices.run_checks import find_blocks
 from geosurf.kernels.meshes.mesh import edges, ends_of, number_keys, renumbered
@@ -18,11 +18,9 @@ from geosurf.model import Curves, Lattice, Patches, TriSurface, Units
 from geosurf.model.expected import expect, listed
 from geosurf.model.pieces import Pieces, Strips, by_unit
 from geosurf.model.protocols import DrawnModel
-from geosurf.render import palette
 from geosurf.render.clip import Prism
 from geosurf.render.colouring import Selection, colour_units, elevation_bar, seal_bar, shades_of
-from geosurf.render.layers import Content, Entry, Layer, segment_layer, triangle_layer
-from geosurf.render.palette import LayerStyle
+from geosurf.render.layers import Content, Entry, Layer, LayerStyle, segment_layer, triangle_layer
 from geosurf.render.picture_style import PLAIN, PictureStyle
 from geosurf.render.views import SIZE
 

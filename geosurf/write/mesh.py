@@ -21,8 +21,8 @@ from typing import Any
 import numpy as np
 from scipy.io import netcdf_file
 
-from geosurf.conventions.colours import RGB, fault, stratum, unit_colours
 from geosurf.conventions.machine import need
+from geosurf.conventions.palette import RGB, fault, stratum, unit_colours
 from geosurf.errors import OutputError
 from geosurf.model import Patches, TetMesh, TriSurface, Unit, Units
 from geosurf.stopping import temporary_folder

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from geosurf.conventions import palette
 from geosurf.errors import GeosurfWarning
 from geosurf.model import TriSurface
-from geosurf.render import palette, render_place
+from geosurf.render import render_place
 from geosurf.render.allan import draw_allan
 from geosurf.render.compose import plotted
 from geosurf.render.furniture import Sheet, plain_number

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from geosurf.render import palette, render_place
+from geosurf.conventions import palette
+from geosurf.render import render_place
 from geosurf.render.clip import Prism
 from geosurf.render.compose import show_place
 from geosurf.render.surface_layers import rim

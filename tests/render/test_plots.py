@@ -10,8 +10,8 @@ import pytest
 from matplotlib.figure import Figure
 
 import geosurf as gs
+from geosurf.conventions import palette
 from geosurf.errors import InputError
-from geosurf.render import palette
 from geosurf.render.compose import plotted
 from geosurf.render.diagram import draw_throw
 from geosurf.render.map import draw_map

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import geosurf as gs
-from geosurf.render import palette
+from geosurf.conventions import palette
 from geosurf.render.map import draw_remedies
 from geosurf.render.sheet import Sheet, lay_out
 

@@ -5,7 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from geosurf.render import backend, compose, palette, surface_layers, views
+from geosurf.conventions import palette
+from geosurf.render import backend, compose, surface_layers, views
 from geosurf.render.backend import draw_layers
 from geosurf.render.compose import plotted
 from geosurf.render.layers import Layer

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.conventions.colours import FAULTS, STRATA, unit_colours
+from geosurf.conventions.palette import FAULTS, STRATA, unit_colours
 from geosurf.model.protocols import View3D
 from geosurf.render import views
 from geosurf.render.backend import draw_layers

@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.image import imread
 
+from geosurf.conventions import palette
 from geosurf.errors import InputError
-from geosurf.render import palette
 from geosurf.render.colouring import Selection, check_colour_by
 from geosurf.render.compose import plotted
 from geosurf.render.layers import shortened_apart

@@ -123,3 +123,23 @@ def _block_colour(zone: int, block: int, n_block: int) -> RGB:
     shades = SHADES[zone % len(SHADES)]
     turn, n_turn = block // len(shades), -(-n_block // len(shades))
     return shade(shades[block % len(shades)], turn, n_turn)
+
+
+# Of pictures.
+INK = rgb("#26292e")
+FAINT = rgb("#5b626d")  # of text, too: contrast 6.2 on white
+PAPER = (1.0, 1.0, 1.0)
+CURVE = rgb("#111111")
+CONTACT = rgb("#1539b8")
+CLOSURE = rgb("#0b5d2e")
+FLUIDS = {"oil": rgb("#1f9e4b"), "gas": rgb("#d4342c"), "": rgb("#7b4fa3")}  # on maps
+ACCENT = rgb("#c8102e")
+FRAME = rgb("#9aa0a8")
+VOXEL = rgb("#3b6ea5")
+
+WALL = rgb("#d4d7db")
+
+# Elevation in map view, low to high.
+ELEVATION = ("#2f4858", "#4a7285", "#7ea3a5", "#b9c9a9", "#e6dba8", "#dfb76c", "#bf8145", "#8a4b2f")
+# Thickness, thin to thick: darker is thicker, also in print and for colour-blind readers.
+THICKNESS = ("#f7f0cf", "#dbe3b0", "#b2d2aa", "#84bcab", "#5fa2ab", "#4886a3", "#3b6a96")
