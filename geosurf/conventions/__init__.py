@@ -8,18 +8,13 @@
   multiple of 1024 m along each horizontal axis, so that the subtraction is exact.
 
 ================ ================================================================
-``axes``         dimensions of grids, sign of elevation, the diagonal rule
-``length_units`` accepted length units and their size in metres
-``frame``        the origin of the local frame
+``axes``         dimensions of grids, sign of elevation, length units, the diagonal rule
 ``crs``          coordinate reference systems: read, compare, name
-``checks``       checks of words and numbers that users pass in
+``checks``       checks of what users pass in: words, numbers, objects of other packages
 ``text``         counts, places, lengths, areas and volumes in messages
-``outlines``     sides of polygons on the map that are one straight line
 ``running``      what is running, on one line, where somebody watches
 ``card``         what notebooks show of an object: a title and a table
-``card_map``     a small map on a card
-``memory``       bytes of memory that are free
-``packages``     packages that not every installation has
+``machine``      memory that is free; packages that not every installation has
 ``palette``      colours of units, horizons and faults; of pictures
 ================ ================================================================
 """

@@ -11,7 +11,7 @@ record.py     the result of one realisation: volumes, maps, juxtaposed zones; ro
 on_dask.py    realisations on Dask: threads, processes, clusters
 store.py      the Zarr store
 results.py    `Ensemble`: sums, quantiles, convergence, tornado; tables as text and csv
-plots.py      its charts; report.py: one HTML page
+report.py     its charts; one HTML page of all
 ============  ===================================================================
 """
 

@@ -18,7 +18,6 @@ import xarray as xr
 from geosurf.conventions import counted, did_you_mean, is_number, is_word, volume_text
 from geosurf.conventions.card import Card
 from geosurf.ensemble.on_dask import require_extra
-from geosurf.ensemble.plots import EnsemblePlots
 from geosurf.ensemble.record import (
     EXCEEDED,
     LEAST,
@@ -28,6 +27,7 @@ from geosurf.ensemble.record import (
     expect_ensemble,
     juxtaposition,
 )
+from geosurf.ensemble.report import EnsemblePlots
 from geosurf.errors import InputError
 from geosurf.measure.volumetrics import COLUMNS, FLUIDS
 from geosurf.model.base import Noun

@@ -20,7 +20,7 @@ from geosurf.conventions import (
     metres_per_unit,
     real_numbers,
 )
-from geosurf.conventions.foreign import points_of_foreign
+from geosurf.conventions.checks import points_of_foreign
 from geosurf.errors import InputError
 from geosurf.measure.locate import AT_ONCE, Boundaries, Locator, locator_of
 from geosurf.model import Unit, Units

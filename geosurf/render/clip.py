@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from geosurf.conventions.foreign import straight_runs
+from geosurf.conventions.checks import straight_runs
 
 # ---- outline cells ----------------------------------------
 # Which triangles and lines are certainly inside or outside of an outline, by cells of a raster.

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.conventions import counted, length_text, palette, real_numbers
-from geosurf.conventions.foreign import lines_of_foreign, points_of_foreign
+from geosurf.conventions.checks import lines_of_foreign, points_of_foreign
 from geosurf.errors import InputError
 from geosurf.render.diagram import highest_in_view
 from geosurf.render.furniture import halo_text

@@ -19,8 +19,8 @@ from geosurf.conventions import (
     place,
     shift_is_exact,
 )
+from geosurf.conventions.checks import crs_of_foreign
 from geosurf.conventions.crs import crs_of, refuse_other_crs, warn_of_unclear_crs
-from geosurf.conventions.foreign import crs_of_foreign
 from geosurf.conventions.text import volume_text
 from geosurf.errors import GeosurfWarning
 from geosurf.faults.distance import in_ring

@@ -20,10 +20,9 @@ model meets the true numbers to rounding. `order 2` means: twice the nodes, a qu
 of the error. All functions take `n`, nodes per side, and `offset`.
 """
 
-from geosurf.synthetic.domes import dome_and_flat_fault, egg_box, listric
+from geosurf.synthetic.domes import dome_and_flat_fault, egg_box, hills, listric, noisy, waves
 from geosurf.synthetic.export import FieldTruth, field_export
 from geosurf.synthetic.field import faulted_reservoir
-from geosurf.synthetic.hills import hills, noisy, waves
 from geosurf.synthetic.planar import faulted, graben, tilted_planes
 from geosurf.synthetic.torn_horizon import torn
 from geosurf.synthetic.world import World

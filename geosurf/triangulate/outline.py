@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import area_text, length_text, place, real_numbers
-from geosurf.conventions.foreign import lines_of_foreign, straight_runs
+from geosurf.conventions.checks import lines_of_foreign, straight_runs
 from geosurf.errors import GeosurfWarning, InputError, InvariantError
 from geosurf.kernels.exact.predicates import frame_of, orient2d_rows
 from geosurf.kernels.lattices.sets import distinct, is_among

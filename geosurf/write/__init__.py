@@ -52,25 +52,25 @@ TABLE = {".csv": ("datasets", "csv_of_table"), ".parquet": ("datasets", "parquet
 WRITERS: dict[str, dict[str, tuple[str, str]]] = {
     "TriSurface": {
         ".ts": ("gocad", "tsurf"),
-        ".vtp": ("vtp", "vtp_of_surface"),
+        ".vtp": ("datasets", "vtp_of_surface"),
         **dict.fromkeys(MESHES, ("mesh", "mesh_of_surface")),
         **dict.fromkeys((".glb", ".gltf"), ("mesh", "gltf_of_surface")),
         **RESQML,
     },
-    "Curves": {".pl": ("gocad", "pline"), ".vtp": ("vtp", "vtp_of_curves"), **LINES},
+    "Curves": {".pl": ("gocad", "pline"), ".vtp": ("datasets", "vtp_of_curves"), **LINES},
     "Patches": {
-        ".vtp": ("vtp", "vtp_of_patches"),
+        ".vtp": ("datasets", "vtp_of_patches"),
         ".vtu": ("mesh", "mesh_of_patches"),
         **dict.fromkeys((".glb", ".gltf"), ("mesh", "gltf_of_patches")),
     },
     "Unit": {
-        ".vtp": ("vtp", "vtp_of_unit"),
+        ".vtp": ("datasets", "vtp_of_unit"),
         ".ts": ("gocad", "tsurf_of_unit"),
         **dict.fromkeys((".stl", ".vtu", ".obj", ".ply"), ("mesh", "mesh_of_unit")),
         **dict.fromkeys((".glb", ".gltf"), ("mesh", "gltf_of_unit")),
     },
     "Units": {
-        ".vtm": ("vtp", "vtm_of_units"),
+        ".vtm": ("datasets", "vtm_of_units"),
         ".ml": ("model3d", "model3d"),
         ".epc": ("resqml_framework", "resqml_of_units"),
         ".csv": ("datasets", "csv_of_units"),
@@ -107,7 +107,7 @@ WRITERS: dict[str, dict[str, tuple[str, str]]] = {
     "Dataset on a grid": {
         ".nc": ("datasets", "netcdf_of_dataset"),
         ".zarr": ("datasets", "zarr_of_grid"),
-        ".vti": ("vtp", "vti_of_grid"),
+        ".vti": ("datasets", "vti_of_grid"),
     },
     "Dataset of fault multipliers": {
         ".nc": ("datasets", "netcdf_of_dataset"),

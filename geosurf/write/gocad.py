@@ -14,7 +14,7 @@ import numpy as np
 from geosurf.conventions.crs import label
 from geosurf.errors import OutputError
 from geosurf.model import Curves, TriSurface, Unit
-from geosurf.write.decimals import Part, rows_text
+from geosurf.write.text_grids import Part, rows_text
 from geosurf.write.written import Loss, name_lost
 
 NO_DATA = -99999.0

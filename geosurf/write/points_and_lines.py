@@ -17,9 +17,8 @@ from geosurf.errors import InputError, OutputError
 from geosurf.model import Curves, FaultSticks
 from geosurf.model.base import Noun
 from geosurf.write.datasets import csv_of_rows
-from geosurf.write.decimals import rows_text
 from geosurf.write.gocad import _head as head_of
-from geosurf.write.text_grids import regular_grid
+from geosurf.write.text_grids import regular_grid, rows_text
 from geosurf.write.written import Loss
 
 if TYPE_CHECKING:  # pragma: no cover - types only

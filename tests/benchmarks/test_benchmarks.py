@@ -25,9 +25,9 @@ from benchmarks.stats import exponent
 from geosurf import Scene, intersect_surfaces, synthetic
 from geosurf.cli.console import OUR_FAULT
 from geosurf.errors import InputError
-from geosurf.synthetic.hills import _WAVY_BOX as WAVES_BOX
-from geosurf.synthetic.hills import _east_of
-from geosurf.synthetic.hills import _wavy_height as _height
+from geosurf.synthetic.domes import _WAVY_BOX as WAVES_BOX
+from geosurf.synthetic.domes import _east_of
+from geosurf.synthetic.domes import _wavy_height as _height
 
 pytestmark = pytest.mark.long
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.conventions.foreign import crs_of_foreign, lines_of_foreign, points_of_foreign
+from geosurf.conventions.checks import crs_of_foreign, lines_of_foreign, points_of_foreign
 from geosurf.errors import FormatError, InputError
 from geosurf.triangulate.outline import check_outline
 from tests.messages import refused

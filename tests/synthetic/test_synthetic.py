@@ -17,7 +17,7 @@ from geosurf import synthetic
 from geosurf.errors import InputError
 from geosurf.sheets import tear_horizon
 from geosurf.synthetic import torn_horizon
-from geosurf.synthetic.hills import hashed_noise
+from geosurf.synthetic.domes import hashed_noise
 from geosurf.synthetic.world import zone_names
 from geosurf.triangulate import triangulate_fault, triangulate_horizon
 

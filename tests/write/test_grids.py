@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import geosurf as gs
 from geosurf.errors import OutputError
-from geosurf.write.decimals import fixed_lines_text, n_fixed, rows_text
+from geosurf.write.text_grids import fixed_lines_text, n_fixed, rows_text
 
 UPRIGHT = (".zmap", ".cps3", ".asc")
 ROTATED = (".irapasc", ".gri", ".nc")
