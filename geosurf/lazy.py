@@ -1,8 +1,10 @@
-"""Rooms whose names are imported when they are first used.
+"""Rooms whose names, and packages, that are imported when they are first used.
 
 A command loads only the rooms that its model needs: a scenario without torn horizons loads nothing
 of `geosurf.sheets`. A room lists its names once, as imports below ``TYPE_CHECKING`` in the form
 ``from ... import name as name``, where editors and type checkers find them, too.
+
+``from geosurf.lazy import xarray`` stands for ``import xarray`` where not all calls need it.
 """
 
 from __future__ import annotations
@@ -11,7 +13,29 @@ import ast
 import sys
 from collections.abc import Callable
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+__all__ = ["h5py", "lazily", "xarray"]
+
+
+class Late:
+    """A package that is imported when something of it is used."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def __getattr__(self, name: str) -> Any:
+        """Import the package for all but what Python asks of every object."""
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return getattr(import_module(self._name), name)
+
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import h5py
+    import xarray
+else:
+    h5py, xarray = Late("h5py"), Late("xarray")
 
 
 def lazily(room: str) -> tuple[Callable[[str], Any], list[str]]:

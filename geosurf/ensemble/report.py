@@ -15,6 +15,7 @@ from geosurf.conventions.machine import need_plots
 from geosurf.conventions.running import running
 from geosurf.ensemble.record import EXCEEDED, LEAST, MILLION, STATISTICS, TOTAL
 from geosurf.files import write_into_folder
+from geosurf.lazy import xarray
 from geosurf.render import artists
 from geosurf.render.compose import figure_path, save_figure
 from geosurf.render.furniture import colours_of, tick_texts, ticks
@@ -24,7 +25,6 @@ from geosurf.report.page import NOTHING, Section, Table, number
 from geosurf.report.tables import described_files, file_table, version_table
 
 if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 

@@ -17,13 +17,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from geosurf.conventions import did_you_mean, is_number, is_word, length_text, place
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.kernels.meshes.mesh import renumbered
+from geosurf.lazy import xarray
 from geosurf.measure.columns import cross_columns
 from geosurf.measure.cutoffs import level_of
 from geosurf.measure.faces import row_of
@@ -31,9 +32,6 @@ from geosurf.measure.rock import FAULT, HORIZON, ROOF, WALL, Rock, Seal, bounded
 from geosurf.measure.seal import vshale_of, walls_of
 from geosurf.measure.section import ragged, rings_of
 from geosurf.model import FluidContact, Patches, Units
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
 
 SEALING, OPEN, JUXTAPOSITION = FAULT_RULES = ("sealing", "open", "juxtaposition")
 SGR = "sgr"  # key of the rule of a fault that holds where its shale gouge ratio is large enough

@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-import xarray as xr
+import xarray
 
 from geosurf.conventions import is_whole
 from geosurf.errors import InputError
@@ -31,10 +31,6 @@ from geosurf.measure.faces import (
 )
 from geosurf.measure.section import chains_of, ragged, rings_of
 from geosurf.model import Patches, Unit, Units
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
-
 
 _PLACE = {
     "easting": ("m", "easting"),
@@ -356,7 +352,7 @@ def juxtaposition_table(patches: Patches, units: Units, fault: str) -> xarray.Da
         "area_units": "m2",
         "sides": "+ is the side into which the normal of the fault points, the hanging wall",
     }
-    return xr.Dataset({"area": ("pair", areas, area)}, coords, attrs)
+    return xarray.Dataset({"area": ("pair", areas, area)}, coords, attrs)
 
 
 def pairs_of(faces: Faces) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

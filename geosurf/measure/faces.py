@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
+import xarray
 
 from geosurf.conventions import did_you_mean, is_word
 from geosurf.errors import GeometryError, InputError
@@ -16,10 +15,6 @@ from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.meshes.mesh import edge_keys, renumbered
 from geosurf.model import Patches, Unit, Units
 from geosurf.model.expected import expect
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
-
 
 PLUS, MINUS = 0, 1
 POINTS = 1 << 31  # more than a model has: keys of its edges fit into int64
@@ -356,7 +351,7 @@ def orientation(patches: Patches, units: Units, name: str) -> xarray.Dataset:
     for k, axis in enumerate(("easting", "northing", "elevation")):
         words = {"units": "m", "long_name": f"{axis} of the middle of each triangle"}
         data[axis] = ("triangle", middle[:, k], words)
-    return xr.Dataset(data, attrs={"surface": name, "role": role})
+    return xarray.Dataset(data, attrs={"surface": name, "role": role})
 
 
 def _lie(normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-import xarray as xr
+import xarray
 
 from geosurf.arrangement.threads import map_threads
 from geosurf.conventions import (
@@ -25,10 +25,6 @@ from geosurf.errors import InputError
 from geosurf.measure.locate import AT_ONCE, Boundaries, Locator, locator_of
 from geosurf.model import Unit, Units
 from geosurf.model.expected import expect
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
-
 
 NAMES = ("easting", "northing", "elevation")
 MOST_CELLS = 1e9
@@ -217,7 +213,7 @@ def _of_table(where: Any) -> Places:
 def _of_xarray(where: Any) -> Places:
     """Three coordinates of an xarray object, or a map whose values are elevations."""
     known = {**getattr(where, "data_vars", {}), **where.coords}
-    if "elevation" not in known and isinstance(where, xr.DataArray):
+    if "elevation" not in known and isinstance(where, xarray.DataArray):
         known["elevation"] = where
     if missing := [name for name in NAMES if name not in known]:
         raise InputError(
@@ -228,7 +224,7 @@ def _of_xarray(where: Any) -> Places:
     # in metres and positive up, whatever they declare
     found = []
     for name in NAMES:
-        one = xr.DataArray(known[name]).drop_vars([*known[name].coords], errors="ignore")
+        one = xarray.DataArray(known[name]).drop_vars([*known[name].coords], errors="ignore")
         factor = metres_per_unit(one.attrs.get("units", "m"), f"{name!r} of the places")
         if name == "elevation":
             factor *= elevation_sign(one.attrs.get("positive", "up"), "the places")
@@ -238,7 +234,7 @@ def _of_xarray(where: Any) -> Places:
             raise InputError(f"{name!r} of the places is not numeric ({error}). {HOW}.") from error
 
     # levels lead, rows and columns follow, as grids have them
-    xr.align(*found, join="exact")
+    xarray.align(*found, join="exact")
     order = list(dict.fromkeys(d for one in found[::-1] for d in one.dims))
     if set(order) >= set(HORIZON_DIMS):
         order = [d for d in order if d not in HORIZON_DIMS] + list(HORIZON_DIMS)
@@ -386,7 +382,7 @@ def sample_units(
         attrs = {"units": "m", "long_name": "distance to the nearest boundary of a unit"}
         data["distance"] = (places.dims, _distances(places, boundaries), attrs)
     crs = {} if units.crs is None else {"crs": units.crs}
-    return xr.Dataset(data, places.coords, {"rule": RULE, **crs})
+    return xarray.Dataset(data, places.coords, {"rule": RULE, **crs})
 
 
 def _of_points(places: Places, locator: Locator) -> np.ndarray:
@@ -520,7 +516,7 @@ def well_intervals(
         if name not in ("region", "contact") or any(words):
             labels = np.array([*words, ""], dtype=object)[which]
             data[name] = ("interval", labels, {"long_name": meaning})
-    return xr.Dataset(data, {"end": ["entry", "exit"]}, crs)
+    return xarray.Dataset(data, {"end": ["entry", "exit"]}, crs)
 
 
 def intervals_of_wells(
@@ -554,7 +550,7 @@ def intervals_of_wells(
         one = _named(name, well_intervals, units, path, None, locator, boundaries)
         label = np.full(one.sizes["interval"], name, dtype=object)
         found.append(one.assign(well=("interval", label, {"long_name": "well"})))
-    table = xr.concat(found, "interval", combine_attrs="override")
+    table = xarray.concat(found, "interval", combine_attrs="override")
     return table[["well", *(key for key in table.data_vars if key != "well")]]
 
 

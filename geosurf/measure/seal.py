@@ -9,21 +9,19 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from geosurf.conventions import is_number, known_names, real_numbers
 from geosurf.errors import GeosurfWarning, InputError
+from geosurf.lazy import xarray
 from geosurf.measure.cutoffs import juxtaposition_table, pairs_of
 from geosurf.measure.faces import edges_of, faces_of
 from geosurf.measure.walls import Walls
 from geosurf.model import Patches, Units
 from geosurf.model.column import ELSEWHERE, names_of_zones
 from geosurf.model.expected import number_of
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
 
 MANY = 0.05  # of the area of a fault: assumed cut-offs that a warning is worth
 WELLS = "wells"  # key of the curve of wells among zones

@@ -10,10 +10,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-import xarray as xr
+import xarray
 
 from geosurf.conventions import real_numbers
 from geosurf.errors import InputError
@@ -23,10 +23,6 @@ from geosurf.measure.columns import signs_of_turns
 from geosurf.measure.faces import check_model
 from geosurf.model import Patches, Units
 from geosurf.model.excerpt import Line, model_near
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
-
 
 # ---- lines ----------------------------------------
 # Join edges of triangles to lines and rings, and store lists of lines as one dataset.
@@ -167,7 +163,7 @@ def ragged(
     )
     for name, (values, more) in labels.items():
         data[name] = ("line", np.array(values, dtype=None if len(values) else object), more)
-    return xr.Dataset(data, attrs=dict(attrs))
+    return xarray.Dataset(data, attrs=dict(attrs))
 
 
 ROLES = ("horizon", "fault", "virtual", "contact")

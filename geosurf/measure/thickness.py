@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-import xarray as xr
+import xarray
 
 from geosurf.conventions import (
     HORIZON_DIMS,
@@ -28,10 +28,6 @@ from geosurf.measure.locate import keys_at, runs_of_keys
 from geosurf.model import Patches, Unit, Units
 from geosurf.model.expected import expect
 from geosurf.model.pieces import Pieces
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
-
 
 KINDS = ("isochore", "isopach")
 CELLS = 100  # of the default map, along its longer side
@@ -173,7 +169,7 @@ def thickness_map(
     attrs |= {"contact": contact} if contact else {}
     if nodes.cell_area is not None:
         attrs |= {"cell_area": nodes.cell_area, "cell_area_units": "m2"}
-    return xr.DataArray(
+    return xarray.DataArray(
         values.reshape(len(blocks), *nodes.shape),
         dims=("block", *nodes.dims),
         coords={
@@ -616,7 +612,7 @@ def horizon_on_grid(
     np.maximum.at(values, met.foot, met.elevation + faces.origin[2])
     count = np.bincount(met.foot, minlength=len(values))
     attrs = {"units": "m", "positive": "up", "long_name": f"elevation of {horizon}"}
-    found = xr.DataArray(
+    found = xarray.DataArray(
         np.where(count > 0, values, np.nan).reshape(nodes.shape),
         nodes.coords, nodes.dims, horizon, attrs,
     )  # fmt: skip

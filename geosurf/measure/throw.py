@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-import xarray as xr
+import xarray
 
 from geosurf.conventions import place, real_numbers
 from geosurf.errors import GeometryError, InputError
@@ -17,10 +17,6 @@ from geosurf.measure.faces import check_model
 from geosurf.model import Patches, Sheet, Units
 from geosurf.model.expected import expect, listed, number_of
 from geosurf.model.tops import Tops, tops_of
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
-
 
 SAME = 1e-3  # vertices of a line that are nearer than this are read as one [m]
 _THROW_COLUMNS = {
@@ -110,7 +106,7 @@ def throw_audit(sheets: Mapping[str, Any]) -> xarray.Dataset:
         for name, values in metres.items()
     }
     variables |= {name: (over, values) for name, values in counts.items()}
-    return xr.Dataset(variables, {"horizon": list(audits), "fault": faults})
+    return xarray.Dataset(variables, {"horizon": list(audits), "fault": faults})
 
 
 def separation(
@@ -211,7 +207,7 @@ def separation(
     words = {"units": "m", "long_name": "distance along the mean strike"}
     coords = {"along_strike": ("point", s - (first if start is None else start), words)}
     attrs = {"dip_azimuth": float(dip_azimuth), "dip_azimuth_units": "degree"}
-    return xr.Dataset(data, coords=coords, attrs=attrs)
+    return xarray.Dataset(data, coords=coords, attrs=attrs)
 
 
 def _led(level: Callable[[np.ndarray], np.ndarray], points: np.ndarray) -> np.ndarray:
@@ -483,4 +479,4 @@ def _dataset(tops: Tops, rows: Sequence[_Row]) -> xarray.Dataset:
         data[key] = ("top", values, {"units": units_of, "long_name": name})
     data["n_values"] = ("top", np.array([row.values for row in rows], dtype=np.int64))
     attrs = {"definition": "misfit is model minus picked", "statuses": dict(STATUSES)}
-    return xr.Dataset(data, attrs=attrs)
+    return xarray.Dataset(data, attrs=attrs)

@@ -13,19 +13,16 @@ import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-import xarray as xr
+import xarray
 
 from geosurf.conventions import area_text, is_number, is_word, known_names, number_text, place
 from geosurf.errors import InputError
 from geosurf.model import Lattice, Unit, Units
 from geosurf.model.column import ELSEWHERE
 from geosurf.model.distributions import ends_of, is_distribution
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
 
 OpenMap = Callable[[Any, str], Lattice | None]  # value, name of the argument -> its grid
 
@@ -253,7 +250,7 @@ def fluids_in_place(
     data = {key: ("unit", values[:, k], attrs) for k, (key, attrs) in enumerate(columns.items())}
     column = np.array(of, dtype=object)
     crs = {} if units.crs is None else {"crs": units.crs}
-    return xr.Dataset(data, part.volumes.coords, crs).assign_coords(fluid=("unit", column))
+    return xarray.Dataset(data, part.volumes.coords, crs).assign_coords(fluid=("unit", column))
 
 
 def check_system(system: Any) -> None:

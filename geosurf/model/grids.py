@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from geosurf.conventions import volume_text
 from geosurf.errors import DependencyError
+from geosurf.lazy import xarray
 from geosurf.model.base import Noun, frozen
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
 
 GAUSS = 0.5 * (1.0 + np.array([-1.0, 1.0]) / np.sqrt(3.0))  # of a unit interval, 2 points
 AXES = ("I", "J", "K")
@@ -228,8 +226,6 @@ class CornerPointGrid(Noun):
     @cached_property
     def table(self) -> xarray.Dataset:
         """Volume of each unit in the grid and in the sealed model, over ``unit``."""
-        import xarray as xr
-
         unit, n, attrs = self.unit[self.actnum], len(self.unit_names), {"units": "m3"}
         sums = np.bincount(unit, self.volumes[self.actnum], minlength=n)
         words = {
@@ -237,7 +233,7 @@ class CornerPointGrid(Noun):
             "block": [block for _, block in self.unit_names],
             "region": list(self.unit_regions),
         }
-        return xr.Dataset(
+        return xarray.Dataset(
             {
                 "cells": ("unit", np.bincount(unit, minlength=n)),
                 "volume": ("unit", sums, attrs | {"long_name": "volume of active cells"}),

@@ -13,13 +13,13 @@ import numpy as np
 from geosurf.conventions import counted, is_whole, known_names, number_text, volume_text
 from geosurf.conventions.card import Card
 from geosurf.errors import InputError
+from geosurf.lazy import xarray
 from geosurf.model.base import Shown, frozen, in_crs_of, polydata, tet_grid
 from geosurf.model.pieces import FREE, PAIRED, Pieces
 from geosurf.model.surfaces import TriSurface
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import pyvista
-    import xarray
 
 
 LARGEST_CUBE = 1 << 21  # numbers below it have a cube that fits into int64
@@ -374,8 +374,6 @@ class TetMesh(Shown):
     @cached_property
     def volumes(self) -> xarray.DataArray:
         """Volume of each unit, summed over its tetrahedra [m3]."""
-        import xarray as xr
-
         order = np.argsort(self.region, kind="stable")
         ends = np.cumsum(np.bincount(self.region, minlength=len(self.unit_names)))
         parts = np.split(self.cell_volumes[order], ends[:-1])
@@ -383,7 +381,7 @@ class TetMesh(Shown):
         names = {"unit": ("unit", np.array(self.unit_names, dtype=object))}
         # fsum: thin tetrahedra next to large ones lose no digits
         found = np.array([math.fsum(part.tolist()) for part in parts])
-        return xr.DataArray(found, names, "unit", "volume", attrs)
+        return xarray.DataArray(found, names, "unit", "volume", attrs)
 
     def to_pyvista(self) -> pyvista.UnstructuredGrid:
         """Return the mesh as `pyvista.UnstructuredGrid` with cell data ``unit``, the region."""

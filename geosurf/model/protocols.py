@@ -9,11 +9,12 @@ import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
 from geosurf.errors import GeosurfWarning
+from geosurf.lazy import xarray
 from geosurf.model.column import FluidContact, VirtualWall
 from geosurf.model.curves import Curves, VoxelSearch
 from geosurf.model.network import Extension, Truncation
@@ -22,10 +23,6 @@ from geosurf.model.sheets import Sheet
 from geosurf.model.surfaces import TriSurface
 from geosurf.model.tops import Tops
 from geosurf.model.units import Certificate, Units
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
-
 
 # ---- view3d ----------------------------------------
 # What an interactive view shows: bodies with few enough triangles, their colours and numbers.

@@ -15,6 +15,7 @@ from geosurf.conventions import counted, is_word, known_names, volume_text
 from geosurf.conventions.card import MOST, Card
 from geosurf.conventions.palette import unit_colours
 from geosurf.errors import InputError
+from geosurf.lazy import xarray
 from geosurf.model.base import Shown, frozen, in_crs_of, multiblock, polydata
 from geosurf.model.column import Remnant
 from geosurf.model.expected import number_of
@@ -24,7 +25,6 @@ from geosurf.model.regions import SHARE, MergedSliver, RegionFinder, Regions, Sl
 if TYPE_CHECKING:  # pragma: no cover - types only
     import pandas
     import pyvista
-    import xarray
 
     from geosurf.model.pieces import Pieces
 
@@ -232,8 +232,6 @@ class Unit(Shown):
 
 def table_of(units: Units) -> xarray.Dataset:
     """Return volumes and areas of all units; ``sliver`` marks the slivers."""
-    import xarray as xr
-
     each = list(units.values())
     columns = {
         "area": ([u.area for u in each], "m2", "area of the closed shell"),
@@ -250,7 +248,7 @@ def table_of(units: Units) -> xarray.Dataset:
         for key, (values, unit, name) in columns.items()
     }
     attrs = {"box": list(units.box), "box_units": "m", **_crs(units)}
-    return xr.Dataset({"volume": volumes_of(units), **data}, labels_of(units), attrs)
+    return xarray.Dataset({"volume": volumes_of(units), **data}, labels_of(units), attrs)
 
 
 def volumes_of(units: Units) -> tuple[tuple[str], np.ndarray, dict[str, Any]]:
@@ -791,15 +789,13 @@ class Units(Shown, Mapping[str, Unit]):
 
         As ``table["volume"]``, but no area is computed.
         """
-        import xarray as xr
-
         _, values, attrs = volumes_of(self)
         # labels are plain strings and numbers: xarray need not look for dates among them
         labels = {
-            name: xr.Variable(dims, column, fastpath=True)
+            name: xarray.Variable(dims, column, fastpath=True)
             for name, (dims, column) in labels_of(self).items()
         }
-        return xr.DataArray(values, labels, "unit", "volume", attrs)
+        return xarray.DataArray(values, labels, "unit", "volume", attrs)
 
     @cached_property
     def table(self) -> xarray.Dataset:

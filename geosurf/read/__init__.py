@@ -16,6 +16,7 @@ from geosurf.conventions import is_word
 from geosurf.conventions.checks import no_data_in
 from geosurf.errors import FormatError, InputError
 from geosurf.lazy import lazily
+from geosurf.lazy import xarray as xr
 from geosurf.model.expected import name_of
 from geosurf.read._common import Request, otherwise
 from geosurf.read._guard import damaged
@@ -31,7 +32,6 @@ from geosurf.read.registry import (
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import numpy as np
-    import xarray as xr
 
     from geosurf.model import FaultSticks, TriSurface
     from geosurf.read.tops import read_tops as read_tops

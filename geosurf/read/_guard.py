@@ -21,14 +21,11 @@ import sys
 import zlib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import Any, BinaryIO
 
 from geosurf.conventions.machine import free_memory
 from geosurf.errors import FormatError, GeosurfError, InputError
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import h5py
-
+from geosurf.lazy import h5py
 
 ALLOWANCE = 256 << 20  # bytes of memory that any file may ask for
 MULTIPLE = 64  # bytes of memory for each byte of a file
@@ -293,8 +290,6 @@ def refuse_bombs(path: Path, file: h5py.File, size: int, stays: float = math.inf
     ------
     FormatError
     """
-    import h5py
-
     # Walk through all groups; hard links can make circles, so each object is visited once.
     passed_over, total, todo, seen = [], 0, [file["/"]], set()
     while todo:

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from geosurf.conventions import FAULT_DIMS, first_given
 from geosurf.conventions.crs import EPSG, crs_of, label, proj_system, refuse_other_units
 from geosurf.errors import FormatError, InputError, SurfaceError
+from geosurf.lazy import xarray as xr
 from geosurf.model import TriSurface
 from geosurf.read._common import Request, agreed_scale, agreed_sign, noted
 from geosurf.read._guard import damaged, read_bytes
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray as xr
 
 # ---- triangles ----------------------------------------
 # Points and cells of a mesh file -> a surface in metres, elevation up; for every mesh format.
@@ -180,8 +178,6 @@ def points_dataset(
     xarray.Dataset
         ``easting``, ``northing``, ``elevation`` over ``point``.
     """
-    import xarray as xr
-
     stated = {} if crs is None else {"crs": crs}
     data = _axes(points, "point") | (others or {})
     return xr.Dataset(data, attrs={"source": source, **attrs, **stated})
@@ -212,8 +208,6 @@ def fault_dataset(nodes: np.ndarray, name: str, source: str, crs: str | None) ->
     xarray.Dataset
         ``easting``, ``northing``, ``elevation`` over ``(down_dip, along_strike)``.
     """
-    import xarray as xr
-
     stated = {} if crs is None else {"crs": crs}
     attrs = {"name": name, "source": source, **stated}
     return xr.Dataset(_axes(nodes, FAULT_DIMS), attrs=attrs)

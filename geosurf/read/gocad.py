@@ -19,13 +19,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from geosurf.conventions import did_you_mean
 from geosurf.conventions.crs import label
 from geosurf.errors import FormatError, GeosurfWarning, InputError
+from geosurf.lazy import xarray as xr
 from geosurf.model import FaultSticks, TriSurface
 from geosurf.model.base import in_crs_of
 from geosurf.read._common import Request, check_name, integer, is_looking, noted, number, read_text
@@ -34,10 +34,6 @@ from geosurf.read._guard import damaged, read_bytes, refuse_large
 from geosurf.read._placed import fault_dataset, points_dataset, refuse_columns
 from geosurf.read.grids import nodes_from_places
 from geosurf.warning import warn
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray as xr
-
 
 # ---- gocad lines ----------------------------------------
 # GOCAD VSet and PLine: points, and polylines that segments join.

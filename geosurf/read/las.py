@@ -11,19 +11,17 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from geosurf.conventions import metres_per_unit
 from geosurf.errors import FormatError, InputError
+from geosurf.lazy import xarray as xr
 from geosurf.read._common import Request, is_number, noted, number, read_text
 from geosurf.read._guard import damaged
 from geosurf.read._placed import points_dataset
 from geosurf.read._table import checked_columns
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray as xr
 
 # NAME.UNIT value : description
 LINE = re.compile(r"\s*([^.\s][^.]*?)?\s*\.(\S*)\s*(.*?)\s*(?::[^:]*)?$")

@@ -11,7 +11,7 @@ import os
 import warnings
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -21,6 +21,7 @@ from geosurf.conventions.axes import MAP_NAMES, map_coordinates
 from geosurf.conventions.crs import crs_of
 from geosurf.conventions.machine import need
 from geosurf.errors import FormatError
+from geosurf.lazy import h5py
 from geosurf.read._common import Request, agreed_scale
 from geosurf.read._guard import (
     COPIES,
@@ -34,10 +35,6 @@ from geosurf.read._guard import (
     same_file,
 )
 from geosurf.read._placed import AXES
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray as xr
-
 
 # ---- datasets ----------------------------------------
 # Files and stores -> datasets: in memory, or as Dask arrays where a grid is large.
@@ -57,8 +54,6 @@ def dataset_of_file(path: Path) -> xr.Dataset:
         stays = LARGE if find_spec("dask") else math.inf
         with reading_with(path, engine, name):
             if engine == "h5netcdf":
-                import h5py
-
                 with h5py.File(name, "r") as held:
                     # a damaged file fails here: h5netcdf would print as it fails
                     held.attrs.get("_nc3_strict")

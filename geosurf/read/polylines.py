@@ -11,12 +11,13 @@ import itertools
 import re
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from geosurf.conventions.axes import LABELS
 from geosurf.errors import FormatError, InputError
+from geosurf.lazy import xarray as xr
 from geosurf.model import FaultSticks
 from geosurf.read._common import (
     Request,
@@ -40,10 +41,6 @@ from geosurf.read._table import (
 )
 from geosurf.read.features import features
 from geosurf.read.tops import Layout, layout_of
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray as xr
-
 
 # ---- attributes ----------------------------------------
 # Points, polygons and sticks with attributes, as RMS and Petrel export them.

@@ -8,13 +8,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from geosurf.conventions import counted, did_you_mean, elevation_sign
 from geosurf.conventions.checks import HUGE, NO_DATA, no_data_in
 from geosurf.errors import FormatError, GeosurfWarning, InputError
+from geosurf.lazy import xarray as xr
 from geosurf.model.expected import path_of
 from geosurf.read._common import (
     COMMA,
@@ -33,9 +34,6 @@ from geosurf.read._table import checked_columns, checked_decimal
 from geosurf.read.las import tops_of_las
 from geosurf.read.registry import detect, refuse_foreign
 from geosurf.warning import warn
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray as xr
 
 # ---- measured tops ----------------------------------------
 # Well tops that have measured depths only: their places lie on the paths of the wells.
@@ -328,8 +326,6 @@ def _as_dataset(
     path: Path, names: list[tuple[str, str]], points: np.ndarray, unused: list[str]
 ) -> xr.Dataset:
     """Tops with their names and places in metres; rows that are not used are named."""
-    import xarray as xr
-
     if not names:
         first = f": {unused[0]}" if unused else ""
         raise damaged(f"{path}: the file has no well tops{first}")

@@ -16,6 +16,7 @@ import numpy as np
 
 from geosurf.conventions import area_texts, palette
 from geosurf.errors import InputError
+from geosurf.lazy import xarray
 from geosurf.model.expected import listed, name_of
 from geosurf.render import artists
 from geosurf.render.artists import AreaStyle, LineStyle
@@ -42,7 +43,6 @@ from geosurf.render.picture_style import FONT
 from geosurf.render.sheet import STRIPE_WIDTH, STRIPES, Sheet
 
 if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
     from matplotlib.axes import Axes
 
 LINES = {"cut-off": palette.INK, "contact": palette.CONTACT}  # kinds drawn as lines

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,14 +13,12 @@ from geosurf.conventions import counted, did_you_mean, is_word, palette, real_nu
 from geosurf.conventions.axes import vertical_label
 from geosurf.conventions.palette import RGB, unit_colours
 from geosurf.errors import InputError
+from geosurf.lazy import xarray
 from geosurf.model import Unit, Units
 from geosurf.model.units import left_out
 from geosurf.render.furniture import colours_of, contour_levels
 from geosurf.render.layers import LABEL_ROOM, Bar, Entry
 from geosurf.render.picture_style import COLOUR_BY, PictureStyle
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
 
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 N_LEVEL = 8  # intervals of a colour bar

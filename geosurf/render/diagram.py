@@ -11,6 +11,7 @@ import numpy as np
 from geosurf.conventions import palette
 from geosurf.conventions.axes import vertical_label
 from geosurf.errors import InputError
+from geosurf.lazy import xarray
 from geosurf.model.expected import expect
 from geosurf.render import artists
 from geosurf.render.colouring import zone_colours
@@ -20,7 +21,6 @@ from geosurf.render.picture_style import FONT, apply_theme, readable
 from geosurf.render.sheet import DPI, Sheet, UserSheet
 
 if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
     from matplotlib.axes import Axes
 
 

@@ -18,6 +18,7 @@ from scipy.spatial import cKDTree
 from geosurf.conventions import HORIZON_DIMS, counted, palette
 from geosurf.conventions.axes import vertical_label
 from geosurf.errors import InputError
+from geosurf.lazy import xarray
 from geosurf.model.expected import expect
 from geosurf.render import artists
 from geosurf.render.artists import Dashes
@@ -35,7 +36,6 @@ from geosurf.render.layers import Entry
 from geosurf.render.sheet import Sheet
 
 if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
     from matplotlib.axes import Axes
 
 

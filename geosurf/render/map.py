@@ -14,6 +14,7 @@ from geosurf.conventions import counted, length_text, palette, real_numbers
 from geosurf.conventions.axes import vertical_label, vertical_words
 from geosurf.conventions.palette import RGB
 from geosurf.errors import GeosurfWarning, InputError
+from geosurf.lazy import xarray
 from geosurf.model import Curves, TriSurface
 from geosurf.model.column import fault_of
 from geosurf.model.expected import expect, listed
@@ -44,7 +45,6 @@ from geosurf.render.sheet import Sheet
 from geosurf.render.surface_layers import thinned
 
 if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
     from matplotlib.axes import Axes
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from geosurf.conventions import area_texts, is_word, number_text, palette
 from geosurf.errors import InputError
+from geosurf.lazy import xarray
 from geosurf.model import CornerPointGrid
 from geosurf.model.expected import expect
 from geosurf.render import artists
@@ -40,7 +41,6 @@ from geosurf.render.sheet import Sheet, sheet_for
 from geosurf.render.views import check_size
 
 if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import Any, Unpack
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from geosurf.conventions import counted, is_number, length_text, palette, volume
 from geosurf.errors import InputError
 from geosurf.kernels.lattices.run_checks import find_blocks
 from geosurf.kernels.meshes.mesh import edges, ends_of, number_keys, renumbered
+from geosurf.lazy import xarray
 from geosurf.model import Curves, Lattice, Patches, TriSurface, Units
 from geosurf.model.expected import expect, listed
 from geosurf.model.pieces import Pieces, Strips, by_unit
@@ -23,9 +24,6 @@ from geosurf.render.colouring import Selection, colour_units, elevation_bar, sea
 from geosurf.render.layers import Content, Entry, Layer, LayerStyle, segment_layer, triangle_layer
 from geosurf.render.picture_style import PLAIN, PictureStyle
 from geosurf.render.views import SIZE
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
 
 # ---- unit layers ----------------------------------------
 # Choose how units are shown: colours, edges, legend, and the shifts of an exploded view.

@@ -11,12 +11,13 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from geosurf.conventions import counted, place
 from geosurf.errors import GeosurfWarning
+from geosurf.lazy import xarray
 from geosurf.model import (
     Certificate,
     Clipped,
@@ -34,10 +35,6 @@ from geosurf.model.protocols import ReportedModel
 from geosurf.model.regions import MergedSliver
 from geosurf.model.units import INTERVALS
 from geosurf.report.page import NOTHING, Table, number
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
-
 
 # ---- fault tables ----------------------------------------
 # Tables of faults: extension and truncation, juxtaposition, fault polygons, throw and heave.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from geosurf.conventions.text import volume_text
 from geosurf.errors import GeosurfWarning
 from geosurf.faults.distance import in_ring
 from geosurf.faults.rules import Rule
+from geosurf.lazy import xarray
 from geosurf.measure.regions import overlap, region_map, regions_by_name
 from geosurf.model import Patches, Sheet, TriSurface, Unit, Units
 from geosurf.model.expected import box_of_sides
@@ -41,10 +42,6 @@ from geosurf.triangulate.footprint import Footprint, are_unrotated, footprints_o
 from geosurf.triangulate.outline import off_the_rims
 from geosurf.triangulate.shared_area import SharedArea, shared_area
 from geosurf.warning import issue, warn
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
-
 
 ENOUGH = 0.99  # of what all horizons cover: a default area with less is worth a warning
 MUCH = 0.9  # of one horizon: the same

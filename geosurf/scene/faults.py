@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from geosurf.faults.rules import Rule
 from geosurf.measure.closures import find_closures, rules_of_closures, warnings_of_spill
 from geosurf.measure.rock import roofs_of
 from geosurf.measure.seal import checked_seal, fault_seal, warnings_of_seal
+from geosurf.lazy import xarray
 from geosurf.model import Patches, TriSurface
 from geosurf.model.expected import name_of, number_of
 from geosurf.model.network import (
@@ -38,9 +39,6 @@ from geosurf.rebuild import patches_from
 from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory
 from geosurf.triangulate import build_walls, orient_fault
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
 
 TearPlans = Mapping[str, TearPlan]  # by horizon
 LongerFaults = Mapping[str, tuple[TriSurface, TriSurface]]  # a fault, and longer as tears needed it

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from geosurf.lazy import xarray
 from geosurf.model import Sheet, TriSurface, Units
 from geosurf.model.regions import KnownRegions, Places
 from geosurf.model.sheets import TearPlan
@@ -18,9 +19,6 @@ from geosurf.scene.inputs import INPUTS, Box, undeclared
 from geosurf.scene.scene import Scene
 from geosurf.scene.surfaces import opened_contacts, opened_horizon
 from geosurf.scene.tearing import warnings_of_passed
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
 
 
 def given_horizon(scene: Scene, name: str) -> tuple[Any, dict[str, Any]]:

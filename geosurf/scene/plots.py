@@ -15,6 +15,7 @@ from geosurf.conventions import did_you_mean, is_word
 from geosurf.conventions.axes import vertical_axis
 from geosurf.conventions.machine import need_plots
 from geosurf.errors import GeometryError, GeosurfWarning, InputError
+from geosurf.lazy import xarray
 from geosurf.measure.columns import residuals
 from geosurf.measure.faces import MINUS, faces_of
 from geosurf.measure.section import chains_of, rings_of
@@ -51,7 +52,6 @@ from geosurf.scene.surfaces import opened_horizon
 from geosurf.warning import warn
 
 if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
     from matplotlib.axes import Axes
 
 
@@ -149,8 +149,6 @@ def thickness_of(
 
 def _by_region(thickness: xarray.DataArray, of_block: Mapping[str, str]) -> xarray.DataArray:
     """Thickness by region instead of block; as it is where a block has none."""
-    import xarray as xr
-
     names = [of_block.get(str(block), "") for block in thickness.block.values]
     if not all(names):
         return thickness
@@ -165,7 +163,7 @@ def _by_region(thickness: xarray.DataArray, of_block: Mapping[str, str]) -> xarr
     coords = {key: one for key, one in thickness.coords.items() if "block" not in one.dims}
     coords |= {"block": ("block", regions), "sliver": ("block", small)}
     attrs = {**thickness.attrs, "by": "region"}
-    return xr.DataArray(np.stack(values), coords, thickness.dims, attrs=attrs)
+    return xarray.DataArray(np.stack(values), coords, thickness.dims, attrs=attrs)
 
 
 def neighbours(scene: MeasuredModel) -> list[tuple[str, str]]:

@@ -18,6 +18,7 @@ from geosurf.carve.certificate import certify_repeated
 from geosurf.conventions import HORIZON_DIMS, counted, did_you_mean, is_word
 from geosurf.conventions.running import running
 from geosurf.errors import GeosurfWarning, InputError
+from geosurf.lazy import xarray
 from geosurf.measure.locate import boundaries_of, locator_of
 from geosurf.measure.places import intervals_of_wells, well_intervals, wells_of
 from geosurf.measure.regions import region_labels
@@ -56,7 +57,6 @@ from geosurf.sheets.faults import DIRECTIONS
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import pyvista
-    import xarray
 
     from geosurf.measure.locate import Boundaries, Locator
     from geosurf.scene.plots import ScenePlots

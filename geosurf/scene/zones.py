@@ -8,22 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from geosurf.conventions import is_number, length_text, place
 from geosurf.conventions.checks import are_points
 from geosurf.errors import GeosurfWarning, InputError
+from geosurf.lazy import xarray
 from geosurf.measure.velocity import Field
 from geosurf.model import Lattice, Sheet, TriSurface
 from geosurf.model.column import MadeHorizon, data_of_made
 from geosurf.scene.depth import data_of, moved_horizon, places_in, plain_in_depth
 from geosurf.scene.graph import Graph
 from geosurf.scene.inputs import SceneInputs, opened_map
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
 
 
 def made_horizons(plain: Graph, made: Sequence[MadeHorizon]) -> tuple[dict[str, Any], list[Any]]:
@@ -248,8 +246,6 @@ def warnings_of_throw(
 
 def corrections(rows: Sequence[Sequence[Any]]) -> xarray.Dataset:
     """Return the rows of zones as a dataset: see `Scene.zone_corrections`."""
-    import xarray as xr
-
     words = {
         "start": ("", "horizon that the thickness counts from"),
         "horizon": ("", "horizon at the other end"),
@@ -263,7 +259,7 @@ def corrections(rows: Sequence[Sequence[Any]]) -> xarray.Dataset:
                {"units": unit, "long_name": told} if unit else {"long_name": told})
         for k, (name, (unit, told)) in enumerate(words.items())
     }  # fmt: skip
-    return xr.Dataset(data, {"zone": np.array([row[0] for row in rows], dtype=object)})
+    return xarray.Dataset(data, {"zone": np.array([row[0] for row in rows], dtype=object)})
 
 
 def correction_in_words(row: xarray.Dataset) -> str:

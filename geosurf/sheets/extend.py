@@ -9,10 +9,10 @@ and quadratics are continued exactly; the error on a fold grows with the cube of
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-import xarray as xr
+import xarray
 from scipy.ndimage import binary_dilation, binary_fill_holes, distance_transform_edt
 
 from geosurf.conventions import area_text, is_number, length_text, real_numbers
@@ -27,9 +27,6 @@ from geosurf.sheets.mesh.finish import crs_among, fault_surfaces
 from geosurf.triangulate import triangulate_horizon
 from geosurf.triangulate.horizon import EXTRAPOLATED
 from geosurf.triangulate.outline import check_outline
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
 
 MOST = 4_000_000  # nodes of the lattice that is made
 AVERAGED = (2.0, 20.0)  # cells next to the rim over which noise is averaged: least and most
@@ -363,4 +360,4 @@ def _as_array(
         dims = ("row", "column")
         coords = {"easting": (dims, frame.easting), "northing": (dims, frame.northing)}
     coords[EXTRAPOLATED] = (dims, new)
-    return xr.DataArray(z, coords, dims, name=name, attrs=attrs)
+    return xarray.DataArray(z, coords, dims, name=name, attrs=attrs)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from geosurf.conventions import is_word
 from geosurf.errors import InputError
+from geosurf.lazy import xarray
 from geosurf.synthetic.planar import tilted_planes
 from geosurf.synthetic.world import (
     Box,
@@ -21,9 +22,6 @@ from geosurf.synthetic.world import (
     make_horizon,
     shifted,
 )
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
 
 _ORIGIN = (0.0, 0.0, 0.0)
 

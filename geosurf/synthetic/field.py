@@ -10,15 +10,12 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from geosurf.errors import InputError
+from geosurf.lazy import xarray
 from geosurf.synthetic.world import Offset, World, checked, make_fault, make_horizon, shifted
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
 
 _BOX = (0.0, 6000.0, 0.0, 5000.0, -2700.0, -1900.0)
 _DATUM = -2250.0

@@ -10,12 +10,13 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
 from itertools import pairwise, product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from geosurf.conventions import did_you_mean, is_word
 from geosurf.errors import InputError
+from geosurf.lazy import xarray
 from geosurf.synthetic.world import (
     Box,
     Offset,
@@ -26,10 +27,6 @@ from geosurf.synthetic.world import (
     shifted,
     zone_names,
 )
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
-
 
 # ---- polyhedra ----------------------------------------
 # Convex polyhedra cut by planes, in rational arithmetic.

@@ -14,12 +14,13 @@ import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from geosurf.conventions import did_you_mean, is_number
 from geosurf.errors import InputError
+from geosurf.lazy import xarray
 from geosurf.synthetic.world import (
     Offset,
     World,
@@ -29,10 +30,6 @@ from geosurf.synthetic.world import (
     make_horizon,
     shifted,
 )
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
-
 
 # ---- torn picks ----------------------------------------
 # Picks of a torn horizon: one value per node, smeared over the faults, or scattered points.

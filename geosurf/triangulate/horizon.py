@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from geosurf.conventions import (
 )
 from geosurf.conventions.crs import crs_of
 from geosurf.errors import HorizonError, InputError
+from geosurf.lazy import xarray
 from geosurf.model import Lattice, TriSurface
 from geosurf.model.expected import name_of
 from geosurf.triangulate.decimate import can_be_decimated, decimate_frame
@@ -36,9 +37,6 @@ from geosurf.triangulate.stored import (
     lack_of_memory,
     read_stored,
 )
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
 
 EXTRAPOLATED = "extrapolated"  # the coordinate of a grid that marks nodes without data
 

@@ -34,6 +34,7 @@ from geosurf.conventions import FAULT_DIMS, HORIZON_DIMS, elevation_sign
 from geosurf.conventions.axes import LABELS, USUAL, on_map_axes
 from geosurf.conventions.crs import are_same, crs_of, label
 from geosurf.errors import DependencyError, GeosurfWarning, InputError
+from geosurf.lazy import xarray as xr
 from geosurf.model import FaultSticks, TriSurface
 from geosurf.model.base import Noun
 from geosurf.model.expected import name_of
@@ -115,8 +116,6 @@ def _has(*names: str) -> Callable[[Any], bool]:
 
 def _grid_of_xtgeo(value: Any, what: str, role: str, positive: str | None) -> Any:
     """RegularSurface: values (column, row), masked where undefined."""
-    import xarray as xr
-
     z = np.ma.filled(np.ma.asarray(value.values).astype(np.float64), np.nan).T
     attrs = {"units": "m"} | ({} if positive is None else {"positive": positive})
 
@@ -135,8 +134,6 @@ def _grid_of_xtgeo(value: Any, what: str, role: str, positive: str | None) -> An
 
 def _xyz_of_xtgeo(value: Any, what: str, role: str, positive: str | None) -> Any:
     """Points or Polygons: a table with named columns."""
-    import xarray as xr
-
     table = value.get_dataframe()
     columns = [
         np.asarray(table[key], dtype=float) for key in (value.xname, value.yname, value.zname)
@@ -178,8 +175,6 @@ def _mesh_of_pyvista(value: Any, what: str, role: str, positive: str | None) -> 
 
 def _grid_of_pyvista(value: Any, what: str, role: str, positive: str | None) -> Any:
     """StructuredGrid of one layer."""
-    import xarray as xr
-
     if 1 not in value.dimensions:
         raise InputError(
             f"{what}: a StructuredGrid of {' x '.join(map(str, value.dimensions))} nodes is a "
@@ -253,8 +248,6 @@ def _without_twins(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndar
 
 def _of_geopandas(value: Any, what: str, role: str, positive: str | None) -> Any:
     """GeoDataFrame: points for a horizon, lines for the sticks of a fault."""
-    import xarray as xr
-
     kinds = sorted(set(value.geometry.geom_type))
     flat = int((~value.geometry.has_z).sum())
     if flat:
@@ -286,8 +279,6 @@ def _of_geopandas(value: Any, what: str, role: str, positive: str | None) -> Any
 
 def _of_pandas(value: Any, what: str, role: str, positive: str | None) -> Any:
     """DataFrame with columns such as X_UTME, Y_UTMN, Z_TVDSS, and POLY_ID for sticks."""
-    import xarray as xr
-
     found = {str(name).strip().lower(): name for name in value.columns}
     at = [[found[one] for one in names if one in found] for names in USUAL.values()]
     label = [found[one] for one in LABELS if one in found]

@@ -23,14 +23,13 @@ from geosurf.conventions import elevation_sign, metres_per_unit
 from geosurf.conventions.crs import crs_of, epsg_of, proj_system
 from geosurf.conventions.machine import need
 from geosurf.errors import OutputError
+from geosurf.lazy import xarray as xr
 from geosurf.model import Curves, Patches, TriSurface, Unit, Units
 from geosurf.stopping import temporary_folder
 from geosurf.write.text_grids import refuse_odd_nodes
 from geosurf.write.written import FileSet, Loss
 
 if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray as xr
-
     from geosurf.model import Units
     from geosurf.write.written import Loss
 

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from geosurf.lazy import xarray as xr
 from geosurf.model.grids import AXES, CornerPointGrid
 from geosurf.stopping import temporary_folder
 from geosurf.write.written import Loss
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray as xr
 
 # ---- egrid ----------------------------------------
 # EGRID and ROFF: binary corner-point grids, written by xtgeo (extra ``xtgeo``).

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -14,17 +14,13 @@ from geosurf.conventions.checks import no_data_in
 from geosurf.conventions.crs import crs_of, epsg_of, label
 from geosurf.conventions.machine import need
 from geosurf.errors import InputError, OutputError
+from geosurf.lazy import xarray
 from geosurf.model import Curves, FaultSticks
 from geosurf.model.base import Noun
 from geosurf.write.datasets import csv_of_rows
 from geosurf.write.gocad import _head as head_of
 from geosurf.write.text_grids import regular_grid, rows_text
 from geosurf.write.written import Loss
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
-    import xarray as xr
-
 
 # ---- polylines ----------------------------------------
 # Polylines: ``.pol``, ``.csv`` and GeoJSON of curves, cut-offs, fault polygons, outlines, sticks.
@@ -227,7 +223,7 @@ NO_DIRECTION = Loss(
 )
 
 
-def xyz_of_points(points: xr.Dataset, name: str | None) -> tuple[bytes | bytearray, list[Loss]]:
+def xyz_of_points(points: xarray.Dataset, name: str | None) -> tuple[bytes | bytearray, list[Loss]]:
     """Return ``x y z`` of each point."""
     x, y, z = columns_of(points).T
     if ((x == END_OF_LINE) & (y == END_OF_LINE) & (z == END_OF_LINE)).any():
@@ -237,7 +233,7 @@ def xyz_of_points(points: xr.Dataset, name: str | None) -> tuple[bytes | bytearr
     return rows_text([x, b" ", y, b" ", z, b"\n"]), [*_others_lost(points), NO_DIRECTION]
 
 
-def csv_of_points(points: xr.Dataset, name: str | None) -> tuple[bytes | bytearray, list[Loss]]:
+def csv_of_points(points: xarray.Dataset, name: str | None) -> tuple[bytes | bytearray, list[Loss]]:
     """Return a table with the columns X, Y, Z and those of all other variables."""
     place = columns_of(points)
     others = _others(points)
@@ -250,7 +246,9 @@ def csv_of_points(points: xr.Dataset, name: str | None) -> tuple[bytes | bytearr
     return data, [head, *lost]
 
 
-def vset_of_points(points: xr.Dataset, name: str | None) -> tuple[bytes | bytearray, list[Loss]]:
+def vset_of_points(
+    points: xarray.Dataset, name: str | None
+) -> tuple[bytes | bytearray, list[Loss]]:
     """Return a GOCAD VSet."""
     x, y, z = columns_of(points).T
     head = "\n".join(head_of("VSet", name or "points", crs_of(points))) + "\n"
@@ -260,7 +258,7 @@ def vset_of_points(points: xr.Dataset, name: str | None) -> tuple[bytes | bytear
 
 
 def geojson_of_points(
-    points: xr.Dataset, name: str | None, crs: str | None
+    points: xarray.Dataset, name: str | None, crs: str | None
 ) -> tuple[bytes | bytearray, list[Loss]]:
     """Return a feature for each point, with all other variables as properties."""
     others = {key: points[key].values.tolist() for key in _others(points)}
@@ -275,7 +273,7 @@ def geojson_of_points(
     return collection(features, name, crs), [OLD_STANDARD]
 
 
-def columns_of(points: xr.Dataset) -> np.ndarray:
+def columns_of(points: xarray.Dataset) -> np.ndarray:
     """Easting, northing and elevation [m], positive up, of each point, shape (n, 3)."""
     z = points["elevation"]
     scale = elevation_sign(z.attrs.get("positive", "up"), "points") * metres_per_unit(
@@ -294,7 +292,7 @@ def columns_of(points: xr.Dataset) -> np.ndarray:
     return columns + 0.0
 
 
-def _others(points: xr.Dataset) -> list[str]:
+def _others(points: xarray.Dataset) -> list[str]:
     """Names of the variables that are not coordinates in space."""
     (dim,) = points["elevation"].dims
     return [
@@ -304,7 +302,7 @@ def _others(points: xr.Dataset) -> list[str]:
     ]
 
 
-def _others_lost(points: xr.Dataset) -> list[Loss]:
+def _others_lost(points: xarray.Dataset) -> list[Loss]:
     others = _others(points)
     if not others:
         return []

@@ -26,6 +26,7 @@ from geosurf.conventions import elevation_sign, metres_per_unit
 from geosurf.conventions.crs import are_same, crs_of, epsg_of, label
 from geosurf.conventions.machine import need
 from geosurf.errors import OutputError
+from geosurf.lazy import h5py
 from geosurf.model import TriSurface
 from geosurf.model.base import Noun
 from geosurf.write.text_grids import refuse_odd_nodes
@@ -472,8 +473,6 @@ def _steps(x: np.ndarray, y: np.ndarray) -> tuple[float, float] | None:
 def hdf5(arrays: dict[str, np.ndarray], proxy: str) -> bytes:
     """An HDF5 file of all arrays."""
     need("RESQML needs", "h5py")
-    import h5py
-
     held = io.BytesIO()
     with h5py.File(held, "w") as file:
         file.create_group("RESQML").attrs["uuid"] = proxy

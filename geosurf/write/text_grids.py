@@ -11,17 +11,13 @@ import math
 import struct
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from geosurf.conventions.crs import crs_of, label
 from geosurf.errors import OutputError
+from geosurf.lazy import xarray as xr
 from geosurf.write.written import SMALLEST, Loss, name_lost, precision_lost
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray as xr
-
 
 # ---- decimals ----------------------------------------
 # Numbers to text: decimals that give the same float64 back, as Python writes them.

@@ -15,16 +15,13 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from geosurf.errors import FormatError
+from geosurf.lazy import xarray as xr
 from geosurf.read._common import Request, TextBlocks, block_numbers, noted, piece_numbers
 from geosurf.read._guard import damaged
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray as xr
 
 # ---- text ----------------------------------------
 # What readers of gridded formats share: values in bulk, counts, headers of keys, the result.
@@ -259,8 +256,6 @@ def grid_array(
     values: np.ndarray, easting: np.ndarray, northing: np.ndarray, name: str, path: Path
 ) -> xr.DataArray:
     """Elevations [m] of nodes (row, column), with one coordinate for each axis or each node."""
-    import xarray as xr
-
     axes = ("northing", "easting") if easting.ndim == 1 else ("row", "column")
     dims = (axes[:1], axes[1:]) if easting.ndim == 1 else (axes, axes)
     coords = {"northing": (dims[0], northing, METRE), "easting": (dims[1], easting, METRE)}

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from geosurf.errors import FormatError
+from geosurf.lazy import xarray as xr
 from geosurf.read._common import Request, integer, noted, number, number_text, read_text
 from geosurf.read._guard import damaged, refuse_large
 from geosurf.read._table import words_per_line
 from geosurf.read.grids import Decoded, GridHeader, from_corners, grid_array, grid_reader
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray as xr
 
 # ---- ijxyz ----------------------------------------
 # Seismic grids in text: inline, crossline, x, y, z on each line, in any order of lines.

@@ -17,7 +17,6 @@ import zipfile
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
 from urllib.parse import unquote
 from xml.etree.ElementTree import Element
 
@@ -25,6 +24,7 @@ import numpy as np
 
 from geosurf.conventions.machine import need
 from geosurf.errors import FormatError, InputError
+from geosurf.lazy import h5py
 from geosurf.read._common import noted
 from geosurf.read._guard import (
     ALLOWANCE,
@@ -37,10 +37,6 @@ from geosurf.read._guard import (
     same_file,
 )
 from geosurf.read.vtp import xml_of
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import h5py
-
 
 # ---- arrays ----------------------------------------
 # Numbers of a RESQML object: in the HDF5 file, one value many times, or evenly spaced ones.
@@ -251,8 +247,6 @@ class Package:
 
     def _opened(self, path: Path) -> tuple[Path, h5py.File]:
         need(f"{self.path}: RESQML needs", "h5py")
-        import h5py
-
         handle, size = self.opened.enter_context(opened(path))
         with reading_with(path, "h5py"):
             file = self.opened.enter_context(h5py.File(same_file(path, handle), "r"))

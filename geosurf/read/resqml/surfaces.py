@@ -9,13 +9,13 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import TYPE_CHECKING
 from xml.etree.ElementTree import Element
 
 import numpy as np
 
 from geosurf.conventions import metres_per_unit
 from geosurf.errors import FormatError, InputError, SurfaceError
+from geosurf.lazy import xarray as xr
 from geosurf.model import FaultSticks, TriSurface
 from geosurf.model.base import in_crs_of
 from geosurf.read._common import Request, chosen, noted
@@ -41,9 +41,6 @@ from geosurf.read.resqml.representations import (
     representations,
     world,
 )
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray as xr
 
 
 def read_resqml_horizon(path: Path, request: Request) -> xr.DataArray | TriSurface:

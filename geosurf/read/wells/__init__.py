@@ -16,6 +16,7 @@ import numpy as np
 from geosurf.conventions import counted, elevation_sign, metres_per_unit
 from geosurf.conventions.checks import no_data_in
 from geosurf.errors import FormatError, InputError
+from geosurf.lazy import xarray as xr
 from geosurf.model.expected import path_of
 from geosurf.read._common import Request, agreed_scale, noted
 from geosurf.read._guard import damaged
@@ -40,8 +41,6 @@ from geosurf.read.wells.columns import (
 )
 
 if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray as xr
-
     from geosurf.read.wells.columns import Heads
 
 
