@@ -32,7 +32,7 @@ from geosurf.arrangement.threads import (
 )
 from geosurf.arrangement.torn_trees import look_at_torn
 from geosurf.arrangement.tree import look_at_list
-from geosurf.conventions import frame_origin, is_number, is_word, place
+from geosurf.conventions import check_word, frame_origin, is_number, place
 from geosurf.errors import InputError, InvariantError, SurfaceError
 from geosurf.kernels.contacts.axis_grids import NEEDS_EXACT
 from geosurf.kernels.contacts.naming import write_records
@@ -257,8 +257,7 @@ def find_contacts(
     InputError
         For an unknown method, or if pairs of triangles are more than memory holds.
     """
-    if not is_word(method, METHODS):
-        raise InputError(f"method is {method!r}, expected one of {METHODS}.")
+    check_word(method, METHODS, f"method is {method!r}, expected one of {METHODS}.")
     check_voxel_size(voxel_size)
     self_intersections = flag_of(self_intersections, "self_intersections")
     surfaces = check_surfaces(surfaces)

@@ -22,7 +22,7 @@ import numpy as np
 
 from geosurf.carve.cells import OUTSIDE, Cells, find_cells
 from geosurf.carve.zones import ABOVE, BELOW, UNKNOWN, own_sides, owned_by, signatures
-from geosurf.conventions import did_you_mean, is_word, length_text, place
+from geosurf.conventions import check_word, length_text, place
 from geosurf.errors import InputError, OpenUnitError
 from geosurf.kernels.meshes.mesh import edge_keys
 from geosurf.model import Patches, check_column
@@ -502,11 +502,7 @@ def reservoir_of(zones: Sequence[str], reservoir: Any = None) -> tuple[str, ...]
     how = f"give a list of zones, as in reservoir={list(zones[1:-1] or zones)[:1]}"
     given = () if isinstance(reservoir, str) else listed(reservoir, "reservoir takes zones", how)
     for zone in given:
-        if not is_word(zone, zones):
-            raise InputError(
-                f"reservoir: unknown zone {zone!r}. Zones are {list(zones)}."
-                f"{did_you_mean(str(zone), zones)}"
-            )
+        check_word(zone, zones, f"reservoir: unknown zone {zone!r}. Zones are {list(zones)}.")
     if not given:
         raise InputError(f"reservoir is {reservoir!r}; {how}, or leave it out.")
     return tuple(zone for zone in zones if zone in given)

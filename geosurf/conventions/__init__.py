@@ -41,6 +41,7 @@ from geosurf.conventions.checks import (
 from geosurf.conventions.text import (
     area_text,
     area_texts,
+    check_word,
     counted,
     did_you_mean,
     known_names,
@@ -61,6 +62,7 @@ __all__ = [
     "METRES_PER_UNIT",
     "area_text",
     "area_texts",
+    "check_word",
     "counted",
     "did_you_mean",
     "elevation_sign",

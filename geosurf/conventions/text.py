@@ -9,6 +9,8 @@ from collections.abc import Iterable
 from typing import Any
 
 from geosurf.conventions.axes import vertical_words
+from geosurf.conventions.checks import is_word
+from geosurf.errors import InputError
 
 
 def did_you_mean(word: Any, known: Iterable[str]) -> str:
@@ -33,6 +35,21 @@ def closest(word: Any, known: Iterable[str]) -> str | None:
         plain = {name.casefold(): name for name in reversed(names)}
         close = [plain[one] for one in difflib.get_close_matches(str(word).casefold(), plain, n=1)]
     return close[0] if close else None
+
+
+def check_word(
+    value: Any, known: Iterable[str], refusal: str, error: type[Exception] = InputError
+) -> None:
+    """Raise an error for what is no known word; after the refusal it names the one that is meant.
+
+    Examples
+    --------
+    >>> check_word("dow", ("up", "down"), "positive is 'dow'.")
+    Traceback (most recent call last):
+    geosurf.errors.InputError: positive is 'dow'. Did you mean 'down'?
+    """
+    if not is_word(value, known):
+        raise error(f"{refusal}{did_you_mean(value, known)}")
 
 
 def known_names(known: Iterable[str], word: Any = None) -> str:

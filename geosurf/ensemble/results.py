@@ -15,7 +15,7 @@ import numpy as np
 import pandas
 import xarray as xr
 
-from geosurf.conventions import counted, did_you_mean, is_number, is_word, volume_text
+from geosurf.conventions import check_word, counted, did_you_mean, is_number, is_word, volume_text
 from geosurf.conventions.card import Card
 from geosurf.ensemble.on_dask import require_extra
 from geosurf.ensemble.record import (
@@ -531,11 +531,8 @@ class Ensemble(Noun):
             how = f"give one name or several: {key}={known[-1:]}"
             words = [value] if isinstance(value, str) else listed(value, f"{key} takes names", how)
             for word in words or [None]:
-                if not is_word(word, known):
-                    raise InputError(
-                        f"no {key} is called {word!r}; there are {', '.join(filter(None, known))}."
-                        f"{did_you_mean(str(word), known)}"
-                    )
+                there = ", ".join(filter(None, known))
+                check_word(word, known, f"no {key} is called {word!r}; there are {there}.")
             keep &= np.isin(self.data[key].values.astype(str), words)
         return self.data.isel(unit=np.flatnonzero(keep))
 

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import did_you_mean, is_word, known_names
+from geosurf.conventions import check_word, did_you_mean, known_names
 from geosurf.errors import InputError
 from geosurf.faults.rim import normals_of
 from geosurf.kernels.meshes.mesh import edges, pieces, weld
@@ -296,10 +296,7 @@ def read_sides(sides: Any, what: str) -> tuple[str, ...]:
         raise InputError(f"{what} is {sides!r}; give any of {known}.")
     words = (sides,) if isinstance(sides, str) else listed(sides, f"{what} are words", "list them")
     for word in words:
-        if not is_word(word, known):
-            raise InputError(
-                f"{what} has side {word!r}; sides are {known}.{did_you_mean(str(word), known)}"
-            )
+        check_word(word, known, f"{what} has side {word!r}; sides are {known}.")
 
     # 'strike' stands for both ends; the order is that of work, not that of the words
     wanted = {"start", "end"} if "strike" in words else set()

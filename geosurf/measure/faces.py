@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 import xarray
 
-from geosurf.conventions import did_you_mean, is_word
+from geosurf.conventions import check_word, is_word
 from geosurf.errors import GeometryError, InputError
 from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.meshes.mesh import edge_keys, renumbered
@@ -186,11 +186,7 @@ def row_inside(patches: Patches, units: Units, name: str, role: str | None = Non
         raise InputError(f"role is {role!r}, expected 'horizon' or 'fault'.")
     roles = ("horizon", "fault") if role is None else (role,)
     known = [source.name for source in patches.sources if source.role in roles]
-    if not is_word(name, known):
-        raise InputError(
-            f"no {' or '.join(roles)} has the name {name!r}. Names are "
-            f"{known}.{did_you_mean(str(name), known)}"
-        )
+    check_word(name, known, f"no {' or '.join(roles)} has the name {name!r}. Names are {known}.")
     i = row_of(patches, name, *roles)
     if i not in units.rows_inside:
         raise GeometryError(
@@ -266,8 +262,7 @@ def side_of_words(side: str) -> int:
     >>> side_of_words("+"), side_of_words("footwall")
     (0, 1)
     """
-    if not is_word(side, SIDES):
-        raise InputError(f"side is {side!r}, expected one of {tuple(SIDES)}.")
+    check_word(side, SIDES, f"side is {side!r}, expected one of {tuple(SIDES)}.")
     return SIDES[side]
 
 

@@ -11,10 +11,10 @@ import xarray
 
 from geosurf.conventions import (
     HORIZON_DIMS,
+    check_word,
     counted,
     did_you_mean,
     is_number,
-    is_word,
     length_text,
     metres_per_unit,
     real_numbers,
@@ -126,8 +126,7 @@ def thickness_map(
     (('block', 'northing', 'easting'), (2, 15, 20), 'm')
     """
     expect(units, Units, "thickness_map takes Units", "pass the result of carve_units")
-    if not is_word(kind, KINDS):
-        raise InputError(f"kind is {kind!r}, expected one of {KINDS}.{did_you_mean(kind, KINDS)}")
+    check_word(kind, KINDS, f"kind is {kind!r}, expected one of {KINDS}.")
     chosen = units_of_zone(units, zone, contact)
     nodes = nodes_of(grid, units.box)
 

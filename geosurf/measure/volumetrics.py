@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import xarray
 
-from geosurf.conventions import area_text, is_number, is_word, known_names, number_text, place
+from geosurf.conventions import area_text, check_word, is_number, known_names, number_text, place
 from geosurf.errors import InputError
 from geosurf.model import Lattice, Unit, Units
 from geosurf.model.column import ELSEWHERE
@@ -255,8 +255,7 @@ def fluids_in_place(
 
 def check_system(system: Any) -> None:
     """Refuse an unknown system of units of measure."""
-    if not is_word(system, SYSTEMS):
-        raise InputError(f"units is {system!r}; it must be one of {', '.join(SYSTEMS)}.")
+    check_word(system, SYSTEMS, f"units is {system!r}; it must be one of {', '.join(SYSTEMS)}.")
 
 
 def columns_of(n_factor: int, system: str) -> dict[str, dict[str, str]]:

@@ -16,7 +16,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from geosurf.conventions import did_you_mean, is_word
+from geosurf.conventions import check_word, did_you_mean
 from geosurf.errors import FormatError
 from geosurf.model.expected import path_of
 from geosurf.read._guard import damaged, is_zarr, opened
@@ -136,11 +136,9 @@ def reader_of(
 ) -> tuple[Path, str, Any]:
     """Return the path, the name of its format, and the function that reads it."""
     path = path_of(path, caller)
-    if format is not None and not is_word(format, formats):
-        raise FormatError(
-            f"{caller}({path.name!r}): format={format!r} is unknown, expected one of "
-            f"{', '.join(formats)}.{did_you_mean(format, formats)}"
-        )
+    if format is not None:
+        unknown = f"{caller}({path.name!r}): format={format!r} is unknown, expected one of "
+        check_word(format, formats, f"{unknown}{', '.join(formats)}.", FormatError)
 
     # a folder is a store or nothing
     if "zarr" in formats and format in (None, "zarr") and is_zarr(path):

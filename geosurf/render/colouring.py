@@ -9,7 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import counted, did_you_mean, is_word, palette, real_numbers, volume_text
+from geosurf.conventions import (
+    check_word,
+    counted,
+    did_you_mean,
+    palette,
+    real_numbers,
+    volume_text,
+)
 from geosurf.conventions.axes import vertical_label
 from geosurf.conventions.palette import RGB, unit_colours
 from geosurf.errors import InputError
@@ -144,10 +151,7 @@ def check_colour_by(colour_by: Any) -> tuple[Property, str]:
     ('zone', 'zone')
     """
     if isinstance(colour_by, str):
-        if not is_word(colour_by, COLOUR_BY):
-            raise InputError(
-                f"colour_by is {colour_by!r}. {_HOW}.{did_you_mean(colour_by, COLOUR_BY)}"
-            )
+        check_word(colour_by, COLOUR_BY, f"colour_by is {colour_by!r}. {_HOW}.")
         return colour_by, colour_by
     words = str(getattr(colour_by, "name", None) or "Property").replace("_", " ")
     unit = getattr(colour_by, "attrs", {})

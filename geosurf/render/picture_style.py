@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import did_you_mean, is_word, palette
+from geosurf.conventions import check_word, did_you_mean, palette
 from geosurf.conventions.axes import VERTICAL
 from geosurf.conventions.machine import need_plots
 from geosurf.conventions.palette import RGB, rgb
@@ -203,16 +203,10 @@ class PictureStyle:
     vertical: str | None = None
 
     def __post_init__(self) -> None:
-        if not is_word(self.theme, THEMES):
-            raise InputError(
-                f"theme is {self.theme!r}, expected 'light' or 'dark'."
-                f"{did_you_mean(self.theme, THEMES)}"
-            )
-        if self.vertical is not None and not is_word(self.vertical, VERTICAL[:2]):
-            raise InputError(
-                f"vertical is {self.vertical!r}, expected 'elevation' or 'depth'."
-                f"{did_you_mean(self.vertical, VERTICAL[:2])}"
-            )
+        check_word(self.theme, THEMES, f"theme is {self.theme!r}, expected 'light' or 'dark'.")
+        if self.vertical is not None:
+            refusal = f"vertical is {self.vertical!r}, expected 'elevation' or 'depth'."
+            check_word(self.vertical, VERTICAL[:2], refusal)
         # the words of a colour become numbers once, so that pictures need not look at them
         object.__setattr__(self, "transparent", flag_of(self.transparent, "transparent"))
         object.__setattr__(self, "colours", _colours_of(self.colours))
@@ -313,24 +307,24 @@ def _check_font(font: Any) -> None:
     """Refuse a font that is not installed."""
     need_plots()
     known = sorted({entry.name for entry in artists.fontManager.ttflist})
-    if not is_word(font, known):
-        guess = did_you_mean(font, known) if isinstance(font, str) else ""
-        raise InputError(
-            f"font {font!r} is not installed. Install it, or name one of the {len(known)} fonts "
-            f"that matplotlib finds.{guess}"
-        )
+    check_word(
+        font,
+        known,
+        f"font {font!r} is not installed. Install it, or name one of the {len(known)} fonts "
+        "that matplotlib finds.",
+    )
 
 
 def _check_map(name: Any) -> None:
     """Refuse an unknown colour map."""
     need_plots()
     known = (*OWN_MAPS, *artists.colormaps)
-    if not is_word(name, known):
-        guess = did_you_mean(name, known) if isinstance(name, str) else ""
-        raise InputError(
-            f"colour_map is {name!r}, expected 'elevation', 'thickness' or a colour map of "
-            f"matplotlib such as 'viridis'.{guess}"
-        )
+    check_word(
+        name,
+        known,
+        f"colour_map is {name!r}, expected 'elevation', 'thickness' or a colour map of "
+        "matplotlib such as 'viridis'.",
+    )
 
 
 PLAIN = PictureStyle()  # at the end: it is checked by the functions above

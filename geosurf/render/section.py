@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import area_texts, is_word, number_text, palette
+from geosurf.conventions import area_texts, check_word, number_text, palette
 from geosurf.errors import InputError
 from geosurf.lazy import xarray
 from geosurf.model import CornerPointGrid
@@ -105,8 +105,7 @@ def render_grid_section(
     """
     path = figure_path(path)
     expect(grid, CornerPointGrid, "render_grid_section takes a grid", "pass gs.build_grid(scene)")
-    if not is_word(colour_by, BY):
-        raise InputError(f"colour_by is {colour_by!r}, expected one of {BY}.")
+    check_word(colour_by, BY, f"colour_by is {colour_by!r}, expected one of {BY}.")
     axis, number = _where(grid, row, column)
     cells, shown = _cells(grid, axis, number - 1)
     if not shown.any():

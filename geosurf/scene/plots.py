@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 import numpy as np
 
-from geosurf.conventions import did_you_mean, is_word
+from geosurf.conventions import check_word, did_you_mean
 from geosurf.conventions.axes import vertical_axis
 from geosurf.conventions.machine import need_plots
 from geosurf.errors import GeometryError, GeosurfWarning, InputError
@@ -723,11 +723,9 @@ class ScenePlots:
         if not all(hasattr(one, "sgr") for one in seals):
             raise InputError(f"seal takes results of scene.seal; {_SEAL}.")
         for word in words:
-            if not is_word(word, SHOWABLE):
-                raise InputError(
-                    f"unknown word in show: {word!r}. Use any of {', '.join(SHOWABLE)}."
-                    f"{did_you_mean(word, SHOWABLE)}"
-                )
+            check_word(
+                word, SHOWABLE, f"unknown word in show: {word!r}. Use any of {', '.join(SHOWABLE)}."
+            )
         by = given.by
         _check_colour_by(by, words)
         if only.names is not None and not BUILT & set(words):

@@ -15,7 +15,7 @@ import numpy as np
 from geosurf import measure
 from geosurf.arrangement import search_voxels
 from geosurf.carve.certificate import certify_repeated
-from geosurf.conventions import HORIZON_DIMS, counted, did_you_mean, is_word
+from geosurf.conventions import HORIZON_DIMS, check_word, counted, is_word
 from geosurf.conventions.running import running
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.lazy import xarray
@@ -1340,9 +1340,7 @@ class Scene:
             ("horizon", self.horizon_names, horizon),
             ("fault", self.fault_names, fault),
         ):
-            if not is_word(name, known):
-                guess = did_you_mean(name, known)
-                raise InputError(f"no {role} is called {name!r}; there are {list(known)}.{guess}")
+            check_word(name, known, f"no {role} is called {name!r}; there are {list(known)}.")
         if side is None:  # of the two surfaces alone: no model is built
             found = self.curves_between(horizon, fault)
             return [] if found is None else [found.points[curve] for curve in found.curves]

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import is_word
+from geosurf.conventions import check_word
 from geosurf.errors import InputError
 from geosurf.lazy import xarray
 from geosurf.synthetic.planar import tilted_planes
@@ -545,8 +545,7 @@ def _check(m: int, faults: int, horizons: int, shape: str, noise: float) -> None
         raise InputError(f"faults is {faults}, expected 0 to 20, so that they fit side by side.")
     if not 1 <= horizons <= 3:
         raise InputError(f"horizons is {horizons}, expected 1 to 3, so that they fit the box.")
-    if not is_word(shape, ("listric", "plane")):
-        raise InputError(f"shape is {shape!r}, expected 'listric' or 'plane'.")
+    check_word(shape, ("listric", "plane"), f"shape is {shape!r}, expected 'listric' or 'plane'.")
     if not 0 <= noise <= 10:
         raise InputError(f"noise is {noise} m, expected 0 to 10.")
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import did_you_mean, is_word
+from geosurf.conventions import check_word
 from geosurf.errors import InputError
 from geosurf.lazy import xarray
 from geosurf.synthetic.world import (
@@ -493,8 +493,7 @@ def faulted(
     >>> sum(volume > 0 for volume in world.truth["volumes"].values())
     12
     """
-    if not is_word(kind, _KINDS):
-        raise InputError(f"no faulted world is called {kind!r}.{did_you_mean(kind, _KINDS)}")
+    check_word(kind, _KINDS, f"no faulted world is called {kind!r}.")
     if not 0.0 <= tilt <= 3.0:
         raise InputError(f"tilt is {tilt} degrees, expected 0 to 3, so that zones stay in the box.")
     spec = _KINDS[kind]

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import did_you_mean, is_word, place
+from geosurf.conventions import check_word, did_you_mean, place
 from geosurf.conventions.running import running
 from geosurf.errors import GeometryError, HorizonError, InputError
 from geosurf.model import FaultCut, Lattice, LostThrow, Sheet, ThrowReport, TriSurface, frozen
@@ -186,8 +186,7 @@ def _check_names(
                     f"{', '.join(map(repr, throw))}.{did_you_mean(str(key), throw)}"
                 )
     for one in direction.values() if isinstance(direction, Mapping) else (direction,):
-        if not is_word(one, DIRECTIONS):
-            raise InputError(f"direction is {one!r}, expected one of {DIRECTIONS}.")
+        check_word(one, DIRECTIONS, f"direction is {one!r}, expected one of {DIRECTIONS}.")
 
 
 def _sheet(movement: Movement) -> Sheet:

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from geosurf.conventions import did_you_mean, is_word
+from geosurf.conventions import check_word
 from geosurf.errors import InputError, OutputError
 from geosurf.files import write_whole
 from geosurf.model.expected import path_of
@@ -423,11 +423,10 @@ def field_export(
     ('Top.gri', 90.0)
     """
     path = path_of(folder, "field_export")
-    if not is_word(variant, _HORIZON_FILES):
-        raise InputError(
-            f"field_export: variant is {variant!r}; give one of {', '.join(_HORIZON_FILES)}."
-            f"{did_you_mean(str(variant), _HORIZON_FILES)}"
-        )
+    known = ", ".join(_HORIZON_FILES)
+    check_word(
+        variant, _HORIZON_FILES, f"field_export: variant is {variant!r}; give one of {known}."
+    )
     check_count(smear, "smear", 0)
     if smear > _MOST_SMEAR:
         raise InputError(f"smear is {smear}; give a whole number of nodes, 0 to {_MOST_SMEAR}.")
