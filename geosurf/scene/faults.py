@@ -20,10 +20,10 @@ from geosurf.errors import GeometryError, InputError
 from geosurf.faults import extend_fault, lengthen_fault, truncate_faults
 from geosurf.faults.propose import bridge_to, check_reach, propose_network
 from geosurf.faults.rules import Rule
+from geosurf.lazy import xarray
 from geosurf.measure.closures import find_closures, rules_of_closures, warnings_of_spill
 from geosurf.measure.rock import roofs_of
 from geosurf.measure.seal import checked_seal, fault_seal, warnings_of_seal
-from geosurf.lazy import xarray
 from geosurf.model import Patches, TriSurface
 from geosurf.model.expected import name_of, number_of
 from geosurf.model.network import (
