@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-import geosurf as gs
 from geosurf import (
     FaultNetwork,
     Scene,
@@ -15,8 +14,7 @@ from geosurf import (
     rebuild_surfaces,
     truncate_faults,
 )
-from geosurf.errors import GeometryError, GeosurfWarning, InputError
-from geosurf.faults import propose as near_misses
+from geosurf.errors import GeosurfWarning, InputError
 from geosurf.model import Extension, NetworkRow, Truncation
 from tests import laws
 from tests.faults.worlds import (
@@ -103,31 +101,6 @@ def test_horizons_and_truncated_faults_together():
     assert sorted(v for n, v in found.items() if n.startswith("below Top F1+")) == pytest.approx(
         [8 * 2, 8 * 6], rel=1e-12
     )
-
-
-def test_what_happens_outside_the_box_does_not_matter():
-    """F1 ends a little outside the box, F2 goes far around its end there."""
-    main = sheet("F1", [(-0.5, -0.5, 8.5), (8.5, -0.5, -0.5), (8.5, 8.5, -0.5), (-0.5, 8.5, 8.5)])
-    far = sheet("F2", [(-5, -5, -5), (12, -5, 12), (12, 12, 12), (-5, 12, -5)], (2, 3))
-    rules = {"F2": ("F1", "hanging wall")}
-    made = scene(main, far, truncations=rules)
-    np.testing.assert_allclose(volumes(made.units), [128, 128, 256], rtol=1e-12)
-    (cut,) = made.fault_actions
-    assert "; cut at the model box" in made.explain()
-    whole = 17.0 * 17.0 * np.sqrt(2)
-    assert cut.kept_area + cut.dropped_area == pytest.approx(whole, rel=1e-12)
-    away = sheet("F2", [(20, 0, 0), (21, 0, 0), (21, 9, 9), (20, 9, 9)])
-    with pytest.raises(
-        GeometryError, match=r"nothing of fault 'F2' \(east.* lies in the model box, so"
-    ):
-        _ = scene(main, away, truncations=rules).units
-    past = sheet("F1", [(4, 5, 5), (4, 7, 5), (4, 7, 7), (4, 5, 7)])
-    beside = sheet("F2", [(0, 1, 1), (1, 1, 1), (1, 1, 2), (0, 1, 2)])
-    with pytest.raises(GeometryError, match=r"5 m short of 'F1'.*do not meet .* even extended"):
-        _ = scene(past, beside, truncations={"F2": ("F1", "left", True)}).units
-    inside = sheet("F1", [(0, 0.5, 8), (8, 0.5, 0), (8, 8, 0), (0, 8, 8)])
-    with pytest.raises(GeometryError, match=r"around the end of 'F1' at .*N 0\.5"):
-        _ = scene(inside, far, truncations=rules).units
 
 
 @pytest.mark.parametrize(
@@ -411,17 +384,6 @@ def test_drogon_proposals_are_those_of_the_field(drogon):
     assert 0 < gap.distance < 1
 
 
-def test_drogon_f2_ends_on_f1_with_shared_vertices(drogon):
-    after = drogon.propose_fault_network().apply(drogon)
-    before, f1, f2 = drogon.surface("F2"), after.surface("F1"), after.surface("F2")
-    shared_places = set(map(tuple, f1.vertices.tolist())) & set(map(tuple, f2.vertices.tolist()))
-    assert len(shared_places) > 2
-    kept = set(map(tuple, before.vertices.tolist())) & set(map(tuple, f2.vertices.tolist()))
-    assert len(kept) >= before.n_vertex - 4
-    (row,) = [r for r in after.propose_fault_network().rows if (r.fault, r.other) == ("F2", "F1")]
-    assert "ends at F1 already" in row.reason
-
-
 @pytest.mark.filterwarnings("ignore:Fault 'F5' ends 11.1 m before the west side")
 def test_drogon_network_seals_once_it_is_extended_and_truncated(drogon):
     """F6 is a lens in the hanging wall of F2, and F2 a branch in the footwall of F1."""
@@ -475,15 +437,3 @@ def test_drogon_network_of_a_default_box_can_be_applied(drogon):
     trial = network.trial(near)
     assert_all_decided(near, trial)
     assert not trial.dropped
-
-
-def test_rows_that_are_known_are_those_of_a_new_process():
-    faults = {"F1": upright(4, "F1"), "F2": across(4, "F2", 4.5, 8)}
-    scene = gs.Scene({}, faults, BOX)
-    for east in (8.0, 7.0, 8.0):
-        made = scene.replace(faults={"F2": across(4, "F2", 4.5, east)})
-        rows = made.propose_fault_network(reach=1.0).rows
-        near_misses._KNOWN.clear()
-        again = gs.Scene({}, dict(faults, F2=across(4, "F2", 4.5, east)), BOX)
-        assert rows == again.propose_fault_network(reach=1.0).rows
-        assert "near miss" in {row.kind for row in rows}

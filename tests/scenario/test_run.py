@@ -18,9 +18,7 @@ from geosurf.errors import (
     OutputError,
     ScenarioError,
 )
-from geosurf.scenario import build_scene, read_scenario, run, run_scenario
-
-ROOT = Path(__file__).resolve().parents[2]
+from geosurf.scenario import read_scenario, run, run_scenario
 
 
 def digests(folder: Path) -> dict[str, str]:
@@ -231,17 +229,3 @@ def test_netcdf_that_was_asked_for_is_an_error_before_anything_is_read_and_else_
     names = {path.name for path in (tmp_path / "out").iterdir()}
     assert "volumes.csv" in names
     assert "volumes.nc" not in names
-
-
-def test_the_demo_splits_only_where_a_fault_goes_through():
-    scene = build_scene(
-        read_scenario(ROOT / "data" / "synthetic_horizons" / "faulted_reservoir.toml")
-    )
-    assert scene.fault_names == ("F1", "F2", "F3")
-    assert set(scene.sheets) == {"Top", "Middle", "Base"}
-    assert {unit.block for unit in scene.units.values()} == {"F1+", "F1-"}
-    split = [name for name, unit in scene.units.items() if unit.contact]
-    assert split == [f"Top/Middle F1{s} {w} OWC" for s in "+-" for w in ("above", "below")]
-    assert len(scene.units) == 10  # four zones in two blocks, and the reservoir in two parts
-    across = scene.juxtaposition("F1", "all").to_dataframe()
-    assert across.area[across.kind == "juxtaposed"].sum() > across.area.sum() / 3

@@ -65,6 +65,21 @@ def test_horizons_that_differ_in_one_thing(kind):
     assert found[0] == found[2] != found[1]
 
 
+def test_areas_with_the_same_bounds():
+    """The box around them is one; half of it is in either area."""
+    areas = [(0, 0), (4, 0), (0, 4)], [(4, 0), (4, 4), (0, 4)], None
+    family = Scene({"Top": array()}, {"F1": wall()}, BOX, positive="up", length_unit="m")
+    found = [seen(family.replace(aoi=aoi)) for aoi in areas]
+    for aoi, one in zip(areas, found, strict=True):
+        again = Scene(
+            {"Top": array()}, {"F1": wall()}, BOX, aoi=aoi, positive="up", length_unit="m"
+        )
+        assert one == seen(again)
+    halves = [sum(volumes.values()) for *_, volumes in found]
+    assert halves == pytest.approx([96.0, 96.0, 192.0])
+    assert found[0][2] != found[1][2]
+
+
 def test_boxes_with_frames_of_their_own():
     """Points are rounded in the frame of the box; curves of another one are not handed on."""
     axis = np.arange(900.0, 3200.0, 200.0) + 0.125

@@ -324,27 +324,6 @@ def test_a_name_that_is_changed_is_among_the_losses(tmp_path, name):
         assert told == (" ".join(changed.split()) != name)
 
 
-def test_unknown_suffixes_and_objects(tmp_path):
-    table = xr.DataArray([1.0, 2.0], dims="unit")
-    with pytest.raises(
-        OutputError, match=r"over \('unit',\) is not a horizon .* Write scene\.units"
-    ):
-        gs.write(table, tmp_path / "volumes.nc")
-    with pytest.raises(
-        OutputError, match=r"Curves cannot be written as '.vtk'. Use one of the suffixes .pl"
-    ):
-        gs.write(curves(), tmp_path / "a.vtk")
-    with pytest.raises(
-        OutputError, match=r"TriSurface .* '.stt'. Use one of the suffixes .*Did you mean '.stl'"
-    ):
-        gs.write(surface(), tmp_path / "a.stt")
-    with pytest.raises(
-        OutputError, match=r"cannot write an object of type list; it writes TriSurface"
-    ):
-        gs.write([1, 2], tmp_path / "a.vtp")
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_a_folder_that_cannot_be_written(tmp_path):
     with pytest.raises(OutputError, match=r"F1.ts: cannot be written \(No such file.*Check"):
         gs.write(surface(), tmp_path / "none" / "F1.ts")
