@@ -47,7 +47,7 @@ class Known:
     slip : float
         By how much coordinates could move by rounding [m].
     codes : ndarray of int64, shape (n,)
-        How each pair meets: see `geosurf.kernels.contacts.packed_contact.settled`.
+        How each pair meets: see `geosurf.kernels.contacts.triangle_contact.settled`.
     """
 
     rows: np.ndarray

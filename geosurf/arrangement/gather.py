@@ -12,20 +12,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from geosurf.arrangement.threads import (
-    PAIR,
-    in_ranges,
-    lack_of_room,
-    map_threads,
-    refusal,
-    shortened,
-)
+from geosurf.arrangement.threads import PAIR, in_ranges, lack_of_room, map_threads, refusal
 from geosurf.kernels.contacts.axis_grids import NEEDS_EXACT
 from geosurf.kernels.contacts.naming import (
     close_up_points,
-    drop_rows,
     find_suspects,
-    may_coincide,
     merge_suspects,
     name_corners,
     place_points,
@@ -249,14 +240,9 @@ def _write_own(
 
 def _welded(places: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Places that differ, and the row of each place among them; corners become such rows."""
-    # A sort of all places costs more than a look at those that may be equal, which are few.
-    some = may_coincide(places)
-    number, count = weld(places.take(some, axis=0))
-    if count == len(some):
-        return places, np.arange(len(places))
-
-    # The first place of several stays.
-    first = np.empty(count, dtype=np.int64)
-    first[number[::-1]] = some[::-1]
-    n, row = drop_rows(places, corners, some, first[number])
-    return shortened(places, n), row
+    number, count = weld(places)
+    if count < len(places):
+        corners[:] = number[corners]
+        own, places = places, np.empty((count, 3))
+        places[number] = own  # of 0.0 and -0.0, which are equal, the last one remains
+    return places, number

@@ -36,15 +36,16 @@ from geosurf.conventions import check_word, frame_origin, is_number, place
 from geosurf.errors import InputError, InvariantError, SurfaceError
 from geosurf.kernels.contacts.axis_grids import NEEDS_EXACT
 from geosurf.kernels.contacts.naming import write_records
-from geosurf.kernels.contacts.packed_contact import (
+from geosurf.kernels.contacts.triangle_contact import (
+    N_COLUMN,
     in_plane,
+    meet_pairs,
     n_corners,
     of_settled,
     pack_contacts,
     pack_decided,
     settled,
 )
-from geosurf.kernels.contacts.triangle_contact import N_COLUMN, meet_pairs
 from geosurf.kernels.exact.constructed_points import FULL
 from geosurf.kernels.exact.exact_signs import N_EDGE_PLANE, SCALE
 from geosurf.kernels.exact.predicates import (
@@ -164,7 +165,7 @@ class Contacts:
     nodes : list of (ndarray, ndarray)
         For each surface its nodes in use, rising, and the rows of `x` where they are.
     rows : ndarray of int64, shape (n_contact, 3)
-        Contacts by faces, see `geosurf.kernels.contacts.packed_contact`.
+        Contacts by faces, see `geosurf.kernels.contacts.triangle_contact`.
     near : ndarray of int64, shape (n_near, 2)
         Pairs of faces whose signs hold, but could change if coordinates moved by a unit in the
         last place: what has to be looked at again once points are rounded. Of pairs whose contact

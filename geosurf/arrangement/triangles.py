@@ -10,13 +10,13 @@ from geosurf.arrangement.gather import name_contacts
 from geosurf.arrangement.threads import in_ranges, map_threads
 from geosurf.conventions import real_numbers
 from geosurf.errors import SurfaceError
-from geosurf.kernels.contacts.packed_contact import pack_contacts
 from geosurf.kernels.contacts.triangle_contact import (
     CROSSING,
     FIRST_CODE,
     N_COLUMN,
     N_CORNER,
     meet_pairs,
+    pack_contacts,
 )
 from geosurf.kernels.exact.predicates import (
     MAX_COORDINATE,

@@ -22,7 +22,12 @@ regions.py           blocks of the zones of a field that belong together
 outside.py           walls, and the cells outside of them
                      exact vertical rays through triangles
 shells.py            closed shells and their volumes
-certificate/         `certify`: the properties of a model, recomputed from the result
+certificate.py       `certify`: the properties of a model, recomputed from the result
+                     the lines without a list of all triangles, and from all triangles
+certificate_lines    its lines in their order, from their facts
+certificate_facts    facts from runs of lattices
+certificate_elements triangles and runs, as checks read them: units fill the box
+certificate_names    names of units match their bounding surfaces
 ===================  ==================================================================
 """
 

@@ -23,7 +23,7 @@ from geosurf.intersect.link import (
     total_cost,
     touching_points,
 )
-from geosurf.kernels.contacts.packed_contact import in_plane, n_corners
+from geosurf.kernels.contacts.triangle_contact import in_plane, n_corners
 from geosurf.kernels.meshes.mesh import edges, join_pairs, pieces
 from geosurf.model import Curves, Touch, TriSurface, frozen
 from geosurf.model.base import in_crs_of

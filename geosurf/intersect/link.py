@@ -16,7 +16,7 @@ from geosurf.arrangement.search import ULP, Contacts
 from geosurf.arrangement.threads import lack_of_room, refusal
 from geosurf.errors import InputError
 from geosurf.kernels.contacts.aligned_grids import points_near_segments
-from geosurf.kernels.contacts.packed_contact import in_plane, n_corners
+from geosurf.kernels.contacts.triangle_contact import in_plane, n_corners
 from geosurf.kernels.exact.predicates import inside_segments
 from geosurf.kernels.meshes.linking import link_segments
 from geosurf.kernels.meshes.mesh import number_keys, weld

@@ -18,11 +18,6 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
     from geosurf.model.column import FluidContact as FluidContact
     from geosurf.model.column import Remnant as Remnant
     from geosurf.model.column import check_column as check_column
-    from geosurf.model.curves import Curves as Curves
-    from geosurf.model.curves import Touch as Touch
-    from geosurf.model.curves import TriangleContact as TriangleContact
-    from geosurf.model.curves import TriangleSteps as TriangleSteps
-    from geosurf.model.curves import VoxelSearch as VoxelSearch
     from geosurf.model.grids import CornerPointGrid as CornerPointGrid
     from geosurf.model.lattice import Lattice as Lattice
     from geosurf.model.network import ExtendedFault as ExtendedFault
@@ -33,8 +28,13 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
     from geosurf.model.network import NetworkTrial as NetworkTrial
     from geosurf.model.network import TruncatedFaults as TruncatedFaults
     from geosurf.model.network import Truncation as Truncation
+    from geosurf.model.patches import Curves as Curves
     from geosurf.model.patches import Patches as Patches
     from geosurf.model.patches import TetMesh as TetMesh
+    from geosurf.model.patches import Touch as Touch
+    from geosurf.model.patches import TriangleContact as TriangleContact
+    from geosurf.model.patches import TriangleSteps as TriangleSteps
+    from geosurf.model.patches import VoxelSearch as VoxelSearch
     from geosurf.model.sheets import FaultCut as FaultCut
     from geosurf.model.sheets import LostThrow as LostThrow
     from geosurf.model.sheets import Sheet as Sheet

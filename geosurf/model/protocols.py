@@ -16,9 +16,8 @@ import numpy as np
 from geosurf.errors import GeosurfWarning
 from geosurf.lazy import xarray
 from geosurf.model.column import FluidContact, VirtualWall
-from geosurf.model.curves import Curves, VoxelSearch
 from geosurf.model.network import Extension, Truncation
-from geosurf.model.patches import Patches
+from geosurf.model.patches import Curves, Patches, VoxelSearch
 from geosurf.model.sheets import Sheet
 from geosurf.model.surfaces import TriSurface
 from geosurf.model.tops import Tops

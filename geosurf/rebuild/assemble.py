@@ -12,7 +12,7 @@ from geosurf.arrangement.arrange import Children
 from geosurf.arrangement.search import Contacts
 from geosurf.arrangement.threads import map_threads
 from geosurf.errors import InvariantError
-from geosurf.kernels.contacts.packed_contact import in_plane, n_corners
+from geosurf.kernels.contacts.triangle_contact import in_plane, n_corners
 from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.lattices.strips import find_runs, join_runs, link_runs, lowest_keys
 from geosurf.kernels.meshes.linking import merge_by_face, number_patches

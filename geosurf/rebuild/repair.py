@@ -27,8 +27,7 @@ from geosurf.arrangement.threads import map_threads, n_threads
 from geosurf.arrangement.triangles import crossing_pairs
 from geosurf.conventions import place
 from geosurf.errors import GeosurfError, RoundingError, SurfaceError
-from geosurf.kernels.contacts.packed_contact import on_boundaries
-from geosurf.kernels.contacts.triangle_contact import unstable_pairs
+from geosurf.kernels.contacts.triangle_contact import on_boundaries, unstable_pairs
 from geosurf.kernels.cutting.cut_faces import thin_children
 from geosurf.kernels.exact.predicates import frame_of
 from geosurf.kernels.meshes.mesh import inverted_triangles, weld

@@ -651,8 +651,7 @@ class Store:
         self.keys: weakref.WeakKeyDictionary[Any, Hashable] = weakref.WeakKeyDictionary()
         self.n_dropped = self.bytes_dropped = 0
         self._entries: OrderedDict[Hashable, Entry] = OrderedDict()
-        self._times: dict[int, int] = {}  # in how many results an array is
-        self._bytes = self._since_count = self._n_uncounted = 0
+        self._since_count = 0
         self._lock = threading.RLock()
 
     # ---- results -------------------------------------------------------------------------
@@ -679,38 +678,38 @@ class Store:
         A result that `grows` may make arrays later, so that it is counted again.
         """
         with self._lock:
-            if key in self._entries:  # another thread was faster
-                # the later result replaces it; both are equal
-                self._take_out(self._entries.pop(key))
+            # another thread was faster: the later result replaces its, both are equal
+            self._entries.pop(key, None)
             self._entries[key] = Entry(result, warnings)
 
             # results may make arrays later; count again now and then, at a cost that averages out
             self._since_count += grows
-            self._n_uncounted += 1
             if most_memory_so_far() >= self.budget:
-                if self._since_count > len(self._entries) // 2 + 8:
-                    self._count_again()
-                self._keep_within_budget()
+                self._keep_within_budget(self._since_count > len(self._entries) // 2 + 8)
 
-    def _keep_within_budget(self) -> None:
-        if self._n_uncounted:
-            for entry in self._entries.values():
-                if entry.buffers is None:
-                    self._take_in(entry)
-            self._n_uncounted = 0
+    def _keep_within_budget(self, anew: bool) -> int:
+        """Drop what has not been requested for longest; the bytes that stay. Counts all if anew."""
+        if anew:
+            self._since_count = 0
+        # arrays that results share count once, with the one that was requested last
+        sizes: dict[int, int] = {}
+        total, n_kept = 0, 0
+        for entry in reversed(self._entries.values()):
+            if anew or entry.buffers is None:
+                entry.buffers = buffers_of(entry.result)
+            more = {one: n for one, n in entry.buffers.items() if one not in sizes}
+            if total + sum(more.values()) + _OVERHEAD > self.budget:
+                break
+            sizes |= more
+            total, n_kept = total + sum(more.values()) + _OVERHEAD, n_kept + 1
+
         # a result larger than the budget drops everything, itself at last: the scene still has it
-        while self._bytes > self.budget:
-            self._drop(next(iter(self._entries)))
-
-    def _drop(self, key: Hashable) -> None:
-        entry = self._entries.pop(key)
-
-        # arrays that other results share stay: only the difference is freed
-        before = self._bytes
-        self._take_out(entry)
-        self.n_dropped += 1
-        if entry.buffers is not None:
-            self.bytes_dropped += before - self._bytes - _OVERHEAD
+        freed: dict[int, int] = {}
+        for key in list(self._entries)[: len(self._entries) - n_kept]:
+            freed |= self._entries.pop(key).buffers or {}
+            self.n_dropped += 1
+        self.bytes_dropped += sum(n for one, n in freed.items() if one not in sizes)
+        return total
 
     # ---- bytes ---------------------------------------------------------------------------
 
@@ -722,30 +721,4 @@ class Store:
     def bytes_stored(self) -> int:
         """Count the bytes of all results again, within the budget: arrays may have been made."""
         with self._lock:
-            self._count_again()
-            self._keep_within_budget()
-            return self._bytes
-
-    def _count_again(self) -> None:
-        self._times, self._bytes, self._since_count, self._n_uncounted = {}, 0, 0, 0
-        for entry in self._entries.values():
-            self._take_in(entry)
-
-    def _take_in(self, entry: Entry) -> None:
-        entry.buffers = buffers_of(entry.result)
-        self._bytes += _OVERHEAD
-        for one, size in entry.buffers.items():
-            # an array counts when the first result brings it, and goes with the last
-            self._times[one] = self._times.get(one, 0) + 1
-            if self._times[one] == 1:
-                self._bytes += size
-
-    def _take_out(self, entry: Entry) -> None:
-        if entry.buffers is None:
-            return
-        self._bytes -= _OVERHEAD
-        for one, size in entry.buffers.items():
-            self._times[one] -= 1
-            if not self._times[one]:
-                del self._times[one]
-                self._bytes -= size
+            return self._keep_within_budget(True)

@@ -28,9 +28,9 @@ from geosurf.measure.volumetrics import fluids_in_place
 from geosurf.model import Certificate, FluidContact, Patches, Sheet, TriSurface, Units
 from geosurf.model.base import multiblock, need_pyvista
 from geosurf.model.column import VirtualWall
-from geosurf.model.curves import Curves, VoxelSearch
 from geosurf.model.expected import flag_of, name_of
 from geosurf.model.network import Extension, FaultNetwork, Truncation
+from geosurf.model.patches import Curves, VoxelSearch
 from geosurf.model.protocols import View3D
 from geosurf.model.regions import Regions
 from geosurf.model.tops import TieReport, Tops
@@ -1610,7 +1610,7 @@ class Scene:
         Returns
         -------
         Certificate
-            One line per promise, see ``geosurf.carve.certificate.certify``. The last line repeats
+            One line per promise, see ``geosurf.carve.certificate``. The last line repeats
             the rebuild and compares all bytes.
         """
         return self._take_certificate(

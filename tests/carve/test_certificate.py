@@ -13,8 +13,8 @@ from geosurf import Scene, build_walls, carve_units, rebuild_surfaces
 from geosurf.arrangement import threads
 from geosurf.arrangement.triangles import crossing_pairs
 from geosurf.carve.certificate import certify, same_bytes
-from geosurf.carve.certificate.elements import matched, numbered, partition
-from geosurf.carve.certificate.names import named
+from geosurf.carve.certificate_elements import matched, numbered, partition
+from geosurf.carve.certificate_names import named
 from geosurf.carve.shells import unit_name
 from geosurf.errors import InputError
 from geosurf.model import Units

@@ -12,8 +12,7 @@ import pytest
 
 import geosurf as gs
 from geosurf import Lattice, Scene, TriSurface, build_walls, carve_units, rebuild_surfaces
-from geosurf.carve.certificate import certify, certify_repeated, same_bytes
-from geosurf.carve.certificate.certify import checks_by_runs
+from geosurf.carve.certificate import certify, certify_repeated, checks_by_runs, same_bytes
 from geosurf.carve.shells import _Carved
 from geosurf.errors import OpenUnitError
 from geosurf.kernels.lattices.strips import FIRST, LAST, ROW
@@ -82,7 +81,7 @@ def test_lines_by_runs_are_those_by_triangles(seed):
 
 @pytest.mark.parametrize("lacking", [None, 1])
 def test_the_second_run_waits_where_memory_holds_one_only(monkeypatch, lacking):
-    certificate = import_module("geosurf.carve.certificate.certify")
+    certificate = import_module("geosurf.carve.certificate")
     monkeypatch.setattr(certificate, "MANY", 0)
     monkeypatch.setattr(certificate, "lack_of_room", lambda needed: lacking)
     monkeypatch.setenv("GEOSURF_THREADS", "2")

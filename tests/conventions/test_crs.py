@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.carve.certificate.facts import Facts
+from geosurf.carve.certificate_facts import Facts
 from geosurf.conventions import checks, shift_is_exact
 from geosurf.conventions.crs import METRIC
 from geosurf.conventions.machine import give_back_memory

@@ -23,7 +23,7 @@ import numpy as np
 from geosurf import TriSurface, intersect_surfaces, rebuild_surfaces
 from geosurf.arrangement.search import find_contacts
 from geosurf.errors import GeosurfError, InvariantError
-from geosurf.kernels.contacts.packed_contact import in_plane, n_corners
+from geosurf.kernels.contacts.triangle_contact import in_plane, n_corners
 from tests import oracles
 from tests.counting import count
 

@@ -10,8 +10,8 @@ import sys
 import numpy as np
 import pytest
 
+from geosurf.kernels.compile.gate import ROOT, file_of, kernel_files, module_of
 from geosurf.kernels.compile.helpers import Helper, entry_dispatcher
-from geosurf.kernels.compile.sources import ROOT, file_of, kernel_files, module_of
 
 numba = pytest.importorskip("numba")
 if numba.config.DISABLE_JIT:

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 
 from geosurf import Lattice, TriSurface
 from geosurf.arrangement.search import find_contacts
-from geosurf.kernels.contacts.packed_contact import n_corners
+from geosurf.kernels.contacts.triangle_contact import n_corners
 from tests.kernels.rows import point_dd_rows
 from tests.kernels.test_signs import SCALES, dot, minus, plane, position
 from tests.oracles import rational, rounded

@@ -9,8 +9,13 @@ from geosurf import TriSurface, rebuild_surfaces
 from geosurf.arrangement import arrange, search
 from geosurf.arrangement.arrange import cut_contacts
 from geosurf.arrangement.search import find_contacts
-from geosurf.kernels.contacts.packed_contact import pack_contacts
-from geosurf.kernels.contacts.triangle_contact import COPLANAR, FIRST_CODE, N_COLUMN, N_CORNER
+from geosurf.kernels.contacts.triangle_contact import (
+    COPLANAR,
+    FIRST_CODE,
+    N_COLUMN,
+    N_CORNER,
+    pack_contacts,
+)
 from geosurf.kernels.cutting.cut_faces import thin_children
 from geosurf.kernels.exact.predicates import frame_of
 from geosurf.model import Lattice

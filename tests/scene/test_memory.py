@@ -239,7 +239,8 @@ def test_bytes_are_counted_once_and_stay_below_the_budget(seed):
         else:
             some = rng.sample(arrays, rng.randrange(4))
             store.put(rng.randrange(60), [some, {"x": some[:1]}], ())
-        assert store._bytes == true_bytes(store) <= store.budget
+        assert true_bytes(store) <= store.budget
+        assert store.bytes_stored() == true_bytes(store)
     assert store.n_dropped
 
 

@@ -4,8 +4,8 @@
 file               content
 =================  ===============================================================
 `file_cache`       the folder of compiled kernels; cached files, verified before use
-`sources`          the source files of the kernels
 `gate`             signatures of kernels, the check in front of each call; plain Python
+                   the source files of the kernels
 `jit`              the two decorators, and the choice of what runs the kernels; memory kept
 `numba_runner`     kernels compiled by numba, and cached
 `frozen_runner`    kernels from a precompiled library, without numba

@@ -26,9 +26,8 @@ from typing import Any
 import numpy as np
 
 from geosurf.errors import InvariantError
-from geosurf.kernels.compile.gate import DTYPES, Signature
+from geosurf.kernels.compile.gate import DTYPES, MACHINERY, Signature, kernel_files
 from geosurf.kernels.compile.platforms import PLATFORMS, platform_name, wrapper
-from geosurf.kernels.compile.sources import MACHINERY, kernel_files
 
 MANIFEST = "manifest.json"
 _PACKED = {"d": "d", "l": "q", "b": "q"}

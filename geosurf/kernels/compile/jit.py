@@ -31,8 +31,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from geosurf.errors import DependencyError, InputError
-from geosurf.kernels.compile.gate import Gate, Signature
-from geosurf.kernels.compile.sources import ROOT
+from geosurf.kernels.compile.gate import ROOT, Gate, Signature
 
 
 class Runner(Protocol):

@@ -30,9 +30,8 @@ from numba.core.serialize import dumps
 
 from geosurf.errors import DependencyError
 from geosurf.kernels.compile.file_cache import CHOICE, Store
-from geosurf.kernels.compile.gate import Signature
+from geosurf.kernels.compile.gate import MACHINERY, Signature, file_of
 from geosurf.kernels.compile.helpers import Helper, entry_dispatcher, names_of_its_own
-from geosurf.kernels.compile.sources import MACHINERY, file_of
 
 _HELPERS = Path(__file__).with_name("helpers.py")
 _TYPES = {"d": numba.float64, "l": numba.int64, "b": numba.boolean}

@@ -30,10 +30,10 @@ from numba.np import arrayobj
 
 from geosurf.errors import InputError
 from geosurf.kernels.compile.frozen_runner import symbol
+from geosurf.kernels.compile.gate import kernel_files
 from geosurf.kernels.compile.helpers import Helper, below, optimise
 from geosurf.kernels.compile.numba_runner import check_results, types_of
 from geosurf.kernels.compile.platforms import PLATFORMS, Platform
-from geosurf.kernels.compile.sources import kernel_files
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from geosurf.kernels.compile.jit import Entry

@@ -19,7 +19,7 @@ from importlib import import_module
 
 from geosurf.errors import OutputError
 from geosurf.kernels.compile import jit
-from geosurf.kernels.compile.sources import ROOT, kernel_files, module_of
+from geosurf.kernels.compile.gate import ROOT, kernel_files, module_of
 
 Progress = Callable[[int, int], object]
 

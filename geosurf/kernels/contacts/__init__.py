@@ -5,7 +5,7 @@ file                question                                                   s
 ==================  =========================================================  ==================
 `triangle_contact`  How do two triangles meet?                                 Guigue & Devillers
                     Which contacts could change when points are rounded?
-`packed_contact`    How is a contact stored in three numbers?
+                    How is a contact stored in three numbers?
 `cell_contacts`     How do triangles of two cells meet? Heights of corners.
                     Which codes has a contact? A table without branches.
                     Which cells of a patch may meet a cell? Heights of nodes.

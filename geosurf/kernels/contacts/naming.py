@@ -8,7 +8,7 @@ A record is (triangle, p, q, support): a segment p-q inside the triangle and a p
 or a single point (q = support = -1). Both triangles of a contact get the point or segment. So
 neighbours have the same points on a common edge, and the children conform without communication.
 
-Letters as in `exact_signs`, contacts as in `packed_contact`, and
+Letters as in `exact_signs`, contacts as in `triangle_contact`, and
     names    hash table (`constructed_points`): edge planes, and points that no list holds
     heads    first point of each list, -1 if empty: lists of faces, then lists of vertices
     onward   the next point in the list of each
@@ -19,15 +19,17 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
-from geosurf.kernels.contacts.packed_contact import (
+from geosurf.kernels.contacts.triangle_contact import (
+    EDGE_OF_SECOND,
+    FACE,
     HOW,
     TRIANGLE_A,
     TRIANGLE_B,
     code_of,
+    is_corner,
     lies_in_plane,
     n_corner_of,
 )
-from geosurf.kernels.contacts.triangle_contact import EDGE_OF_SECOND, FACE, is_corner
 from geosurf.kernels.exact.constructed_points import (
     EDGE_PLANE,
     FULL,
@@ -355,43 +357,6 @@ def _filter(x, first, n):
         twice[word] |= once[word] & bit
         once[word] |= bit
     return once, twice, place
-
-
-@entry("d2 -> l1")
-def may_coincide(x):
-    """Rows that may have the coordinates of another row; nearly all others are left out."""
-    n = x.shape[0]
-    _, twice, place = _filter(x, 0, n)
-
-    # Reuse the array of bits for the result; m never exceeds k.
-    m = 0
-    for k in range(n):
-        if twice[place[k] // _WORD] & np.uint32(1 << (place[k] % _WORD)) != 0:
-            place[m] = k  # at or before row k
-            m += 1
-    return place[:m].copy()
-
-
-@entry("d2* l2* l1 l1 -> l l1")
-def drop_rows(x, t, some, of):
-    """Drop rows of `some` (rising) that stand for earlier ones, `of`: what stays, and new rows.
-
-    Rows and triangles are written in place. Of 0.0 and -0.0, which are equal, the last one remains.
-    """
-    row = np.empty(x.shape[0], dtype=np.int64)
-    n = k = 0
-    for i in range(x.shape[0]):
-        to = n
-        if k < some.shape[0] and some[k] == i:
-            to = n if of[k] == i else row[of[k]]
-            k += 1
-        row[i] = to
-        x[to, 0], x[to, 1], x[to, 2] = x[i, 0], x[i, 1], x[i, 2]
-        n += 1 if to == n else 0
-    for face in range(t.shape[0]):
-        for c in range(3):
-            t[face, c] = row[t[face, c]]
-    return n, row
 
 
 @entry("d2 l2 l1 l2 -> l1 l")

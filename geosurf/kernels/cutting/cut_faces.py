@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
-from geosurf.kernels.contacts.packed_contact import (
+from geosurf.kernels.contacts.triangle_contact import (
     HOW,
     TRIANGLE_A,
     TRIANGLE_B,
@@ -553,7 +553,7 @@ def rank_points(f, low, high, scratch):
 # A piece is thin if its height, times the sine of the flattest contact of its face, is below a
 # limit. Contacts of faces that are adjacent in the map, with only edges and corners in common, do
 # not count: the vertical plane between them meets both at an angle, and search methods differ in
-# which of them they list. Letters as in `exact_signs`, contacts as in `packed_contact`.
+# which of them they list. Letters as in `exact_signs`, contacts as in `triangle_contact`.
 
 
 _LEAST = 1e-300  # avoids division by 0

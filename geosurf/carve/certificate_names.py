@@ -1,7 +1,7 @@
 """Check the names of units: recompute zones, blocks, fault sides and contacts.
 
 Everything is recomputed from the triangles of shells and from all surfaces that each triangle lies
-on (see `geosurf.carve.certificate.elements`), not from the cells that made the units.
+on (see `geosurf.carve.certificate_elements`), not from the cells that made the units.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from geosurf.carve.certificate.elements import Elements, Matched, rows_of
+from geosurf.carve.certificate_elements import Elements, Matched, rows_of
 from geosurf.carve.fluids import parse_sides
 from geosurf.carve.outside import NO_HIT, Rays
 from geosurf.carve.shells import unit_name

@@ -19,9 +19,9 @@ from geosurf.arrangement.tree import (
     tree_of_list,
 )
 from geosurf.arrangement.triangles import crossing_pairs
-from geosurf.carve.certificate.elements import matched, numbered
-from geosurf.carve.certificate.facts import Facts, sides_of
-from geosurf.carve.certificate.lines import (
+from geosurf.carve.certificate_elements import matched, numbered
+from geosurf.carve.certificate_facts import Facts, sides_of
+from geosurf.carve.certificate_lines import (
     CROSSES,
     EPS,
     MANY,

@@ -1,7 +1,7 @@
 """What the checks of a certificate read: the elements of a model, and triangles where curves are.
 
 An element is a triangle, or a run of lattice triangles that no curve touches. `Elements.of` makes
-each triangle an element; `geosurf.carve.certificate.facts` leaves runs as they are.
+each triangle an element; `geosurf.carve.certificate_facts` leaves runs as they are.
 """
 
 from __future__ import annotations

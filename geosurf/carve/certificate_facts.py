@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geosurf.arrangement.threads import map_threads
-from geosurf.carve.certificate.elements import N_SUM, Elements, Matched, keys_of_runs, rows_on
+from geosurf.carve.certificate_elements import N_SUM, Elements, Matched, keys_of_runs, rows_on
 from geosurf.carve.outside import box_of
 from geosurf.carve.shells import Shells
 from geosurf.kernels.lattices.run_checks import (

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from geosurf.arrangement.threads import in_turn
-from geosurf.carve.certificate.elements import Elements, Matched, partition
-from geosurf.carve.certificate.names import named
+from geosurf.carve.certificate_elements import Elements, Matched, partition
+from geosurf.carve.certificate_names import named
 from geosurf.carve.measures import doubtful_volume
 from geosurf.carve.outside import box_of
 from geosurf.conventions import place, volume_text
