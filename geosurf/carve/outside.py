@@ -17,7 +17,7 @@ from geosurf.errors import GeometryError, InvariantError, OpenUnitError
 from geosurf.kernels.lattices.lattice_corners import build_list_tree, survey_list
 from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.meshes.mesh import join_pairs, renumbered
-from geosurf.kernels.search.rays import NO_HIT, UNDECIDED, cast_rays, rows_in_box
+from geosurf.kernels.search.rays import NO_HIT, UNDECIDED, cast_rays, rows_near
 from geosurf.model import Patches
 
 # ---- rays ----------------------------------------
@@ -152,14 +152,7 @@ class Rays:
         """Triangles above a triangle along an axis, and beside those, in order."""
         box = self.boxes[start] + np.repeat([-_SLIP, _SLIP], 3)
         box[3 + axis] = np.inf
-
-        # asked once more with room for all, if the first array was too short
-        rows = np.empty(256, dtype=np.int64)
-        n = rows_in_box(*self.tree, self.boxes, box, rows)
-        if n > len(rows):
-            rows = np.empty(n, dtype=np.int64)
-            rows_in_box(*self.tree, self.boxes, box, rows)
-        return np.sort(rows[:n])
+        return rows_near(self.tree, self.boxes, box)
 
 
 def _first(hit: tuple[Fraction, int, int]) -> Fraction:

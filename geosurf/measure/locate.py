@@ -18,7 +18,7 @@ from geosurf.kernels.meshes import lattice_units
 from geosurf.kernels.meshes.lattice_units import OFF, digits_of, find_keys, frame_with, sum_from_top
 from geosurf.kernels.meshes.mesh import number_keys
 from geosurf.kernels.meshes.nearest import nearest_distance, point_codes
-from geosurf.kernels.search.rays import rows_in_box
+from geosurf.kernels.search.rays import rows_near
 from geosurf.measure.columns import signs_of_turns
 from geosurf.model import Lattice, Patches, Units
 from geosurf.model.pieces import Pieces, Strips
@@ -62,15 +62,8 @@ class Boundaries:
 
     def near(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         """Corners (n, 3, 3) of the triangles whose boxes meet a box, local."""
-        box = np.concatenate([low, high])
-
-        # asked once more with room for all, if the first array was too short
-        rows = np.empty(256, dtype=np.int64)
-        n = rows_in_box(*self.tree, self.boxes, box, rows)
-        if n > len(rows):
-            rows = np.empty(n, dtype=np.int64)
-            rows_in_box(*self.tree, self.boxes, box, rows)
-        corners: np.ndarray = self.x[self.triangles[np.sort(rows[:n])]]
+        rows = rows_near(self.tree, self.boxes, np.concatenate([low, high]))
+        corners: np.ndarray = self.x[self.triangles[rows]]
         return corners
 
 

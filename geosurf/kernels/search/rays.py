@@ -272,3 +272,17 @@ def rows_in_box(order, nodes, levels, boxes, box, rows):
                     rows[n] = row
                 n += 1
     return n
+
+
+def rows_near(
+    tree: tuple[np.ndarray, np.ndarray, np.ndarray], boxes: np.ndarray, box: np.ndarray
+) -> np.ndarray:
+    """The triangles of a tree whose boxes meet a box, rising."""
+    rows = np.empty(256, dtype=np.int64)
+    n = rows_in_box(*tree, boxes, box, rows)
+
+    # asked once more with room for all, if the first array was too short
+    if n > len(rows):
+        rows = np.empty(n, dtype=np.int64)
+        rows_in_box(*tree, boxes, box, rows)
+    return np.sort(rows[:n])
