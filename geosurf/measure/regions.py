@@ -112,7 +112,7 @@ N_FOOT, N_LEVEL = 64, 32  # along each side of a map, and from bottom to top
 
 def region_map(units: Units, proposals: Sequence[Proposal], box: tuple[float, ...]) -> np.ndarray:
     """
-    Return the region at 64 x 64 places all over a box in the map: of several the thickest.
+    Return the region at 64 x 64 places all over a box in the map, at 32 levels each.
 
     It compares regions of two models, and decides nothing but which of them have one name.
 
@@ -121,11 +121,11 @@ def region_map(units: Units, proposals: Sequence[Proposal], box: tuple[float, ..
     units : Units
     proposals : sequence of Proposal
     box : tuple of float
-        West, east, south, north, ... [m].
+        West, east, south, north, bottom, top [m].
 
     Returns
     -------
-    ndarray of int16, shape (4096,)
+    ndarray of int16, shape (4096, 32)
         Rows of `proposals`, -1 for none.
     """
     row = {block: k for k, proposal in enumerate(proposals) for block in proposal.blocks}
@@ -133,22 +133,35 @@ def region_map(units: Units, proposals: Sequence[Proposal], box: tuple[float, ..
     share = (np.arange(N_FOOT) + 0.5) / N_FOOT
     east, north = (low + share * (high - low) for low, high in (box[:2], box[2:4]))
     feet = np.stack(np.meshgrid(east, north), axis=2).reshape(-1, 2)
-    low, high = units.box[4:]
-    levels = low + (np.arange(N_LEVEL) + 0.5) / N_LEVEL * (high - low)
-    found = region[locator_of(units).find_on_lines(feet, levels)]
-    count = np.stack([(found == k).sum(axis=1) for k in range(len(proposals))], axis=1)
-    most: np.ndarray = np.where(count.any(axis=1), count.argmax(axis=1), -1).astype(np.int16)
-    return most
+    levels = box[4] + (np.arange(N_LEVEL) + 0.5) / N_LEVEL * (box[5] - box[4])
+    return region[locator_of(units).find_on_lines(feet, levels)].astype(np.int16)
 
 
 def overlap(one: np.ndarray, other: np.ndarray, size: tuple[int, int]) -> np.ndarray:
-    """Number of places that each region of one map has in common with each of another.
+    """How much each region of one map has in common with each of another, as a rank.
+
+    Places in the map count, each for the thickest region there; where these are as many, as for a
+    region that lies below another one everywhere, places in space.
 
     Examples
     --------
-    >>> overlap(np.array([0, 0, 1, -1]), np.array([1, 1, 0, 0]), (2, 2)).tolist()
-    [[0, 2], [1, 0]]
+    >>> one = np.array([[0, 0, 1], [0, 1, 1], [-1, -1, -1]])
+    >>> overlap(one, np.where(one < 0, -1, 1 - one), (2, 2)).tolist()
+    [[0, 13], [13, 0]]
     """
+    maps = [_thickest(part, n) for part, n in zip((one, other), size, strict=True)]
+    return (one.size + 1) * _in_common(*maps, size) + _in_common(one.ravel(), other.ravel(), size)
+
+
+def _thickest(found: np.ndarray, n: int) -> np.ndarray:
+    """Of the regions at the levels of each place the one at most of them; -1 without any."""
+    count = np.stack([(found == k).sum(axis=1) for k in range(n)], axis=1)
+    most: np.ndarray = np.where(count.any(axis=1), count.argmax(axis=1), -1)
+    return most
+
+
+def _in_common(one: np.ndarray, other: np.ndarray, size: tuple[int, int]) -> np.ndarray:
+    """Number of places that have row i in one list and row j in the other."""
     both = (one >= 0) & (other >= 0)
     code = one[both].astype(np.int64) * size[1] + other[both]
     return np.bincount(code, minlength=size[0] * size[1]).reshape(size)

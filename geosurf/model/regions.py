@@ -214,7 +214,7 @@ def label_regions(
     known : KnownRegions, optional
         Of the model that this one was made from.
     overlap : ndarray of int64, shape (n_known, n_new), optional
-        Places that they have in common. The largest number counts, one for one; then the volume in
+        How much they have in common. The largest number counts, one for one; then the volume in
         blocks of the same names.
     taken : sequence of str
         Names that are no letters.

@@ -203,6 +203,17 @@ def test_names_survive_a_chain_of_replace():
     assert "region" in {warning.kind for warning in one.warnings}
 
 
+def test_a_region_below_another_keeps_its_name():
+    """Seen from above it is nowhere, and its blocks have other names where a wedge is gone."""
+    horizons, faults = random_world(1077)
+    scene = gs.Scene(horizons, faults, BOX, contacts=CONTACT)
+    names = set(scene.regions)
+    assert len(names) == 2
+    for shift in (-1.8, 1.3, -0.6, 1.9, -1.2, 0.4):
+        scene = scene.replace(horizons={"H1": horizons["H1"] + shift})
+        assert set(scene.regions) == names
+
+
 def test_names_of_users(tmp_path):
     scene = halves(450.0)
     left = [[-9, -9], [-9, 1009], [400, 1009], [400, -9]]
