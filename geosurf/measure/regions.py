@@ -149,8 +149,8 @@ def overlap(one: np.ndarray, other: np.ndarray, size: tuple[int, int]) -> np.nda
     >>> overlap(one, np.where(one < 0, -1, 1 - one), (2, 2)).tolist()
     [[0, 13], [13, 0]]
     """
-    maps = [_thickest(part, n) for part, n in zip((one, other), size, strict=True)]
-    return (one.size + 1) * _in_common(*maps, size) + _in_common(one.ravel(), other.ravel(), size)
+    on_map = _in_common(_thickest(one, size[0]), _thickest(other, size[1]), size)
+    return (one.size + 1) * on_map + _in_common(one.ravel(), other.ravel(), size)
 
 
 def _thickest(found: np.ndarray, n: int) -> np.ndarray:
