@@ -260,6 +260,9 @@ def aligned_pairs(z, a, na, s, b, nb, levels, whole, slip, steepness, pairs):
 #     reach         [m], at least 0: points farther from a line are not near
 
 
+FEW = 16  # points
+
+
 @scalar
 def is_near_segment(x, a, b, p, reach):
     """Whether point p, not an end of segment a-b, is within reach of it."""
@@ -293,6 +296,14 @@ def points_near_segments(x, segments, first_segment, points, first_point, reach,
         start, stop = first_segment[group], first_segment[group + 1]
         low, high = first_point[group], first_point[group + 1]
         if low == high or start == stop:
+            continue
+
+        # the few points of most groups need no order
+        if high - low <= FEW:
+            for s in range(start, stop):
+                for i in range(low, high):
+                    if is_near_segment(x, segments[s, 0], segments[s, 1], points[i], reach):
+                        n = append_pair(pairs, n, s, points[i])
             continue
 
         # along the widest axis of the points, a segment has few beside it
