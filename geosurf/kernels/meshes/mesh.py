@@ -20,7 +20,7 @@ from geosurf.kernels.exact.predicates import normal_axis, orient2d
 
 def edge_keys(triangles: np.ndarray, n: int) -> np.ndarray:
     """One number for each of the three edges of each triangle (3 m,), whose corners are below n."""
-    start, end = triangles.ravel(), triangles[:, [1, 2, 0]].ravel()
+    start, end = np.ravel(triangles), np.ravel(triangles[:, [1, 2, 0]])
     return np.minimum(start, end) * n + np.maximum(start, end)
 
 
