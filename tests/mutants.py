@@ -113,7 +113,7 @@ MUTANTS = (
     Mutant("measure", "return int(off.argmax())", "return len(points) // 2 if len(points) < 4 else 0", "tests/measure/test_section.py"),
     Mutant("scene", "return None if strangers else found", "return found", "tests/model/test_copies.py"),
     Mutant("sheets", "picks.nodes_of(rows)]) * side[rows]", "picks.nodes_of(rows)])", "tests/sheets/test_propose_trim.py"),
-    Mutant("sheets", "pairs = pairs[~_near_holes(band, pairs[:, 0], holes)]", "pairs = pairs[: 0 if holes else None]", "tests/field_data/test_reek.py"),
+    Mutant("sheets", "pairs = pairs[~_near_holes(band, pairs[:, 0], holes)]", "pairs = pairs[:0]", "tests/sheets/test_junctions.py"),
     Mutant("write", "columns = grid.values[::-1].T", "columns = grid.values.T", "tests/write"),
     Mutant("write", "first=n_written + 1)", "first=1)", "tests/write tests/read/test_lines.py"),
     # ---- grids for simulators, tetrahedra
