@@ -297,6 +297,7 @@ class Memory:
         # a copy brings warnings along that have been issued before
         self.store.issued.update(self.warnings)
         self._own: dict[Hashable, Stored] = {}
+        self._has_asked = False
         self._noted: set[tuple[str, str]] = set()  # stages and subjects of all steps
 
     def __reduce__(self) -> tuple[type[Memory], tuple[tuple[GeosurfWarning, ...]]]:
@@ -449,6 +450,9 @@ class Memory:
             self._own[key] = stored
 
     def _shared(self, key: Hashable) -> Stored | None:
+        if not self._has_asked:
+            self._has_asked = True
+            self.store.scenes += 1
         entry = self.store.get(key)
         return None if entry is None else (entry.result, entry.warnings)
 
@@ -526,6 +530,7 @@ CHOICE = "GEOSURF_MEMORY"
 _SHARE = 0.25  # of the machine's memory, where nothing is chosen
 _LEAST = 1 << 30
 _OVERHEAD = 1024  # of a result without arrays, roughly
+RECENT = 16  # scenes of a family: what none of the last ones has used goes
 _UNIT = {"": 1, "b": 1, "kb": 10**3, "mb": 10**6, "gb": 10**9, "tb": 10**12,
          "kib": 1 << 10, "mib": 1 << 20, "gib": 1 << 30, "tib": 1 << 40}  # fmt: skip
 _LEAVES = (str, bytes, int, float, complex, bool, type(None), type, np.generic, np.dtype)
@@ -617,11 +622,12 @@ class Entry:
     result: Any
     warnings: tuple[GeosurfWarning, ...]
     buffers: dict[int, int] | None = None
+    scene: int = 0  # number of the one that used it last
 
 
 class Store:
     """
-    Results of a family of scenes by key, within a budget.
+    Results of a family of scenes by key, within a budget, that one of the last scenes has used.
 
     Parameters
     ----------
@@ -630,6 +636,8 @@ class Store:
 
     Attributes
     ----------
+    scenes : int
+        How many have asked for something.
     n_dropped, bytes_dropped : int
         Results that are no longer here, and the bytes that the budget has freed.
 
@@ -649,7 +657,7 @@ class Store:
         self.issued: set[GeosurfWarning] = set()
         self.held: dict[int, Any] = {}  # inputs that only their identity distinguishes
         self.keys: weakref.WeakKeyDictionary[Any, Hashable] = weakref.WeakKeyDictionary()
-        self.n_dropped = self.bytes_dropped = 0
+        self.n_dropped = self.bytes_dropped = self.scenes = 0
         self._entries: OrderedDict[Hashable, Entry] = OrderedDict()
         self._since_count = 0
         self._lock = threading.RLock()
@@ -663,6 +671,7 @@ class Store:
             if entry is not None:
                 # the order of the dictionary is that of use: the first is dropped first
                 self._entries.move_to_end(key)
+                entry.scene = self.scenes
             return entry
 
     def put(
@@ -680,7 +689,10 @@ class Store:
         with self._lock:
             # another thread was faster: the later result replaces its, both are equal
             self._entries.pop(key, None)
-            self._entries[key] = Entry(result, warnings)
+            self._entries[key] = Entry(result, warnings, scene=self.scenes)
+            while next(iter(self._entries.values())).scene < self.scenes - RECENT:
+                self._entries.popitem(last=False)
+                self.n_dropped += 1
 
             # results may make arrays later; count again now and then, at a cost that averages out
             self._since_count += grows

@@ -275,6 +275,21 @@ def seen_store(scene):
     )
 
 
+def test_what_none_of_the_last_scenes_has_used_goes():
+    """A loop over `replace` kept all results, up to a quarter of the memory."""
+    world = gs.synthetic.tilted_planes(n=5)
+    scene = first = gs.Scene(world.horizons, world.faults, world.box)
+    volume, stored = float(first.volumes.sum()), []
+    for step in range(60):
+        moved = world.horizons["Top"] + 0.001 * (step + 1)
+        scene = scene.replace(horizons={"Top": moved.assign_attrs(world.horizons["Top"].attrs)})
+        assert len(scene.units)
+        stored.append(scene._graph.memory.store.n_stored)
+    assert max(stored) == max(stored[:30])
+    back = scene.replace(horizons={"Top": world.horizons["Top"]})
+    assert float(back.volumes.sum()) == volume == float(first.volumes.sum())
+
+
 @pytest.mark.parametrize("budget", ["0", "50 kB", "1 MB", "4 GB"])
 def test_no_result_depends_on_the_budget(budget, monkeypatch):
     world = gs.synthetic.graben(n=9)
