@@ -61,7 +61,7 @@ def _draw_view(scenario: Scenario, options: argparse.Namespace) -> Path:
     check_look(**look, path=options.out)
     check_colour_by(given(options.colour_by, "unit"))
     overlay = _overlay_of(scenario, options)
-    return _built(scenario, options).plot.view(
+    made: Path = _built(scenario, options).plot.view(
         path=options.out,
         show=_words_of(given(options.show, SHOW)),
         exaggeration=given(options.exaggeration, scenario.output.exaggeration),
@@ -73,6 +73,7 @@ def _draw_view(scenario: Scenario, options: argparse.Namespace) -> Path:
         **look,
         **colours,
     )
+    return made
 
 
 def _words_of(text: str) -> tuple[str, ...]:
@@ -140,9 +141,10 @@ def _draw_section(scenario: Scenario, options: argparse.Namespace) -> Path:
     line = _line_of(options.section)
     size, style = _size_of(scenario, options), _style_of(scenario, options)
     overlay = _overlay_of(scenario, options)
-    return _built(scenario, options).plot.section(
+    made: Path = _built(scenario, options).plot.section(
         line, path=options.out, size=size, title=options.title, overlay=overlay, style=style
     )
+    return made
 
 
 def _line_of(text: str) -> list[tuple[float, float]]:

@@ -219,7 +219,10 @@ ALONE = 1000.0  # m, and ten times the range of all others: as far from them a m
 
 def are_marks(values: np.ndarray, mark: float) -> np.ndarray:
     """Whether sizes of numbers are a usual mark, in some unit."""
-    return np.isclose(values[..., None], np.multiply(mark, UNITS_OF_MARKS), 1e-7, 0.0).any(axis=-1)
+    made: np.ndarray = np.isclose(
+        values[..., None], np.multiply(mark, UNITS_OF_MARKS), 1e-7, 0.0
+    ).any(axis=-1)
+    return made
 
 
 def no_data_in(points: np.ndarray, elevations: bool = True) -> tuple[int, float] | None:

@@ -166,7 +166,8 @@ def _shares(
 
 
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    made: np.ndarray = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    return made
 
 
 # ---- draws ----------------------------------------

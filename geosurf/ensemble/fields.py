@@ -101,7 +101,8 @@ class FieldGrid:
     @property
     def cell(self) -> np.ndarray:
         """Distance between rows and between columns [m], float64 (2,)."""
-        return np.hypot(*self.steps.T)
+        made: np.ndarray = np.hypot(*self.steps.T)
+        return made
 
     @property
     def n_node(self) -> int:

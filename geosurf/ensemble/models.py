@@ -570,4 +570,5 @@ def uncertainty_of(entry: UncertainInput) -> Uncertainty:
         "fault dip": lambda: FaultDip(entry.of, by),
         "velocity factor": lambda: VelocityFactor(entry.of, by),
     }
-    return makers[entry.kind]()
+    made: Uncertainty = makers[entry.kind]()
+    return made

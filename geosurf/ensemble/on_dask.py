@@ -115,7 +115,8 @@ class Workers:
 
         def runner(realisation: int) -> Record:
             """Run one realisation in this worker."""
-            return self._asked(process, pickle.dumps(realisation))
+            made: Record = self._asked(process, pickle.dumps(realisation))
+            return made
 
         ready: Runner = _Failed(WorkerError(lost(f"{self.n} worker processes")))
         try:

@@ -146,7 +146,8 @@ class Plan:
 
     def scene(self, realisation: int | None) -> Scene:
         """Return the scene of a realisation; None: the base case."""
-        return self.model.build(self._change(realisation))
+        made: Scene = self.model.build(self._change(realisation))
+        return made
 
     def _change(self, realisation: int | None) -> Change:
         """What changes in a realisation, with the numbers that were drawn for it."""

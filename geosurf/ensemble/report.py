@@ -216,7 +216,8 @@ class EnsemblePlots:
 
     def _quantity(self, asked: dict[str, Any]) -> str:
         """What is summed, with its unit."""
-        return self._ensemble.name(asked.get("of"))
+        made: str = self._ensemble.name(asked.get("of"))
+        return made
 
     def _title(self, asked: dict[str, Any]) -> str:
         """What is summed, in words."""

@@ -699,7 +699,8 @@ def realisations_csv(ensemble: Any, include: str = "reservoir") -> str:
         f"{name} [{unit}]"
         for name, unit in zip(data.parameter.values, data.parameter_unit.values, strict=True)
     ]
-    return frame.reset_index().join(drawn, on="realisation").to_csv(index=False)
+    made: str = frame.reset_index().join(drawn, on="realisation").to_csv(index=False)
+    return made
 
 
 def quantile_text(ensemble: Any, include: str = "reservoir") -> str:

@@ -175,7 +175,10 @@ def checkshots_of(given: Any) -> dict[str, np.ndarray]:
         try:
             given = pd.read_csv(given)
         except (OSError, ValueError) as error:
-            raise InputError(f"checkshots {given}: {error}. Give a CSV file.") from error
+            raise InputError(
+                f"velocity: checkshots {given}: {error}. Give a CSV file, or "
+                '"tops" for the well tops of the scene.'
+            ) from error
     try:
         columns = [np.ravel(np.asarray(given[name])) for name in COLUMNS]
         numbers = np.stack([np.asarray(one, dtype=np.float64) for one in columns[1:]], axis=1)
@@ -190,17 +193,24 @@ def checkshots_of(given: Any) -> dict[str, np.ndarray]:
         rows = rows[np.argsort(rows[:, 3], kind="stable")]
         if not (np.isfinite(rows).all() and (np.diff(rows[:, 2:], axis=0) > 0.0).all()):
             raise InputError(
-                f"checkshots of well {well!r}: depth and time must rise together, each at most "
-                "once. Leave out what repeats or falls."
+                f"velocity: at well {well!r} depth and time must rise together, each at most once. "
+                "Leave out the checkshots or tops that repeat or fall. Depths are positive down, "
+                "elevations of tops positive up."
             )
         found[str(well)] = rows
     return found
 
 
-def from_datum(rows: np.ndarray, datum: float) -> np.ndarray:
-    """Return checkshots of a well that begin at time zero."""
+def from_datum(well: str, rows: np.ndarray, datum: float) -> np.ndarray:
+    """Return checkshots of a well that begin at time zero; refuse one above that."""
     if rows[0, 3] <= 0.0:
         return rows
+    if rows[0, 2] <= -datum:
+        raise InputError(
+            f"velocity: well {well!r} has an elevation of {-rows[0, 2]:g} m at {rows[0, 3]:g} ms, "
+            f"and time zero is at {datum:g} m. Give depths positive down, and elevations of tops "
+            "positive up."
+        )
     return np.concatenate([[[*rows[0, :2], -datum, 0.0]], rows])
 
 
@@ -287,6 +297,8 @@ def velocity_of(
     (['Top', None, None], (0, 1, 1))
     """
     entries = given if is_by_name(given) else {ELSEWHERE: given}
+    if isinstance(given, str) and given in (TOPS, WELLS):
+        raise InputError(f"velocity is {given!r}, which gives none below the wells. {HOW}.")
     known = (*zones, *horizons, ELSEWHERE, DATUM, WELLS)
     datum = entries.get(DATUM, 0.0)
     if not is_number(datum):

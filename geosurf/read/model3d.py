@@ -9,7 +9,7 @@ files in the wild do, and what is done with it:
 - The kind of a part determines the role of the surface: ``fault``, ``normal_fault`` and
   ``reverse_fault`` a fault, ``boundary`` a wall of the model box, ``top``,
   ``intraformational``, ``unconformity`` and ``topographic`` a horizon.
-- Regions, layers and fault blocks become units (`geosurf.read.read_units`). A scenario takes the
+- Regions, layers and fault blocks become units (`geosurf.read_units`). A scenario takes the
   surfaces only and carves its own units, which `read_regions` lets one compare with the file's.
 - Lines ``*geosurf*`` of the header hold names and roles that GOCAD does not know.
 """

@@ -103,7 +103,8 @@ class OutlineCells:
         first = np.ceil((at - self._low[0]) / self._step - 0.5).astype(int)
         steps = np.zeros((n_x + 1, n_y), dtype=np.int64)
         np.add.at(steps, (np.clip(first, 0, n_x), row), 1)
-        return np.cumsum(steps[:-1], axis=0) % 2 == 1
+        made: np.ndarray = np.cumsum(steps[:-1], axis=0) % 2 == 1
+        return made
 
 
 MANY = 32  # corners of an outline from which straight runs of sides are joined
@@ -312,12 +313,14 @@ def _ear(ring: np.ndarray) -> int:
 def _turn(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
     """Twice the area of triangles on the map, above 0 if counter-clockwise."""
     u, v = b - a, c - a
-    return u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
+    made: np.ndarray = u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
+    return made
 
 
 def _distances(points: np.ndarray, sides: np.ndarray) -> np.ndarray:
     """How far inside points (..., 3) are, in units of each side (n, 4): (..., n)."""
-    return points @ sides[:, :3].T + sides[:, 3]
+    made: np.ndarray = points @ sides[:, :3].T + sides[:, 3]
+    return made
 
 
 def _may_meet(low: np.ndarray, high: np.ndarray, sides: np.ndarray) -> np.ndarray:
@@ -379,7 +382,8 @@ def _between(
 ) -> np.ndarray:
     """Where edges leave a half-space, always reckoned from inside: both neighbours agree."""
     p, q, dp, dq = (alone, other, d_alone, d_other) if first else (other, alone, d_other, d_alone)
-    return p + (q - p) * (dp / (dp - dq))[:, None]
+    made: np.ndarray = p + (q - p) * (dp / (dp - dq))[:, None]
+    return made
 
 
 def _cut_segments(ends: np.ndarray, side: np.ndarray) -> np.ndarray:

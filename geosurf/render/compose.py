@@ -118,9 +118,10 @@ def render_place(
     """
     view_vectors(view)
     content, box = show_place(surfaces, place, reach, rim, points)
-    return draw_picture(
+    made: Path = draw_picture(
         content, path, title=title, view=view, size=size, exaggeration=exaggeration, box=box
     )
+    return made
 
 
 def show_place(

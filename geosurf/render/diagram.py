@@ -380,6 +380,7 @@ def highest_in_view(line: np.ndarray, bottom: float, top: float) -> np.ndarray |
     across = np.flatnonzero((p[:, 1] > top) != (q[:, 1] > top))
     if len(across):
         p, q = p[across[0]], q[across[0]]
-        return p + (top - p[1]) / (q[1] - p[1]) * (q - p)
+        made: np.ndarray | None = p + (top - p[1]) / (q[1] - p[1]) * (q - p)
+        return made
     seen = line[(line[:, 1] >= bottom) & (line[:, 1] <= top)]
     return seen[np.argmax(seen[:, 1])] if len(seen) else None

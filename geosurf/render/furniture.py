@@ -87,7 +87,8 @@ def _inside(sheet: Sheet, places: np.ndarray) -> np.ndarray:
     low = np.array([sheet.layout.left, sheet.layout.bottom])
     high = low + sheet.layout.view_size
     off = np.abs(places - 0.5 * (low + high)) - 0.5 * (high - low)
-    return off.max(axis=1) <= 0.5
+    made: np.ndarray = off.max(axis=1) <= 0.5
+    return made
 
 
 def _outer_edge(pixels: np.ndarray, axis: int, shortest: float) -> tuple[int, int] | None:

@@ -253,7 +253,8 @@ def _clusters(
 def _distinct(triangles: np.ndarray) -> np.ndarray:
     """Whether each triangle still has three corners."""
     a, b, c = triangles.T
-    return (a != b) & (b != c) & (c != a)
+    made: np.ndarray = (a != b) & (b != c) & (c != a)
+    return made
 
 
 def _means(points: np.ndarray, of_point: np.ndarray) -> np.ndarray:
@@ -261,7 +262,8 @@ def _means(points: np.ndarray, of_point: np.ndarray) -> np.ndarray:
     count = np.bincount(of_point)
     start = points[0]
     sums = [np.bincount(of_point, (points[:, k] - start[k])) for k in range(3)]
-    return np.column_stack(sums) / count[:, None] + start
+    made: np.ndarray = np.column_stack(sums) / count[:, None] + start
+    return made
 
 
 # of all bodies: about 2.5 MB of a page
@@ -329,7 +331,8 @@ def view_of_units(units: Units, max_triangle: int = MAX_VIEW_TRIANGLE) -> View3D
 def _visible(points: np.ndarray, lines: np.ndarray, diagonal: float) -> np.ndarray:
     """Lines without the shortest ones: graphics drivers draw those in front of anything."""
     length = np.linalg.norm(points[lines[:, 0]] - points[lines[:, 1]], axis=1)
-    return lines[length > SHORTEST * diagonal]
+    made: np.ndarray = lines[length > SHORTEST * diagonal]
+    return made
 
 
 def view_of_surfaces(

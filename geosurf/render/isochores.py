@@ -371,4 +371,5 @@ def _large_blocks(thickness: xarray.DataArray) -> np.ndarray:
     """Which blocks are more than slivers, bool (n_block,)."""
     if "sliver" not in thickness.coords:
         return np.ones(len(thickness), dtype=bool)
-    return ~thickness.sliver.values.astype(bool)
+    made: np.ndarray = ~thickness.sliver.values.astype(bool)
+    return made

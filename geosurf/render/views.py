@@ -69,7 +69,8 @@ class Camera:
     def to_local(self, points: np.ndarray) -> np.ndarray:
         """Return world points (n, 3) shifted to `centre` and stretched, float64."""
         # from the centre, in float64: drivers round to float32, which has seven digits
-        return (points - self.centre) * (1.0, 1.0, self.exaggeration)
+        made: np.ndarray = (points - self.centre) * (1.0, 1.0, self.exaggeration)
+        return made
 
     def to_pixels(self, points: np.ndarray) -> np.ndarray:
         """Return the pixels (n, 2) of world points (n, 3), from the lower left."""

@@ -126,7 +126,8 @@ def distribution_of(entry: UncertainInput) -> Normal | Uniform | Triangular | No
     """
     for word, made in DISTRIBUTIONS.items():
         if getattr(entry, word) is not None:
-            return made(*getattr(entry, word))
+            result: Normal | Uniform | Triangular | None = made(*getattr(entry, word))
+            return result
     return None
 
 

@@ -234,7 +234,8 @@ def _named(tables: list[Any], name: str, words: str, path: Path) -> dict[str, An
     names = [_name_of(table) for table in tables]
     found = [table for table, one in zip(tables, names, strict=True) if one == name]
     if len(found) == 1:
-        return found[0]
+        made: dict[str, Any] = found[0]
+        return made
     if found:
         raise ScenarioError(
             f"{path}: {words}: {len(found)} tables are named {name!r}. Edit the scenario instead."
@@ -242,7 +243,8 @@ def _named(tables: list[Any], name: str, words: str, path: Path) -> dict[str, An
     known = list(dict.fromkeys(filter(None, names)))
     if not known:  # such as [[uncertain]]: counted as people do
         if name.isdecimal() and 1 <= int(name) <= len(tables):
-            return tables[int(name) - 1]
+            parsed: dict[str, Any] = tables[int(name) - 1]
+            return parsed
         raise ScenarioError(
             f"{path}: {words}: no table {name!r}. These tables have no names; count them, from 1 "
             f"to {len(tables)}."

@@ -85,7 +85,7 @@ def converted(graph: Graph, inputs: SceneInputs, time: str, in_time: bool) -> Ti
     velocity = _velocity(graph, inputs, time)
     key, columns = _columns(graph, velocity)
     second = WAYS[time]
-    said = memory.hold(inputs.velocity), _tops_key(inputs)
+    said = memory.hold(inputs.velocity), _tops_key(graph, inputs)
     found: TimeDepth = memory.get_or_compute(
         "convert", "time to depth" if in_time else "depth to time",
         ("convert", key, *said, in_time, second),
@@ -110,12 +110,12 @@ def _velocity(graph: Graph, inputs: SceneInputs, time: str) -> Velocity:
                     'velocity: "wells" needs horizons in time. Give velocities by zone instead.'
                 )
             shots, _ = _shots(graph, inputs, given)
-            shots = {name: from_datum(rows, datum) for name, rows in shots.items()}
+            shots = {name: from_datum(name, rows, datum) for name, rows in shots.items()}
             return velocities_at_wells(graph.patches, graph.units, zones, shots, WAYS[time])
 
         return velocity_of(inputs.velocity, horizons, zones, open_map, of_wells)
 
-    said = graph.memory.hold(inputs.velocity), _tops_key(inputs)
+    said = graph.memory.hold(inputs.velocity), _tops_key(graph, inputs)
     key = ("velocity", *said, zones, time, graph.units_key)
     return graph.memory.stored_for(inputs.velocity, key, run)
 
@@ -130,23 +130,28 @@ def _is_tops(given: Any) -> bool:
     return isinstance(given, str) and given == TOPS
 
 
-def _tops_in_depth(inputs: SceneInputs) -> Tops:
-    """The well tops that give velocities."""
+def _tops_in_depth(graph: Graph, inputs: SceneInputs) -> Tops:
+    """The well tops that give velocities, read once."""
     if inputs.tops is None or is_time_unit(getattr(_column(inputs.tops), "attrs", {}).get("units")):
         lacks = "well tops" if inputs.tops is None else "well tops in depth; these are in time"
         raise InputError(
             f'velocity: "wells" = "tops" needs {lacks}. Give them: tops=geosurf.read_tops(path).'
         )
-    tops = opened_tops(inputs.tops, inputs.options)
-    assert tops is not None
-    return tops
+
+    def run() -> Tops:
+        tops = opened_tops(inputs.tops, inputs.options)
+        assert tops is not None
+        return tops
+
+    key = ("tops for velocity", graph.memory.hold(inputs.tops), *inputs.options.values())
+    return graph.memory.stored_for(inputs.tops, key, run)
 
 
-def _tops_key(inputs: SceneInputs) -> Hashable:
+def _tops_key(graph: Graph, inputs: SceneInputs) -> Hashable:
     """What well tops add to the key of velocities."""
     if not _is_tops(_of_wells(inputs)):
         return None
-    tops = _tops_in_depth(inputs)
+    tops = _tops_in_depth(graph, inputs)
     return tops.wells, tops.horizons, tops.points.tobytes()
 
 
@@ -156,7 +161,7 @@ def _shots(
     """Checkshots by well, as given or from tops on the model in time; tops that give none."""
     if not _is_tops(given):
         return checkshots_of(given), []
-    tops = _tops_in_depth(inputs)
+    tops = _tops_in_depth(graph, inputs)
     found = well_misfit(graph.patches, graph.units, tops)
     status, times = found.status.values, -found.model.values
     used = np.flatnonzero(status == FOUND)

@@ -132,7 +132,8 @@ class ResultCache:
                 self.n_found += 1
                 for warning in warnings:
                     warn(warning)
-                return result
+                made: Result = result
+                return made
         found: list[GeosurfWarning] = []
         try:
             with collected() as found:

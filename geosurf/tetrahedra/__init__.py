@@ -279,7 +279,8 @@ def _rounding(mesh: TetMesh) -> np.ndarray:
     a, b, c, d = (mesh.local[mesh.tetrahedra[:, k]] for k in range(4))
     lengths = [np.sqrt(np.square(corner - a).sum(axis=1)) for corner in (b, c, d)]
     # 9 products of 3 factors, each rounded a few times
-    return 8.0 * np.finfo(np.float64).eps * lengths[0] * lengths[1] * lengths[2]
+    made: np.ndarray = 8.0 * np.finfo(np.float64).eps * lengths[0] * lengths[1] * lengths[2]
+    return made
 
 
 def refined(boundary: Boundary, size: float = math.inf) -> Boundary:
@@ -337,7 +338,8 @@ def _chosen(
     a, b = key[edge] // len(x), key[edge] % len(x)
     middles = 0.5 * (x[a] + x[b])
     used = np.unique(faces[parts.of_face >= 0])
-    return key[edge[spaced(middles, square[edge], x[used], 0.5 * size)]]
+    made: np.ndarray = key[edge[spaced(middles, square[edge], x[used], 0.5 * size)]]
+    return made
 
 
 ROUNDING = 64.0 * np.finfo(np.float64).eps  # of the largest coordinate: places of vertices
@@ -364,7 +366,8 @@ class FlatParts:
 
     def in_plane(self, part: np.ndarray, x: np.ndarray) -> np.ndarray:
         """Coordinates (n, 2) of places (n, 3) in the planes of parts (n,)."""
-        return np.einsum("nij,nj->ni", self.axes[part], x - self.centre[part])
+        made: np.ndarray = np.einsum("nij,nj->ni", self.axes[part], x - self.centre[part])
+        return made
 
 
 def flat_parts(x: np.ndarray, faces: np.ndarray, kind: np.ndarray, size: float) -> FlatParts:
@@ -445,7 +448,8 @@ def _held_edges(faces: np.ndarray, parts: FlatParts, n_vertex: int) -> np.ndarra
 def _keys(edges: np.ndarray, n_vertex: int) -> np.ndarray:
     """Number of each edge (n, 2)."""
     low, high = np.sort(edges, axis=1).T
-    return low * n_vertex + high
+    made: np.ndarray = low * n_vertex + high
+    return made
 
 
 def flipped(x: np.ndarray, faces: np.ndarray, parts: FlatParts) -> np.ndarray:
@@ -538,17 +542,20 @@ def spaced(
 
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Cross products of vectors of a plane."""
-    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    made: np.ndarray = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    return made
 
 
 def _sine(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Sines of the angles from a to b; 0 where one has no length."""
-    return _cross(a, b) / _lengths(a, b)
+    made: np.ndarray = _cross(a, b) / _lengths(a, b)
+    return made
 
 
 def _cosine(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Cosines of the angles from a to b; 0 where one has no length."""
-    return (a * b).sum(axis=1) / _lengths(a, b)
+    made: np.ndarray = (a * b).sum(axis=1) / _lengths(a, b)
+    return made
 
 
 def _lengths(a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -3,7 +3,7 @@
 Each part of a surface (TFACE) has one unit on either side; regions list the parts around them,
 ``+`` where the normal points into the region, as GOCAD and OpenGeode write it. GOCAD
 knows neither zones with blanks nor fluid contacts; lines ``*geosurf*`` of the header, which other
-programs pass over, hold what `geosurf.read.read_units` needs to return equal units.
+programs pass over, hold what `geosurf.read_units` needs to return equal units.
 """
 
 from __future__ import annotations
@@ -263,7 +263,8 @@ def _line_ends(tail: np.ndarray, head: np.ndarray, part: np.ndarray) -> np.ndarr
     ends = (count != 2) | (low != high)
 
     ends[_on_loops(at, ends)] = True
-    return points[ends]
+    made: np.ndarray = points[ends]
+    return made
 
 
 def _on_loops(at: np.ndarray, ends: np.ndarray) -> np.ndarray:
@@ -286,7 +287,8 @@ def _on_loops(at: np.ndarray, ends: np.ndarray) -> np.ndarray:
     members = members[np.argsort(line[members], kind="stable")]
     members = members[low[line[members]] >= high[line[members]]]
     _, first, count = np.unique(line[members], return_index=True, return_counts=True)
-    return members[np.concatenate([first, first + count // 2, first + count - 1])]
+    made: np.ndarray = members[np.concatenate([first, first + count // 2, first + count - 1])]
+    return made
 
 
 def _kinds(edge: np.ndarray, part: np.ndarray, n_edge: int) -> np.ndarray:

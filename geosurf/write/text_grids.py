@@ -658,4 +658,5 @@ def _misfit(grid: Geometry, easting: np.ndarray, northing: np.ndarray) -> float:
     else:
         east = x + (column * xinc * math.cos(turn) - row * yinc * math.sin(turn))
         north = y + (column * xinc * math.sin(turn) + row * yinc * math.cos(turn))
-    return np.hypot(np.abs(east - easting).max(), np.abs(north - northing).max())
+    made: float = np.hypot(np.abs(east - easting).max(), np.abs(north - northing).max())
+    return made

@@ -313,7 +313,7 @@ def test_tops_give_velocities_which_horizons_meet() -> None:
     scene = in_time(2000.0, levels, tops=tops, **more)
     with pytest.warns(gs.errors.GeosurfWarning, match="1 well top without a velocity: 'Top'"):
         off = scene.misfit().misfit.values
-    np.testing.assert_allclose(off[:4], 0.0, atol=1e-6)
+    np.testing.assert_allclose(off, [0.0] * 4 + [np.nan], atol=1e-6)
 
     # the same as checkshots, whose times are those of the horizons there
     first = {key: value[:4] for key, value in tops.items()}
@@ -327,7 +327,14 @@ def test_tops_give_velocities_which_horizons_meet() -> None:
     # other tops, other velocities: nothing of the first ones is kept
     lower = {**first, "elevation": [up - 30.0 for up in first["elevation"]]}
     changed = scene.replace(tops=lower)
-    np.testing.assert_allclose(changed.misfit().misfit.values, 0.0, atol=1e-6)
+    np.testing.assert_allclose(changed.misfit().misfit.values, np.zeros(4), atol=1e-6)
+    signs = {**first, "elevation": [-up for up in first["elevation"]]}
+    for tops, says in (
+        (signs, "positive up"),
+        ({k: v[::2] for k, v in signs.items()}, "time zero is"),
+    ):
+        with pytest.raises(gs.errors.InputError, match=says):
+            _ = scene.replace(tops=tops).units
     with pytest.raises(gs.errors.InputError, match='"wells" = "tops" needs well tops'):
         _ = scene.replace(tops=None).units
 

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from geosurf import TriSurface
+from geosurf.kernels.sheets import link_lines
 from geosurf.sheets.faults.traces import mesh_in_frame, trace_lines
 from geosurf.sheets.lattice.picks import Frame
 
@@ -64,3 +69,30 @@ def test_a_trace_passes_where_the_drape_is_and_nowhere_else():
         assert ((line[:, 0] <= 17.0) | (line[:, 0] >= 23.0)).all()
     assert trace_lines(mesh, drape + 100.0, np.ones(2)) == []
     assert trace_lines(mesh, np.full((41, 41), np.nan), np.ones(2)) == []
+
+
+small = st.lists(st.tuples(st.integers(0, 5), st.integers(0, 5)), min_size=2, max_size=80)
+
+
+@given(small, small)
+def test_crossings_of_lines_are_those_of_whole_numbers(one, two):
+    def pieces(line):
+        points = np.array(line, dtype=float)
+        return np.hstack([points[:-1], points[1:]])
+
+    def exactly(p, q, r, s):
+        d, e = (q[0] - p[0], q[1] - p[1]), (s[0] - r[0], s[1] - r[1])
+        det = d[0] * e[1] - d[1] * e[0]
+        if det == 0:
+            return None
+        x, y = r[0] - p[0], r[1] - p[1]
+        return Fraction(x * e[1] - y * e[0], det), Fraction(x * d[1] - y * d[0], det)
+
+    wanted = []
+    for i in range(len(one) - 1):
+        for j in range(len(two) - 1):
+            met = exactly(one[i], one[i + 1], two[j], two[j + 1])
+            if met and 0 <= met[0] < 1 and 0 <= met[1] < 1:
+                wanted.append((float(i + met[0]), float(j + met[1])))
+    found = link_lines.line_crossings(pieces(one), pieces(two))
+    assert found == pytest.approx(np.array(wanted).reshape(-1, 2), abs=1e-12)
