@@ -1,7 +1,6 @@
 """Wrong things for what reads, draws, reports, writes and measures, and for known worlds.
 
-What is called: (with what, wrong things): a list, or a function of `g`, the model
-of test_wrong_things.py.
+Rows of `wrong.row`, by the name of what is called.
 """
 
 from __future__ import annotations
@@ -10,157 +9,127 @@ import numpy as np
 import xarray as xr
 
 import geosurf as gs
-from geosurf import measure
 from geosurf.render.allan import draw_allan
 from geosurf.render.compose import plotted
 from geosurf.render.isochores import draw_thickness
 from geosurf.render.section import draw_section
 from geosurf.scene.plots import ScenePlots
 from tests.invalid_input import wrong
-from tests.invalid_input.building import FLAGS
+from tests.invalid_input.wrong import FLAGS, row
 
 LINE = [np.array([[0.0, 0, 0], [0, 10, 0]])]
 SIZES = ["abc", 5, (0, 0), (-1, 5), (np.nan, 5), ("a", "b"), (1, 2, 3), [], {}]
+PICTURE = {"path": "no/x.png"}
+
+
+def view(scene, **words):
+    return ScenePlots(scene).view(**words)
+
+
+def wall_of(g):
+    return {"patches": g.patches, "units": g.units, "fault": "F1"}
+
+
 SHOWING = {
-    "read_horizon": (lambda g, v: gs.read_horizon(v), wrong.PATHS),
-    "read_fault": (lambda g, v: gs.read_fault(v), wrong.PATHS),
-    "read_points": (lambda g, v: gs.read_points(v), wrong.PATHS),
-    "read_polygons": (lambda g, v: gs.read_polygons(v), wrong.PATHS),
-    "read_tops": (lambda g, v: gs.read_tops(v, positive="up"), wrong.PATHS),
-    "read_wells": (lambda g, v: gs.read_wells(v, positive="up"), wrong.PATHS),
-    "read_fault.format": (lambda g, v: gs.read_fault("F1.ts", format=v), wrong.WORDS),
-    "read_units": (lambda g, v: gs.read_units(v), wrong.PATHS),
-    "info": (lambda g, v: gs.info(v), [v for v in wrong.PATHS if v != "x"]),
-    "mesh_units": (lambda g, v: gs.mesh_units(v), wrong.things),
-    "mesh_units.size": (lambda g, v: gs.mesh_units(g.units, size=v), [*wrong.LENGTHS, 0]),
-    "build_grid": (lambda g, v: gs.build_grid(v), wrong.things),
-    "build_grid.cell": (lambda g, v: gs.build_grid(g.scene, cell=v),
-                        ["abc", None, (1,), (0, 5), {}]),
-    "build_grid.layers": (lambda g, v: gs.build_grid(g.scene, layers=v),
-                          ["abc", None, 0, -3, 1.5, {"Nope": 3}, {"Top/Base": 0}]),
-    "fault_multipliers": (
-        lambda g, v: gs.fault_multipliers(v, None, vshale=0.3, permeability=1.0), wrong.things,
+    "read_horizon": row({}, path=wrong.PATHS),
+    "read_fault": row({"path": "F1.ts"}, path=wrong.PATHS, format=wrong.WORDS),
+    "read_points": row({}, path=wrong.PATHS),
+    "read_polygons": row({}, path=wrong.PATHS),
+    "read_tops": row({"positive": "up"}, path=wrong.PATHS),
+    "read_wells": row({"positive": "up"}, path=wrong.PATHS),
+    "read_units": row({}, path=wrong.PATHS),
+    "info": row({}, path=[v for v in wrong.PATHS if v != "x"]),
+    "mesh_units": row(lambda g: {"units": g.units},
+                      units=wrong.things, size=[*wrong.LENGTHS, 0]),
+    "build_grid": row(
+        lambda g: {"scene": g.scene}, scene=wrong.things, cell=["abc", None, (1,), (0, 5), {}],
+        layers=["abc", None, 0, -3, 1.5, {"Nope": 3}, {"Top/Base": 0}],
     ),
-    "fault_multipliers.grid": (
-        lambda g, v: gs.fault_multipliers(g.scene, v, vshale=0.3, permeability=1.0), wrong.things,
+    "fault_multipliers": row(
+        lambda g: {"scene": g.scene, "grid": gs.build_grid(g.scene, cell=1000, layers=1),
+                   "vshale": 0.3, "permeability": 1.0},
+        scene=wrong.things, grid=wrong.things,
+        permeability=["abc", None, 0.0, -3, {"Nope": 3}, {"Top/Base": "x"}, {}, [1.0, 2.0]],
     ),
-    "fault_multipliers.permeability": (
-        lambda g, v: gs.fault_multipliers(
-            g.scene, gs.build_grid(g.scene, cell=1000, layers=1), vshale=0.3, permeability=v
-        ),
-        ["abc", None, 0.0, -3, {"Nope": 3}, {"Top/Base": "x"}, {}, [1.0, 2.0]],
+    "render_grid_section": row(PICTURE, grid=wrong.things),
+    "reproject": row(lambda g: {"obj": g.top, "crs": "EPSG:32631"},
+                     obj=wrong.things, crs=[None, 5, [], object()]),
+    "to_xtgeo": row({}, obj=lambda g: wrong.things(g)[:8]),
+    "to_geodataframe": row({}, obj=lambda g: wrong.things(g)[:-1]),
+    "run_scenario": row({"out": "no"}, path=wrong.PATHS),
+    "write": row(
+        lambda g: {"obj": g.f1, "path": "no/x.ts"},
+        obj=lambda g: ["Top", None, 5, [], {}, object(), g.top],
+        path=[v for v in wrong.PATHS if v != "no/such.vtp"], name=[["F1"], {}, object(), 1.5],
     ),
-    "render_grid_section": (lambda g, v: gs.render_grid_section(v, "no/x.png"), wrong.things),
-    "reproject": (lambda g, v: gs.reproject(v, "EPSG:32631"), wrong.things),
-    "reproject.crs": (lambda g, v: gs.reproject(g.top, v), [None, 5, [], object()]),
-    "to_xtgeo": (lambda g, v: gs.to_xtgeo(v), lambda g: wrong.things(g)[:8]),
-    "to_geodataframe": (lambda g, v: gs.to_geodataframe(v), lambda g: wrong.things(g)[:-1]),
-    "run_scenario": (lambda g, v: gs.run_scenario(v, "no"), wrong.PATHS),
-    "write": (lambda g, v: gs.write(v, "no/x.vtp"),
-              lambda g: ["Top", None, 5, [], {}, object(), g.top]),
-    "write.path": (lambda g, v: gs.write(g.f1, v), [v for v in wrong.PATHS if v != "no/such.vtp"]),
-    "write.name": (lambda g, v: gs.write(g.f1, "no/x.ts", name=v), [["F1"], {}, object(), 1.5]),
-    "show": (lambda g, v: gs.show(v), lambda g: [*wrong.things(g)[:6], [g.top], object()]),
-    "show.max_triangle": (lambda g, v: gs.show(g.f1, max_triangle=v),
-                          ["abc", None, 0, -1, np.nan, [], {}]),
-    "show_progress": (lambda g, v: gs.show_progress(v), [None, 0, "on", [], {}, object()]),
-    "view": (lambda g, v: ScenePlots(v).view(path="no/x.png"), wrong.things),
-    "view.path": (lambda g, v: ScenePlots(g.scene).view(path=v, size=(400, 250)), wrong.PATHS[1:]),
-    "view.view": (lambda g, v: ScenePlots(g.scene).view(v, path="no/x.png"), [*wrong.WORDS, None]),
-    "view.size": (lambda g, v: ScenePlots(g.scene).view(path="no/x.png", size=v), [*SIZES, None]),
-    "view.exaggeration": (lambda g, v: ScenePlots(g.scene).view(path="no/x.png", exaggeration=v),
-                          [*wrong.LENGTHS, 0]),
-    "view.show": (lambda g, v: ScenePlots(g.scene).view(path="no/x.png", show=v),
-                  ["abc", 5, None, [5], ["abc"], [None], object()]),
-    "view.exploded": (
-        lambda g, v: ScenePlots(g.scene).view(path="no/x.png", exploded=v, show="units"),
-        [*wrong.LENGTHS, None],
+    "show": row(
+        lambda g: {"thing": g.f1}, lambda thing, **words: gs.show(thing, **words),
+        thing=lambda g: [*wrong.things(g)[:6], [g.top], object()],
+        max_triangle=["abc", None, 0, -1, np.nan, [], {}],
     ),
-    "view.clip": (lambda g, v: ScenePlots(g.scene).view(path="no/x.png", clip=v), FLAGS),
-    "view.view.angles": (lambda g, v: ScenePlots(g.scene).view(path="no/x.png", view=v),
-                         [(1, 2, 3), (0, 91), ("a", 2), (np.nan, 0), [None, None], 5.0]),
-    "view.zoom": (lambda g, v: ScenePlots(g.scene).view(path="no/x.png", zoom=v),
-                  [*wrong.LENGTHS, 0, 1e9]),
-    "view.only": (lambda g, v: ScenePlots(g.scene).view(path="no/x.png", only=v),
-                  [5, ["Nope"], "Nope", [None], object(), {"a": 1}]),
-    "view.colour_by": (
-        lambda g, v: ScenePlots(g.scene).view(path="no/x.png", colour_by=v, show="units"),
-        ["abc", 5, [], [1.0], {"Nope": 1.0}, {}, object(), [np.nan] * 6, [[1.0]]],
+    "show_progress": row({}, on=[None, 0, "on", [], {}, object()]),
+    "view": row(
+        lambda g: {"scene": g.scene, "size": (400, 250), "show": "units", **PICTURE}, view,
+        scene=wrong.things, path=wrong.PATHS[1:], size=[*SIZES, None],
+        view=[*wrong.WORDS, None, (1, 2, 3), (0, 91), ("a", 2), (np.nan, 0), [None, None], 5.0],
+        exaggeration=[*wrong.LENGTHS, 0], show=["abc", 5, None, [5], ["abc"], [None], object()],
+        exploded=[*wrong.LENGTHS, None], clip=FLAGS, zoom=[*wrong.LENGTHS, 0, 1e9],
+        only=[5, ["Nope"], "Nope", [None], object(), {"a": 1}],
+        colour_by=["abc", 5, [], [1.0], {"Nope": 1.0}, {}, object(), [np.nan] * 6, [[1.0]]],
+        title=[5, b"x", ["a"]], style=["dark", 5, {}], overlay=["x", 5, {}],
     ),
-    "view.title": (lambda g, v: ScenePlots(g.scene).view(path="no/x.png", title=v),
-                   [5, b"x", ["a"]]),
-    "view.style": (lambda g, v: ScenePlots(g.scene).view(path="no/x.png", style=v),
-                   ["dark", 5, {}]),
-    "view.overlay": (lambda g, v: ScenePlots(g.scene).view(path="no/x.png", overlay=v),
-                     ["x", 5, {}]),
-    "PictureStyle": (lambda g, v: gs.PictureStyle(v), [*wrong.WORDS, None]),
-    "PictureStyle.font": (lambda g, v: gs.PictureStyle(font=v), wrong.WORDS),
-    "PictureStyle.colours": (
-        lambda g, v: gs.PictureStyle(colours=v),
-        ["red", 5, [], {"Top": "tael"}, {"Top": 5}, {"Top": (2, 0, 0)}, {5: "red"}],
+    "PictureStyle": row(
+        {}, theme=[*wrong.WORDS, None], font=wrong.WORDS, colour_map=wrong.WORDS,
+        colours=["red", 5, [], {"Top": "tael"}, {"Top": 5}, {"Top": (2, 0, 0)}, {5: "red"}],
     ),
-    "PictureStyle.colour_map": (lambda g, v: gs.PictureStyle(colour_map=v), wrong.WORDS),
-    "PictureOverlay": (
-        lambda g, v: gs.PictureOverlay(v),
-        ["abc", 5, [], {"W": 5}, {"W": "x"}, {"W": [1, 2, 3]}, {5: [[0, 0, 0]]}, None],
+    "PictureOverlay": row(
+        {},
+        wells=["abc", 5, [], {"W": 5}, {"W": "x"}, {"W": [1, 2, 3]}, {5: [[0, 0, 0]]}, None],
+        points=[{"P": v} for v in (5, None, "x", [[0, 0]], [[0, 0, np.nan]], [], {}, object(),
+                                   [[1j, 0, 0]])],
     ),
-    "PictureOverlay.points": (
-        lambda g, v: gs.PictureOverlay(points={"P": v}),
-        [5, None, "x", [[0, 0]], [[0, 0, np.nan]], [], {}, object(), [[1j, 0, 0]]],
+    "render_place": row(
+        lambda g: {"surfaces": g.surfaces, "place": (0, 0, 0), **PICTURE},
+        surfaces=lambda g: [v for v in wrong.things(g) if not isinstance(v, xr.Dataset)],
+        place=["abc", None, 5, (0, 1), (0, 1, np.nan), ("a", "b", "c"), {}, (1j, 0, 0)],
+        reach=[*wrong.LENGTHS, 0],
     ),
-    "render_place": (lambda g, v: gs.render_place(v, (0, 0, 0), "no/x.png"),
-                     lambda g: [v for v in wrong.things(g) if not isinstance(v, xr.Dataset)]),
-    "render_place.place": (
-        lambda g, v: gs.render_place(g.surfaces, v, "no/x.png"),
-        ["abc", None, 5, (0, 1), (0, 1, np.nan), ("a", "b", "c"), {}, (1j, 0, 0)],
+    "drawn_thickness": row(
+        lambda g: {"of": g.thickness, **PICTURE},
+        lambda of, **words: plotted(draw_thickness, of, **words),
+        of=lambda g: [*wrong.things(g), g.top, g.thickness * np.nan, g.table],
+        polygons=["abc", 5, [], {"Top": 5}, {"Top": "x"}, {"Top": xr.Dataset()}, object()],
     ),
-    "render_place.reach": (lambda g, v: gs.render_place(g.surfaces, (0, 0, 0), "no/x.png", reach=v),
-                           [*wrong.LENGTHS, 0]),
-    "drawn_thickness": (lambda g, v: plotted(draw_thickness, v, path="no/x.png"),
-                        lambda g: [*wrong.things(g), g.top, g.thickness * np.nan, g.table]),
-    "drawn_thickness.polygons": (
-        lambda g, v: plotted(draw_thickness, g.thickness, path="no/x.png", polygons=v),
-        ["abc", 5, [], {"Top": 5}, {"Top": "x"}, {"Top": xr.Dataset()}, object()],
+    "drawn_allan": row(
+        lambda g: {"diagram": g.allan, "table": g.table, **PICTURE},
+        lambda diagram, table, **words: plotted(draw_allan, diagram, table, **words),
+        diagram=lambda g: [*wrong.things(g), g.table], table=lambda g: [*wrong.things(g), g.allan],
+        zones=[5, None, object()],
     ),
-    "drawn_allan": (lambda g, v: plotted(draw_allan, v, g.table, path="no/x.png"),
-                    lambda g: [*wrong.things(g), g.table]),
-    "allan_diagram.table": (lambda g, v: plotted(draw_allan, g.allan, v, path="no/x.png"),
-                            lambda g: [*wrong.things(g), g.allan]),
-    "allan_diagram.zones": (
-        lambda g, v: plotted(draw_allan, g.allan, g.table, path="no/x.png", zones=v),
-        [5, None, object()],
+    "drawn_section": row(PICTURE, lambda of, **words: plotted(draw_section, of, **words),
+                         of=lambda g: [*wrong.things(g), g.allan]),
+    "report_scene": row(
+        lambda g: {"scene": g.scene, "folder": "no", "pictures": {}}, scene=wrong.things,
+        folder=[None, 5, "", b"x", object()], certificate=[5, "abc", []],
+        pictures=["abc", 5, [], {"x": 5}, {"x": None}, {"x": "no.png"}],
+        regions=["abc", 5, [], {"x": 5}, {"x": (1,)}, {"x": ("a", "b")}, {"x": (np.nan, "b")}],
     ),
-    "drawn_section": (lambda g, v: plotted(draw_section, v, path="no/x.png"),
-                      lambda g: [*wrong.things(g), g.allan]),
-    "report_scene": (lambda g, v: gs.report_scene(v, "no"), wrong.things),
-    "report_scene.folder": (lambda g, v: gs.report_scene(g.scene, v, {}),
-                            [None, 5, "", b"x", object()]),
-    "report_scene.pictures": (lambda g, v: gs.report_scene(g.scene, "no", v),
-                              ["abc", 5, [], {"x": 5}, {"x": None}, {"x": "no.png"}]),
-    "report_scene.certificate": (lambda g, v: gs.report_scene(g.scene, "no", {}, certificate=v),
-                                 [5, "abc", []]),
-    "report_scene.regions": (
-        lambda g, v: gs.report_scene(g.scene, "no", {}, regions=v),
-        ["abc", 5, [], {"x": 5}, {"x": (1,)}, {"x": ("a", "b")}, {"x": (np.nan, "b")}],
+    "measure.separation": row(
+        {"hanging_wall": LINE, "footwall": LINE, "dip_azimuth": 90.0},
+        hanging_wall=[[v] for v in wrong.ARRAYS], dip_azimuth=[*wrong.NUMBERS, None],
+        start=wrong.NUMBERS,
     ),
-    "separation": (lambda g, v: measure.separation(v, LINE, 90.0), [[v] for v in wrong.ARRAYS]),
-    "separation.dip_azimuth": (lambda g, v: measure.separation(LINE, LINE, v),
-                               [*wrong.NUMBERS, None]),
-    "separation.start": (lambda g, v: measure.separation(LINE, LINE, 90.0, start=v), wrong.NUMBERS),
-    "measure.patches": (lambda g, v: measure.allan_diagram(v, g.units, "F1"), wrong.things),
-    "measure.units": (lambda g, v: measure.juxtaposition_table(g.patches, v, "F1"), wrong.things),
-    "thickness_map": (lambda g, v: measure.thickness_map(v, "Top/Base"), wrong.things),
-    "wall_lines": (lambda g, v: measure.wall_lines(g.patches, g.units, "Top", "F1", v),
-                   [5, -1, "x", None]),
+    "measure.allan_diagram": row(wall_of, patches=wrong.things),
+    "measure.juxtaposition_table": row(wall_of, units=wrong.things),
+    "measure.thickness_map": row({"zone": "Top/Base"}, units=wrong.things),
+    "measure.wall_lines": row(lambda g: {**wall_of(g), "horizon": "Top"}, side=[5, -1, "x", None]),
     **{
-        f"synthetic.{name}.{key}": (
-            lambda g, v, name=name, key=key: getattr(gs.synthetic, name)(**{key: v}),
-            ["abc", 5.5, None, 0, -3, np.nan, True, []] if key == "n"
-            else ["abc", 5, None, (0, 1), (np.nan, 0, 0), ("a", "b", "c")],
+        f"synthetic.{name}": row(
+            {}, n=["abc", 5.5, None, 0, -3, np.nan, True, []],
+            offset=["abc", 5, None, (0, 1), (np.nan, 0, 0), ("a", "b", "c")],
         )
         for name in gs.synthetic.__all__
         if callable(getattr(gs.synthetic, name))
         and name not in ("World", "Fault", "FieldTruth", "field_export")
-        for key in ("n", "offset")
     },
 }  # fmt: skip

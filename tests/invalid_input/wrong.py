@@ -2,10 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
 import numpy as np
 import xarray as xr
 
 import geosurf as gs
+
+
+class Row(NamedTuple):
+    """What is called, arguments that are right, and wrong things for single arguments.
+
+    Arguments and wrong things may be functions of `g`, the model of test_wrong_things.py.
+    """
+
+    call: Callable[..., Any] | None
+    right: Any
+    wrong: dict[str, Any]
+
+
+def row(right: Any, call: Callable[..., Any] | None = None, /, **wrong: Any) -> Row:
+    """A row; without `call` its name in the table says what is called, of `g` or of geosurf."""
+    return Row(call, right, wrong)
+
 
 NAN, INF = np.nan, np.inf
 DATE = np.datetime64("2001-01-01")
@@ -45,6 +65,10 @@ PATHS = [None, 5, "", b"x", object(), [], "x", "x.unknown", "no/such.vtp", "a\0b
 
 # nothing of this is the name of a surface
 NAMES = ["Nope", "", None, 5, NAN, ["F1"], ("F1",), {}, object()]
+
+
+# nothing of this is yes or no
+FLAGS = ["abc", 5, NAN, None, [], np.array([1, 2])]
 
 
 # nothing of this is a word that is known
