@@ -18,7 +18,7 @@ from typing import Any
 
 from geosurf.conventions import did_you_mean
 from geosurf.conventions.axes import on_map_axes
-from geosurf.conventions.crs import are_same, crs_of, label
+from geosurf.conventions.crs import are_same, label
 from geosurf.errors import OutputError
 from geosurf.model import (
     CornerPointGrid,
@@ -33,7 +33,16 @@ from geosurf.model import (
 from geosurf.model.base import Noun
 from geosurf.model.expected import name_of, path_of
 from geosurf.write.datasets import is_block_model
-from geosurf.write.written import Loss, Written, commit, commit_folder, commit_set, prj_of
+from geosurf.write.written import (
+    Loss,
+    Written,
+    commit,
+    commit_folder,
+    commit_set,
+    declared_crs,
+    own_name,
+    prj_of,
+)
 
 # ---- registry ----------------------------------------
 # The registry of writers: which function writes which kind of object under which suffix.
@@ -73,8 +82,7 @@ WRITERS: dict[str, dict[str, tuple[str, str]]] = {
         ".vtm": ("datasets", "vtm_of_units"),
         ".ml": ("model3d", "model3d"),
         ".epc": ("resqml_framework", "resqml_of_units"),
-        ".csv": ("datasets", "csv_of_units"),
-        ".parquet": ("datasets", "parquet_of_units"),
+        **TABLE,
         ".nc": ("datasets", "netcdf_of_units"),
         **dict.fromkeys((".glb", ".gltf"), ("mesh", "gltf_of_units")),
     },
@@ -114,10 +122,7 @@ WRITERS: dict[str, dict[str, tuple[str, str]]] = {
         ".inc": ("grdecl", "inc_of_multipliers"),
     },
     "Dataset": {".nc": ("datasets", "netcdf_of_dataset"), **TABLE},
-    "DataFrame": {
-        ".csv": ("datasets", "csv_of_frame"),
-        ".parquet": ("datasets", "parquet_of_frame"),
-    },
+    "DataFrame": TABLE,
     "list of lines": LINES,
     "CornerPointGrid": {
         ".grdecl": ("grdecl", "grdecl_of_grid"),
@@ -288,7 +293,7 @@ def write(
     if suffix == ".zarr":
         files, lost = encode(obj, name)
         return Written(commit_folder(path, files, is_block_model), lost)
-    title = name or _own_name(obj)
+    title = name or own_name(obj)
     if kind in ("TriSurface", "Unit", "horizon (DataArray)"):
         title = str(title or path.stem)
     extra = (
@@ -321,7 +326,7 @@ def _refuse_suffix(obj: Any, kind: str, path: Path, suffix: str) -> None:
 
 def _in_crs(obj: Any, crs: str | None, path: Path) -> tuple[Any, str | None]:
     """Return an object with its reference system: that which it declares, or the given one."""
-    declared = obj.crs if isinstance(obj, Noun) else crs_of(obj)
+    declared = declared_crs(obj)
     if crs is None:
         return obj, declared
     crs = name_of(crs, "coordinate reference system")
@@ -369,14 +374,6 @@ def _lost_crs(crs: str | None, suffix: str) -> list[Loss]:
             "crs", f"The format does not store the coordinate reference system (CRS), {label(crs)}."
         )
     ]
-
-
-def _own_name(obj: Any) -> str | None:
-    """Return what an object calls itself: its name, or its ``long_name`` attribute."""
-    own = getattr(obj, "name", None)
-    if own is None:
-        own = getattr(obj, "attrs", {}).get("long_name")
-    return None if own is None else str(own)
 
 
 class _Room(ModuleType):

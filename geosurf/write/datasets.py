@@ -14,7 +14,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from pathlib import Path, PurePath, PurePosixPath
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas
@@ -27,12 +27,7 @@ from geosurf.lazy import xarray as xr
 from geosurf.model import Curves, Patches, TriSurface, Unit, Units
 from geosurf.stopping import temporary_folder
 from geosurf.write.text_grids import refuse_odd_nodes
-from geosurf.write.written import FileSet, Loss
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    from geosurf.model import Units
-    from geosurf.write.written import Loss
-
+from geosurf.write.written import FileSet, Loss, declared_crs
 
 # ---- vtp ----------------------------------------
 # VTK XML PolyData and MultiBlock, written by hand.
@@ -81,23 +76,8 @@ def vti_of_grid(dataset: xr.Dataset, name: str | None) -> tuple[bytes, list[Loss
         f'  <ImageData WholeExtent="{extent}" Origin={attribute_xml(origin)} '
         f'Spacing="{" ".join(map(repr, steps))}">'
     )
-    xml = [
-        '<?xml version="1.0"?>',
-        '<VTKFile type="ImageData" version="1.0" byte_order="LittleEndian" header_type="UInt64">',
-        head,
-        *(f"    <!-- crs: {comment_xml(text)} -->" for text in words.get("crs", ())),
-        "    <FieldData>",
-        *(string_array_xml(key, values) for key, values in words.items()),
-        "    </FieldData>",
-        f'    <Piece Extent="{extent}">',
-        "      <CellData>",
-        *(array_xml(key, values) for key, values in cells.items()),
-        "      </CellData>",
-        "    </Piece>",
-        "  </ImageData>",
-        "</VTKFile>",
-    ]
-    return ("\n".join(xml) + "\n").encode("utf-8"), []
+    piece = [f'    <Piece Extent="{extent}">', *_arrays("CellData", cells)]
+    return _vtk_file("ImageData", head, words, piece), []
 
 
 def _steps(dataset: xr.Dataset) -> tuple[list[float], list[float]]:
@@ -224,7 +204,7 @@ def _polydata(
     lines: Sequence[np.ndarray] = (),
     point_data: Mapping[str, Any] | None = None,
     cell_data: Mapping[str, Any] | None = None,
-    words: Mapping[str, Sequence[str]] | None = None,
+    words: Mapping[str, Sequence[str]],
 ) -> bytes:
     """Assemble the XML of one piece: triangles or polylines."""
     # VTK counts cells by where their corners end in one list of all corners
@@ -235,36 +215,46 @@ def _polydata(
         f'    <Piece NumberOfPoints="{len(points)}" NumberOfVerts="0" '
         f'NumberOfLines="{len(lines)}" NumberOfStrips="0" NumberOfPolys="{n_triangle}">'
     )
-    xml = [
-        '<?xml version="1.0"?>',
-        '<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt64">',
-        "  <PolyData>",
-        *(f"    <!-- crs: {comment_xml(text)} -->" for text in (words or {}).get("crs", ())),
-        "    <FieldData>",
-        *(string_array_xml(key, values) for key, values in (words or {}).items()),
-        "    </FieldData>",
+    piece = [
         head,
-        "      <PointData>",
-        *(array_xml(key, value) for key, value in (point_data or {}).items()),
-        "      </PointData>",
-        "      <CellData>",
-        *(array_xml(key, value) for key, value in (cell_data or {}).items()),
-        "      </CellData>",
-        "      <Points>",
-        array_xml("Points", np.asarray(points, dtype=np.float64).reshape(-1, 3)),
-        "      </Points>",
+        *_arrays("PointData", point_data or {}),
+        *_arrays("CellData", cell_data or {}),
+        *_arrays("Points", {"Points": np.asarray(points, dtype=np.float64).reshape(-1, 3)}),
     ]
     if lines:
-        xml += ["      <Lines>", array_xml("connectivity", joined), array_xml("offsets", ends)]
-        xml += ["      </Lines>"]
+        piece += _arrays("Lines", {"connectivity": joined, "offsets": ends})
     if triangles is not None:
         # corners of all triangles in one list; offsets: where each one ends
         corners = np.asarray(triangles, dtype=np.int64).ravel()
         offsets = np.arange(3, 3 * n_triangle + 1, 3, dtype=np.int64)
-        xml += ["      <Polys>", array_xml("connectivity", corners), array_xml("offsets", offsets)]
-        xml += ["      </Polys>"]
-    xml += ["    </Piece>", "  </PolyData>", "</VTKFile>"]
+        piece += _arrays("Polys", {"connectivity": corners, "offsets": offsets})
+    return _vtk_file("PolyData", "  <PolyData>", words, piece)
+
+
+def _vtk_file(
+    kind: str, head: str, words: Mapping[str, Sequence[str]], piece: Sequence[str]
+) -> bytes:
+    """A file of one piece; its field data are words, the reference system is a comment, too."""
+    xml = [
+        '<?xml version="1.0"?>',
+        f'<VTKFile type="{kind}" version="1.0" byte_order="LittleEndian" header_type="UInt64">',
+        head,
+        *(f"    <!-- crs: {comment_xml(text)} -->" for text in words.get("crs", ())),
+        "    <FieldData>",
+        *(string_array_xml(key, values) for key, values in words.items()),
+        "    </FieldData>",
+        *piece,
+        "    </Piece>",
+        f"  </{kind}>",
+        "</VTKFile>",
+    ]
     return ("\n".join(xml) + "\n").encode("utf-8")
+
+
+def _arrays(tag: str, arrays: Mapping[str, Any]) -> list[str]:
+    """An element with some arrays."""
+    found = (array_xml(key, values) for key, values in arrays.items())
+    return [f"      <{tag}>", *found, f"      </{tag}>"]
 
 
 def array_xml(name: str, values: Any) -> str:
@@ -325,42 +315,43 @@ TABLE_ONLY = Loss("data", "The file holds the table of the units, not their surf
 Columns = dict[str, list[Any]]
 
 
-def csv_of_units(units: Units, name: str | None) -> tuple[bytes, list[Loss]]:
-    """Return name, zone, block (contact) and all numbers of each unit, full precision."""
-    data, lost = csv_of_columns(columns_of_units(units))
-    return data, [TABLE_ONLY, *lost]
+def csv_of_table(table: Any, name: str | None) -> tuple[bytes, list[Loss]]:
+    """Return the columns of a table, with full precision."""
+    columns = columns_of(table)
+    data, lost = csv_of_rows(list(columns), zip(*columns.values(), strict=True))
+    return data, [*_not_in_tables(table), *lost]
 
 
-def csv_of_table(table: xr.Dataset, name: str | None) -> tuple[bytes, list[Loss]]:
-    """Return a table of one dimension."""
-    return csv_of_columns(columns_of_table(table))
+def parquet_of_table(table: Any, name: str | None) -> tuple[bytes, list[Loss]]:
+    """Return the same by pandas and pyarrow; the metadata of pandas have the reference system."""
+    columns = columns_of(table)
+    need("writing Parquet needs", "pyarrow")
+    frame = pandas.DataFrame(columns)
+    is_frame = isinstance(table, pandas.DataFrame)
+    crs = table.attrs.get("crs") if is_frame else declared_crs(table)
+    if crs is not None:
+        frame.attrs["crs"] = crs
+    out = io.BytesIO()
+    frame.to_parquet(out, engine="pyarrow", index=False)
+    return out.getvalue(), _not_in_tables(table)
 
 
-def csv_of_frame(frame: pandas.DataFrame, name: str | None) -> tuple[bytes, list[Loss]]:
-    """Return a table of pandas, without its index."""
-    return csv_of_columns({str(key): frame[key].tolist() for key in frame.columns})
+def _not_in_tables(table: Any) -> list[Loss]:
+    return [TABLE_ONLY] if isinstance(table, Units) else []
 
 
-def parquet_of_units(units: Units, name: str | None) -> tuple[bytes, list[Loss]]:
-    """Return the same columns as in csv."""
-    data, lost = _parquet(columns_of_units(units), units.crs)
-    return data, [TABLE_ONLY, *lost]
+def columns_of(table: Any) -> Columns:
+    """Columns of units, of a Dataset of one dimension, or of a table of pandas without its index.
+
+    Their names have the unit of measure.
+    """
+    if isinstance(table, pandas.DataFrame):
+        return {str(key): table[key].tolist() for key in table.columns}
+    return _of_units(table) if isinstance(table, Units) else _of_dataset(table)
 
 
-def parquet_of_table(table: xr.Dataset, name: str | None) -> tuple[bytes, list[Loss]]:
-    """Return a table of one dimension."""
-    return _parquet(columns_of_table(table), crs_of(table))
-
-
-def parquet_of_frame(frame: pandas.DataFrame, name: str | None) -> tuple[bytes, list[Loss]]:
-    """Return a table of pandas, without its index."""
-    return _parquet(
-        {str(key): frame[key].tolist() for key in frame.columns}, frame.attrs.get("crs")
-    )
-
-
-def columns_of_units(units: Units) -> Columns:
-    """Columns of the table of units, by their names with the unit of measure."""
+def _of_units(units: Units) -> Columns:
+    """Columns of the table of units: name, zone, block, contact and all numbers."""
     table = units.table
     labels = [key for key in LABELS if key in table.coords]
     numbers = [str(key) for key in table.data_vars if table[key].dims == ("unit",)]
@@ -371,7 +362,7 @@ def columns_of_units(units: Units) -> Columns:
     return columns | {_head(table, key): table[key].values.tolist() for key in numbers}
 
 
-def columns_of_table(table: xr.Dataset) -> Columns:
+def _of_dataset(table: xr.Dataset) -> Columns:
     """Columns of a Dataset whose variables all lie along one dimension.
 
     Values at ``end`` (entry and exit of an interval in a well) are one column for each end.
@@ -401,26 +392,10 @@ def _with_ends_as_columns(table: xr.Dataset) -> xr.Dataset:
     return table.drop_dims("end").assign(found)[list(found)]
 
 
-def csv_of_columns(columns: Columns) -> tuple[bytes, list[Loss]]:
-    """Return csv of columns of one length."""
-    return csv_of_rows(list(columns), zip(*columns.values(), strict=True))
-
-
 def _head(table: xr.Dataset, key: str) -> str:
     """Name of a column with its unit of measure."""
     unit = table[key].attrs.get("units", "")
     return f"{key}_{unit}".rstrip("_")
-
-
-def _parquet(columns: Columns, crs: str | None) -> tuple[bytes, list[Loss]]:
-    """Return Parquet by pandas and pyarrow; the reference system is in the metadata of pandas."""
-    need("writing Parquet needs", "pyarrow")
-    frame = pandas.DataFrame(columns)
-    if crs is not None:
-        frame.attrs["crs"] = crs
-    out = io.BytesIO()
-    frame.to_parquet(out, engine="pyarrow", index=False)
-    return out.getvalue(), []
 
 
 def csv_of_rows(header: Sequence[str], rows: Iterable[Sequence[Any]]) -> tuple[bytes, list[Loss]]:

@@ -16,11 +16,10 @@ from geosurf.conventions.machine import need
 from geosurf.errors import InputError, OutputError
 from geosurf.lazy import xarray
 from geosurf.model import Curves, FaultSticks
-from geosurf.model.base import Noun
 from geosurf.write.datasets import csv_of_rows
 from geosurf.write.gocad import _head as head_of
 from geosurf.write.text_grids import regular_grid, rows_text
-from geosurf.write.written import Loss
+from geosurf.write.written import Loss, declared_crs
 
 # ---- polylines ----------------------------------------
 # Polylines: ``.pol``, ``.csv`` and GeoJSON of curves, cut-offs, fault polygons, outlines, sticks.
@@ -185,13 +184,6 @@ def lines_in_space(lines: xarray.Dataset) -> list[tuple[int, np.ndarray]]:
     return list(enumerate(np.concatenate([p, p[:1]]) if closed else p for p in parts))
 
 
-def crs_of_any(obj: Any) -> str | None:
-    """Return the reference system that an object declares."""
-    if isinstance(obj, Noun):
-        return obj.crs
-    return None if isinstance(obj, list | tuple) else crs_of(obj)
-
-
 def _points(part: Any) -> np.ndarray:
     """One line of a list as an array (n, 3)."""
     points = np.asarray(part, dtype=np.float64)
@@ -265,7 +257,7 @@ def geojson_of_points(
     features = [
         {
             "type": "Feature",
-            "properties": {key: _finite(values[row]) for key, values in others.items()},
+            "properties": {key: _plain(values[row]) for key, values in others.items()},
             "geometry": {"type": "Point", "coordinates": place},
         }
         for row, place in enumerate(columns_of(points).tolist())
@@ -309,10 +301,6 @@ def _others_lost(points: xarray.Dataset) -> list[Loss]:
     return [Loss("data", f"The columns {others} were left out; .csv and .nc store them.")]
 
 
-def _finite(value: Any) -> Any:
-    return None if isinstance(value, float) and not np.isfinite(value) else value
-
-
 # ---- objects of other libraries ----------------------------------------
 # Grids, surfaces, points and lines -> objects of other packages, imported in the functions.
 
@@ -354,7 +342,7 @@ def to_xtgeo(obj: Any) -> Any:
 TriSurface, FaultSticks, or a Dataset of points or lines.
     """
     grid = all(hasattr(obj, key) for key in ("dims", "coords", "values", "name"))
-    lines = _lines_of(obj)
+    lines = _holds_lines(obj)
     points = not grid and {*AXES} <= set(getattr(obj, "data_vars", ()))
     mesh = hasattr(obj, "vertices") and hasattr(obj, "triangles")
     if not (grid or lines or points or mesh):
@@ -366,24 +354,15 @@ TriSurface, FaultSticks, or a Dataset of points or lines.
         vertices, triangles = np.array(obj.vertices), np.array(obj.triangles)
         return xtgeo.TriangulatedSurface(vertices, triangles, name=str(obj.name))
     if lines:
-        return _polygons(xtgeo, lines, str(getattr(obj, "name", None) or "poly"))
+        return _polygons(xtgeo, obj)
     return _surface(xtgeo, obj) if grid else _points_of_xtgeo(xtgeo, obj)
 
 
-def _lines_of(obj: Any) -> list[tuple[np.ndarray, dict[str, Any]]]:
-    """Points of each line with its words; nothing where an object holds no lines."""
-    if hasattr(obj, "sticks"):
-        return [(np.asarray(stick), {"NAME": obj.name}) for stick in obj.sticks]
-    if hasattr(obj, "data_vars") and "count" in obj.data_vars:
-        words = _words(obj, "line")
-        return [
-            (part, {word.upper(): obj[word].values[row] for word in words})
-            for row, part in lines_in_space(obj)
-        ]
-    if not isinstance(obj, list | tuple) or not obj:
-        return []
-    arrays = [part for part in obj if isinstance(part, np.ndarray) and part.shape[1:] == (3,)]
-    return [(part, {}) for part in arrays] if len(arrays) == len(obj) else []
+def _holds_lines(obj: Any) -> bool:
+    """Whether an object is sticks, a Dataset of lines, or a list of arrays (n, 3)."""
+    if isinstance(obj, list | tuple) and obj:
+        return all(isinstance(part, np.ndarray) and part.shape[1:] == (3,) for part in obj)
+    return isinstance(obj, FaultSticks) or "count" in getattr(obj, "data_vars", ())
 
 
 def _words(data: xarray.Dataset, dim: str) -> list[str]:
@@ -421,15 +400,17 @@ def _points_of_xtgeo(xtgeo: Any, points: xarray.Dataset) -> Any:
     return xtgeo.Points(values=table, attributes={word: _kind(table[word]) for word in words})
 
 
-def _polygons(xtgeo: Any, lines: list[tuple[np.ndarray, dict[str, Any]]], name: str) -> Any:
+def _polygons(xtgeo: Any, lines: Any) -> Any:
     """Lines as Polygons, numbered from 0."""
-    sizes = [len(part) for part, _ in lines]
-    places = np.concatenate([part for part, _ in lines])
-    table = pd.DataFrame(places, columns=["X_UTME", "Y_UTMN", "Z_TVDSS"])
-    table["POLY_ID"] = np.repeat(np.arange(len(lines)), sizes)
-    words = list(dict.fromkeys(word for _, row in lines for word in row))
-    for word in words:
-        table[word] = np.repeat(np.array([row[word] for _, row in lines]), sizes)
+    found, name = _line_set(lines), str(getattr(lines, "name", None) or "poly")
+    sizes = list(map(len, found.parts))
+    table = pd.DataFrame(np.concatenate(found.parts), columns=["X_UTME", "Y_UTMN", "Z_TVDSS"])
+    table["POLY_ID"] = np.repeat(np.arange(len(sizes)), sizes)
+    words = {word.upper(): values for word, values in found.words.items()}
+    if isinstance(lines, FaultSticks):
+        words["NAME"] = [lines.name] * len(sizes)
+    for word, values in words.items():
+        table[word] = np.repeat(np.array(values), sizes)
     kinds = {word: _kind(table[word]) for word in words}
     return xtgeo.Polygons(values=table, name=name, attributes=kinds)
 
@@ -484,7 +465,7 @@ lines, as read_points and fault_polygons make, FaultSticks, Curves or a list of 
     import geopandas
     from shapely.geometry import LineString, Point
 
-    crs = crs_of_any(obj)
+    crs = declared_crs(obj)
     if table and "count" not in obj.variables and {*AXES} <= set(obj.data_vars):
         dim = str(obj["easting"].dims[0])
         points = np.stack([obj[axis].values for axis in AXES], axis=1)

@@ -23,14 +23,13 @@ from xml.sax.saxutils import escape
 import numpy as np
 
 from geosurf.conventions import elevation_sign, metres_per_unit
-from geosurf.conventions.crs import are_same, crs_of, epsg_of, label
+from geosurf.conventions.crs import are_same, epsg_of, label
 from geosurf.conventions.machine import need
 from geosurf.errors import OutputError
 from geosurf.lazy import h5py
 from geosurf.model import TriSurface
-from geosurf.model.base import Noun
 from geosurf.write.text_grids import refuse_odd_nodes
-from geosurf.write.written import FileSet, Loss
+from geosurf.write.written import FileSet, Loss, declared_crs, own_name
 
 # ---- resqml xml ----------------------------------------
 # The XML of a RESQML 2.0.1 package: objects, relations, and where arrays lie in the HDF5 file.
@@ -269,7 +268,8 @@ def resqml_of_surfaces(obj: Any, path: Path, name: str | None, crs: str | None) 
     """
     surfaces = _surfaces(obj, name, path)
     declared = {crs: None} if crs is not None else {}
-    declared |= {one: None for one in (_crs(each) for _, each in surfaces) if one is not None}
+    systems = [declared_crs(surface) for _, surface in surfaces]
+    declared |= {one: None for one in systems if one is not None}
     first, *others = declared or (None,)
     for other in others:
         if first is None or other is None or not are_same(first, other):
@@ -278,17 +278,22 @@ def resqml_of_surfaces(obj: Any, path: Path, name: str | None, crs: str | None) 
                 f"{label(str(first))} and {label(str(other))}. Reproject them with gs.reproject."
             )
 
-    h5_name = path.with_suffix(".h5").name
     parts, arrays = _objects([_geometry(title, one) for title, one in surfaces], first)
+    alone = Loss("topology", "Surfaces are separate: for the sealed model, write scene.units.")
+    return file_set(path, parts, arrays, [alone, *lost_of_crs(first)])
+
+
+def file_set(
+    path: Path, parts: Sequence[Part], arrays: dict[str, np.ndarray], lost: list[Loss]
+) -> FileSet:
+    """Return the two files of a package; the first part stands for the HDF5 file."""
+    h5_name = path.with_suffix(".h5").name
     files = {
         PurePath(path.name): zipped(package(parts, h5_name)),
         PurePath(h5_name): hdf5(arrays, parts[0].uuid),
     }
-    lost = [
-        Loss("other", f"Arrays are in {h5_name}: move both files together."),
-        Loss("topology", "Surfaces are separate: for the sealed model, write scene.units."),
-    ]
-    return files, lost + lost_of_crs(first), pattern_of(path.name, h5_name)
+    apart = Loss("other", f"Arrays are in {h5_name}: move both files together.")
+    return files, [apart, *lost], re.compile("|".join(map(re.escape, (path.name, h5_name))))
 
 
 def _surfaces(obj: Any, name: str | None, path: Path) -> list[tuple[str, Any]]:
@@ -296,11 +301,11 @@ def _surfaces(obj: Any, name: str | None, path: Path) -> list[tuple[str, Any]]:
     if hasattr(obj, "surfaces") and hasattr(obj, "units"):  # a Scene, which lies above this room
         obj = obj.surfaces
     if _is_surface(obj):
-        found = [(str(name or _own_name(obj) or path.stem), obj)]
+        found = [(str(name or own_name(obj) or path.stem), obj)]
     elif isinstance(obj, Mapping):
         found = [(str(key), value) for key, value in obj.items()]
     else:
-        found = [(_own_name(one) or f"surface {k}", one) for k, one in enumerate(obj, 1)]
+        found = [(own_name(one) or f"surface {k}", one) for k, one in enumerate(obj, 1)]
 
     wrong = [type(one).__name__ for _, one in found if not _is_surface(one)]
     if wrong:
@@ -312,21 +317,12 @@ def _surfaces(obj: Any, name: str | None, path: Path) -> list[tuple[str, Any]]:
     return found
 
 
-def _own_name(obj: Any) -> str:
-    """What a surface calls itself, or nothing."""
-    return str(getattr(obj, "name", None) or getattr(obj, "attrs", {}).get("long_name") or "")
-
-
 def _is_surface(obj: Any) -> bool:
     """Whether something is a mesh or a grid of two dimensions with coordinates."""
     if isinstance(obj, TriSurface):
         return True
     coords = getattr(obj, "coords", ())
     return getattr(obj, "ndim", 0) == 2 and "easting" in coords and "northing" in coords
-
-
-def _crs(surface: Any) -> str | None:
-    return surface.crs if isinstance(surface, Noun) else crs_of(surface)
 
 
 def _geometry(title: str, surface: Any) -> tuple[str, str, dict[str, np.ndarray]]:
@@ -361,11 +357,7 @@ def _objects(
 ) -> tuple[list[Part], dict[str, np.ndarray]]:
     """All objects of the package, and the arrays of the HDF5 file by their paths."""
     fresh = _identifiers(surfaces, crs)
-    mime = "<eml:MimeType>application/x-hdf5</eml:MimeType>"
-    proxy = Part("EpcExternalPartReference", next(fresh), "Hdf Proxy", mime)
-    named = (None, None) if crs is None else (epsg_of(crs), label(crs))
-    system = Part("LocalDepth3dCrs", next(fresh), named[1] or "local", crs_body(*named))
-
+    proxy, system = frame_parts(fresh, crs)
     parts, arrays = [proxy, system], dict[str, np.ndarray]()
     for title, role, held in surfaces:
         meaning = interpretation(title, role, fresh)
@@ -376,6 +368,14 @@ def _objects(
         parts += [*meaning, Part(kind, own, title, head + body, (proxy, system, *meant))]
         arrays |= new
     return parts, arrays
+
+
+def frame_parts(fresh: Iterator[str], crs: str | None) -> tuple[Part, Part]:
+    """Return what stands for the HDF5 file, and the local coordinate system."""
+    mime = "<eml:MimeType>application/x-hdf5</eml:MimeType>"
+    named = (None, None) if crs is None else (epsg_of(crs), label(crs))
+    proxy = Part("EpcExternalPartReference", next(fresh), "Hdf Proxy", mime)
+    return proxy, Part("LocalDepth3dCrs", next(fresh), named[1] or "local", crs_body(*named))
 
 
 def _identifiers(
@@ -401,11 +401,6 @@ def lost_of_crs(crs: str | None) -> list[Loss]:
     if crs is None or epsg_of(crs) is not None:
         return []
     return [Loss("crs", f"RESQML stores {label(crs)} as an unknown system with a name.")]
-
-
-def pattern_of(*names: str) -> re.Pattern[str]:
-    """Return the pattern of the files of a package."""
-    return re.compile("|".join(map(re.escape, names)))
 
 
 DOMAIN = tag("Domain", "depth")

@@ -11,12 +11,11 @@ import hashlib
 import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path, PurePath
+from pathlib import Path
 from xml.sax.saxutils import escape
 
 import numpy as np
 
-from geosurf.conventions.crs import epsg_of, label
 from geosurf.errors import OutputError
 from geosurf.kernels.meshes.mesh import weld
 from geosurf.model import TriSurface, Units
@@ -24,19 +23,16 @@ from geosurf.write.model3d import Parts, parts_of, unit_labels
 from geosurf.write.resqml import (
     DOMAIN,
     Part,
-    crs_body,
     dataset,
     explicit_points,
-    hdf5,
+    file_set,
+    frame_parts,
     identifiers,
     interpretation,
     lost_of_crs,
-    package,
-    pattern_of,
     reference,
     tag,
     whole_numbers,
-    zipped,
 )
 from geosurf.write.written import FileSet, Loss
 
@@ -177,22 +173,17 @@ def resqml_of_units(units: Units, path: Path, name: str | None, crs: str | None)
     if not len(units):
         raise OutputError(f"{path}: there are no units to write, and a model needs at least one.")
     crs = units.crs if crs is None else crs
-    title, h5_name = name or path.stem, path.with_suffix(".h5").name
+    title = name or path.stem
     parts = parts_of(units)
     lines = lines_of(parts)
     fresh = _identifiers(units, parts, title, crs)
     objects, arrays = _Framework(units, parts, lines, title, crs, fresh).objects()
-    files = {
-        PurePath(path.name): zipped(package(objects, h5_name)),
-        PurePath(h5_name): hdf5(arrays, objects[0].uuid),
-    }
-    return files, _lost(units, parts, h5_name, crs), pattern_of(path.name, h5_name)
+    return file_set(path, objects, arrays, _lost(units, parts, crs))
 
 
-def _lost(units: Units, parts: Parts, h5_name: str, crs: str | None) -> list[Loss]:
+def _lost(units: Units, parts: Parts, crs: str | None) -> list[Loss]:
     """What the package does not hold, or other programs do not see."""
     lost = [
-        Loss("other", f"Arrays are in {h5_name}: move both files together."),
         Loss("other", "Only faces around units are written, and faults that end inside one."),
         Loss("name", "RESQML names zones, not units: geosurf reads their labels from metadata."),
     ]
@@ -237,10 +228,7 @@ class _Framework:
         self.units, self.parts, self.lines, self.title = units, parts, lines, title
         self.fresh = fresh
         self.arrays: dict[str, np.ndarray] = {}
-        mime = "<eml:MimeType>application/x-hdf5</eml:MimeType>"
-        self.proxy = self.made("EpcExternalPartReference", "Hdf Proxy", mime)
-        named = (None, None) if crs is None else (epsg_of(crs), label(crs))
-        self.system = self.made("LocalDepth3dCrs", named[1] or "local", crs_body(*named))
+        self.proxy, self.system = frame_parts(fresh, crs)
 
         # the representation and the patch of each part
         self.rows = np.unique(parts.surface).tolist()

@@ -31,7 +31,7 @@ MOST_FIXED = 13
 Part = np.ndarray | bytes
 
 
-def rows_text(parts: Sequence[Part], undefined: bytes = b"nan", head: bytes = b"") -> bytearray:
+def rows_text(parts: Sequence[Part], head: bytes = b"") -> bytearray:
     r"""
     Return lines of text: in each row one word of every part, one after another.
 
@@ -40,8 +40,6 @@ def rows_text(parts: Sequence[Part], undefined: bytes = b"nan", head: bytes = b"
     parts : sequence of bytes or ndarray, shape (n,)
         Bytes stand in every row. Floats become decimals that give the same float64 back, whole
         numbers digits.
-    undefined : bytes
-        What stands for NaN.
     head : bytes
         What stands before the rows: a header added later would copy the whole text.
 
@@ -51,8 +49,8 @@ def rows_text(parts: Sequence[Part], undefined: bytes = b"nan", head: bytes = b"
 
     Examples
     --------
-    >>> rows_text([np.array([1, 20]), b" ", np.array([0.5, np.nan]), b"\n"], b"-999")
-    bytearray(b'1 0.5\n20 -999\n')
+    >>> rows_text([np.array([1, 20]), b" ", np.array([0.5, np.nan]), b"\n"])
+    bytearray(b'1 0.5\n20 nan\n')
     """
     n = max(len(part) for part in parts if isinstance(part, np.ndarray))
     text = bytearray(head)
@@ -60,14 +58,21 @@ def rows_text(parts: Sequence[Part], undefined: bytes = b"nan", head: bytes = b"
         columns = (
             itertools.repeat(part.decode())
             if isinstance(part, bytes)
-            else _words(part[start : start + AT_ONCE], repr, undefined)
+            else _words(part[start : start + AT_ONCE], repr, b"nan")
             for part in parts
         )
         text += "".join(itertools.chain.from_iterable(zip(*columns, strict=False))).encode()
     return text
 
 
-def lines_text(values: np.ndarray, per_line: int, undefined: bytes, head: bytes = b"") -> bytearray:
+def lines_text(
+    values: np.ndarray,
+    per_line: int,
+    undefined: bytes,
+    head: bytes = b"",
+    form: Callable[[float], str] = repr,
+    between: str = " ",
+) -> bytearray:
     r"""
     Return numbers in lines: each row begins a line, and has at most `per_line` numbers on one.
 
@@ -79,6 +84,10 @@ def lines_text(values: np.ndarray, per_line: int, undefined: bytes, head: bytes 
         What stands for NaN.
     head : bytes
         What stands before the rows.
+    form : callable
+        Makes the word of a number.
+    between : str
+        What stands between two words of a line.
 
     Returns
     -------
@@ -89,7 +98,15 @@ def lines_text(values: np.ndarray, per_line: int, undefined: bytes, head: bytes 
     >>> lines_text(np.arange(6.0).reshape(2, 3), 2, b"nan")
     bytearray(b'0.0 1.0\n2.0\n3.0 4.0\n5.0\n')
     """
-    return _lines(values, per_line, repr, undefined, " ", head)
+    n = values.shape[1]
+    last = [(k + 1) % per_line == 0 or k == n - 1 for k in range(n)]
+    ends: Iterator[str] = itertools.cycle("\n" if one else between for one in last)
+    text, values = bytearray(head), values.ravel()
+    for start in range(0, len(values), AT_ONCE):
+        words = _words(values[start : start + AT_ONCE], form, undefined)
+        pairs = zip(words, ends, strict=False)
+        text += "".join(itertools.chain.from_iterable(pairs)).encode()
+    return text
 
 
 def fixed_lines_text(
@@ -122,7 +139,7 @@ def fixed_lines_text(
     bytearray(b'  -1.2  30.0\n')
     """
     form = f"%{width}.{n_decimal}f".__mod__
-    return _lines(values, per_line, form, undefined.rjust(width), "", head)
+    return lines_text(values, per_line, undefined.rjust(width), head, form, "")
 
 
 def n_fixed(values: np.ndarray, width: int) -> int:
@@ -141,26 +158,6 @@ def _is_short(size: np.ndarray, n: int) -> bool:
     """Whether all values are decimals with n places, exactly."""
     scaled = np.rint(size * 10.0**n)
     return bool(((scaled / 10.0**n == size) & (scaled < 2.0**53)).all())
-
-
-def _lines(
-    values: np.ndarray,
-    per_line: int,
-    form: Callable[[float], str],
-    undefined: bytes,
-    between: str,
-    head: bytes,
-) -> bytearray:
-    """Words of each row, in lines of at most `per_line`."""
-    n = values.shape[1]
-    last = [(k + 1) % per_line == 0 or k == n - 1 for k in range(n)]
-    ends: Iterator[str] = itertools.cycle("\n" if one else between for one in last)
-    text, values = bytearray(head), values.ravel()
-    for start in range(0, len(values), AT_ONCE):
-        words = _words(values[start : start + AT_ONCE], form, undefined)
-        pairs = zip(words, ends, strict=False)
-        text += "".join(itertools.chain.from_iterable(pairs)).encode()
-    return text
 
 
 def _words(values: np.ndarray, form: Callable[[float], str], undefined: bytes) -> list[str]:

@@ -13,7 +13,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path, PurePath, PurePosixPath
 from typing import Any
 
-from geosurf.conventions.crs import epsg_of, label, proj_system
+from geosurf.conventions.crs import crs_of, epsg_of, label, proj_system
 from geosurf.conventions.machine import install_line, is_installed
 from geosurf.errors import OutputError
 from geosurf.files import (
@@ -29,6 +29,7 @@ from geosurf.files import (
     sync_tree,
     write_whole,
 )
+from geosurf.model.base import Noun
 from geosurf.stopping import undone
 
 # ---- files ----------------------------------------
@@ -95,10 +96,7 @@ def commit_set(
             if parts.is_symlink():
                 raise OSError(errno.ELOOP, f"{parts.name} next to it is a link")
             finish(folder, names, f"{PREFIX}commit-{mine}")
-            make_stage(stage)
-            for name, data in files.items():
-                (stage / name).parent.mkdir(parents=True, exist_ok=True)
-                (stage / name).write_bytes(data)
+            _fill_stage(stage, files)
             replace_files(folder, stage, _named_by(index, names), names, f"{PREFIX}commit-{mine}")
         finally:
             _leave(lock, stage)
@@ -139,16 +137,21 @@ def commit_folder(
             if aside.is_dir() and not aside.is_symlink() and not os.path.lexists(folder):
                 aside.rename(folder)
             _refuse_stranger(folder, is_ours)
-            make_stage(stage)
-            for name, data in files.items():
-                (stage / name).parent.mkdir(parents=True, exist_ok=True)
-                (stage / name).write_bytes(data)
+            _fill_stage(stage, files)
             sync_tree(stage)
             _swap_in(folder, stage, aside)
             sync_folder(folder.parent)
         finally:
             _leave(lock, stage)
     return [folder]
+
+
+def _fill_stage(stage: Path, files: Mapping[Any, bytes]) -> None:
+    """Make a stage with some files."""
+    make_stage(stage)
+    for name, data in files.items():
+        (stage / name).parent.mkdir(parents=True, exist_ok=True)
+        (stage / name).write_bytes(data)
 
 
 def _leave(lock: Lock, stage: Path) -> None:
@@ -254,6 +257,21 @@ def prj_of(crs: str) -> tuple[bytes | None, list[Loss]]:
             f".prj was written: {reason}.",
         )
     ]
+
+
+def declared_crs(obj: Any) -> str | None:
+    """Return the reference system that an object declares."""
+    if isinstance(obj, Noun):
+        return obj.crs
+    return None if isinstance(obj, list | tuple) else crs_of(obj)
+
+
+def own_name(obj: Any) -> str | None:
+    """Return what an object calls itself: its name, or its ``long_name`` attribute."""
+    own = getattr(obj, "name", None)
+    if own is None:
+        own = getattr(obj, "attrs", {}).get("long_name")
+    return None if own is None else str(own)
 
 
 SMALLEST = 1e-6  # smaller differences than this [m] are not listed
