@@ -18,15 +18,7 @@ import numpy as np
 
 from geosurf.arrangement.threads import in_ranges, map_threads
 from geosurf.carve import measures
-from geosurf.carve.outside import (
-    NO_HIT,
-    Rays,
-    box_of,
-    outside_of_box,
-    outside_of_shells,
-    owned_by_walls,
-    walls_are_a_box,
-)
+from geosurf.carve.outside import NO_HIT, Rays, box_of, outside_of_walls, walls_among
 from geosurf.conventions import place
 from geosurf.errors import InvariantError
 from geosurf.kernels.exact.predicates import frame_of
@@ -46,27 +38,6 @@ from geosurf.model.pieces import Pieces, same_turn
 
 # least work of a thread, a millisecond each, which is ten times what a thread costs
 _TRIANGLES, _EDGES, _PARENTS = 20_000, 5_000, 20_000
-
-
-@dataclass(frozen=True, eq=False)
-class Parents:
-    """Input triangles that triangles around open edges, and the first of parts, are parts of.
-
-    Attributes
-    ----------
-    of_triangle : ndarray of int64, shape (n_triangle,)
-        -1 for other triangles.
-    corners : ndarray of float64, shape (n_parent, 3, 3)
-        Local coordinates.
-    """
-
-    of_triangle: np.ndarray
-    corners: np.ndarray
-
-    def __getitem__(self, triangles: np.ndarray) -> np.ndarray:
-        """Corners (n, 3, 3) of the input triangles of some triangles."""
-        found: np.ndarray = self.corners[self.of_triangle[triangles]]
-        return found
 
 
 def edges_at(
@@ -92,8 +63,8 @@ def edges_at(
 
 
 def sorted_seams(
-    patches: Patches, pieces: Pieces, part: np.ndarray, also: np.ndarray, open_at: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, Parents]:
+    patches: Patches, pieces: Pieces, part: np.ndarray, open_at: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """
     Put the triangles around some edges in order.
 
@@ -103,8 +74,6 @@ def sorted_seams(
     pieces : Pieces
     part : ndarray of int64
         As for `edges_at`.
-    also : ndarray of int64
-        More triangles of which the input triangles are wanted.
     open_at : ndarray of int64, shape (n_edge,)
         A half-edge of each edge.
 
@@ -114,7 +83,6 @@ def sorted_seams(
         First place of each edge in `seams`, and the end.
     seams : ndarray of int64
         See `geosurf.kernels.meshes.seams`.
-    parents : Parents
 
     Raises
     ------
@@ -123,10 +91,8 @@ def sorted_seams(
     """
     edges = [open_at[i:j] for i, j in in_ranges(len(open_at), _EDGES)]
     wanted = np.zeros(len(pieces.triangles), dtype=bool)
-    wanted[also] = True
     counts = map_threads(mark_around, [(pieces.ring, some, wanted) for some in edges])
-    parents = parents_of(pieces, wanted)
-    px = parents.corners.reshape(-1, 3)
+    parent, px = parents_of(pieces, wanted)
     pt = np.arange(len(px)).reshape(-1, 3)
 
     def sort(some: np.ndarray, n_around: int) -> tuple[int, np.ndarray, np.ndarray]:
@@ -137,7 +103,7 @@ def sorted_seams(
         while True:
             found = sort_seams(
                 pieces.x, pieces.triangles, pieces.ring, some, part,
-                parents.of_triangle, px, pt, m, w, start, seams,
+                parent, px, pt, m, w, start, seams,
             )  # fmt: skip
             if found != NEEDS_EXACT:
                 return found, start, seams
@@ -158,11 +124,15 @@ def sorted_seams(
     ends = np.cumsum([0, *(start[-1] for _, start, _ in found)])
     starts = [start[:-1] + end for (_, start, _), end in zip(found, ends, strict=False)]
     seams = np.concatenate([seams[: start[-1]] for _, start, seams in found])
-    return np.concatenate([*starts, ends[-1:]]), seams, parents
+    return np.concatenate([*starts, ends[-1:]]), seams
 
 
-def parents_of(pieces: Pieces, wanted: np.ndarray) -> Parents:
-    """Find the input triangles of the triangles that are wanted: a few around curves."""
+def parents_of(pieces: Pieces, wanted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Find the input triangles of the triangles that are wanted: a few around curves.
+
+    The number of that of each triangle, -1 for others, and local corners (3 n, 3), one triangle
+    after the other.
+    """
     surface, key = pieces.surface, pieces.key
 
     # triangles of one input triangle follow each other
@@ -182,7 +152,7 @@ def parents_of(pieces: Pieces, wanted: np.ndarray) -> Parents:
 
     parts = list(zip(pieces.sources, cut[:-1].tolist(), cut[1:].tolist(), strict=True))
     map_threads(write, parts, worth=len(first) > _PARENTS)
-    return Parents(number, corners.reshape(-1, 3, 3))
+    return number, corners
 
 
 # ---- half faces ----------------------------------------
@@ -273,9 +243,7 @@ def _corners(pieces: Pieces, elements: np.ndarray, surface: np.ndarray) -> np.nd
     return np.concatenate(corners)
 
 
-def joined_sides(
-    patches: Patches, pieces: Pieces, parts: Parts
-) -> tuple[np.ndarray, np.ndarray, Parents]:
+def joined_sides(patches: Patches, pieces: Pieces, parts: Parts) -> tuple[np.ndarray, np.ndarray]:
     """
     Join the sides of parts around every edge.
 
@@ -291,7 +259,6 @@ def joined_sides(
         What is seen from the front and the back of each: one side for all those that see the same.
     ndarray of int64, shape (n_part,)
         Connected piece of each: its lowest part.
-    Parents
 
     Raises
     ------
@@ -299,9 +266,7 @@ def joined_sides(
         If two different triangles lie in one half-plane of an edge.
     """
     open_at = edges_at(pieces.triangles, pieces.ring, pieces.link, parts.of_element)
-    first = parts.first[: np.searchsorted(parts.first, len(pieces.triangles))]
-    start, seams, parents = sorted_seams(patches, pieces, parts.of_element, first, open_at)
-    return *_joined(pieces, parts, start, seams), parents
+    return _joined(pieces, parts, *sorted_seams(patches, pieces, parts.of_element, open_at))
 
 
 def _joined(
@@ -514,27 +479,14 @@ def find_cells(patches: Patches) -> Cells:
     InvariantError
         If two different triangles lie in one half-plane of an edge.
     """
-    bounds = box_of(patches)
-    in_box = walls_are_a_box(patches, bounds)
-    pieces, parts, sides, parents, owners, owner = _seen(patches, bounds)
-    is_wall = owned_by_walls(patches, owners)[owner]
+    pieces, parts, sides, owners, owner = _seen(patches, box_of(patches))
 
-    # which sides of parts look out of the model: read off the faces of a plain box, found by
-    # rays and shells for other walls
-    if in_box:
-        # all that a wall owns are triangles, and parts with triangles come first
-        with_triangle = parts.first[: np.searchsorted(parts.first, len(pieces.triangles))]
-        outside = outside_of_box(
-            patches, is_wall, owners, owner, sides, parents[with_triangle],
-            pieces.x[pieces.triangles[with_triangle]],
-        )  # fmt: skip
-    else:
-        element = np.flatnonzero(parts.of_element >= 0)
-        core = element[: np.searchsorted(element, len(pieces.triangles))]
-        part = parts.of_element[element]
-        outside = outside_of_shells(
-            patches, is_wall[part], sides[part], pieces.x, pieces.triangles[core]
-        )
+    # which sides of parts look out of the model
+    element = np.flatnonzero(parts.of_element >= 0)
+    core = element[: np.searchsorted(element, len(pieces.triangles))]
+    part = parts.of_element[element]
+    wall_of = walls_among(patches, owners)[owner[part]]
+    outside = outside_of_walls(patches, wall_of, sides[part], pieces.x, pieces.triangles[core])
 
     # sides that see each other are one cell; parts with the same owners and cells are one face
     cell, n_cell = _numbered(sides, outside)
@@ -553,16 +505,16 @@ def find_cells(patches: Patches) -> Cells:
 
 def _seen(
     patches: Patches, bounds: np.ndarray
-) -> tuple[Pieces, Parts, np.ndarray, Parents, list[Owners], np.ndarray]:
-    """Pieces, their parts, what these see (n_part, 2), input triangles; sets of surfaces, and the
-    one that owns each part.
+) -> tuple[Pieces, Parts, np.ndarray, list[Owners], np.ndarray]:
+    """Pieces, their parts, what these see (n_part, 2); sets of surfaces, and the one that owns
+    each part.
     """
     pieces = patches.pieces
     while True:
         parts = find_parts(pieces, bounds)
-        sides, piece, parents = joined_sides(patches, pieces, parts)
+        sides, piece = joined_sides(patches, pieces, parts)
         owners, owner = _owners(pieces, parts)
-        fixed = _outermost(pieces, parts, piece, owned_by_walls(patches, owners)[owner])
+        fixed = _outermost(pieces, parts, piece, walls_among(patches, owners)[owner] >= 0)
         floats = not np.isin(piece, fixed).all()
         if not _asks_triangles(pieces, floats):
             break
@@ -576,7 +528,7 @@ def _seen(
             pieces.x, pieces.triangles[element], piece[part], fixed, sides[part].ravel()
         )
         sides = found.reshape(-1, 2)[np.searchsorted(element, parts.first)]
-    return pieces, parts, sides, parents, owners, owner
+    return pieces, parts, sides, owners, owner
 
 
 def _outermost(pieces: Pieces, parts: Parts, piece: np.ndarray, is_wall: np.ndarray) -> np.ndarray:

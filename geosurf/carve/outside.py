@@ -15,7 +15,6 @@ from geosurf.carve.measures import volume_of
 from geosurf.conventions import place
 from geosurf.errors import GeometryError, InvariantError, OpenUnitError
 from geosurf.kernels.lattices.lattice_corners import build_list_tree, survey_list
-from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.meshes.mesh import join_pairs, renumbered
 from geosurf.kernels.search.rays import NO_HIT, UNDECIDED, cast_rays, rows_near
 from geosurf.model import Patches
@@ -205,70 +204,14 @@ def walls_are_a_box(patches: Patches, bounds: np.ndarray) -> bool:
     return True
 
 
-def owned_by_walls(patches: Patches, owners: Sequence[tuple[tuple[int, int], ...]]) -> np.ndarray:
-    """Whether a wall is among the surfaces of each set."""
+def walls_among(patches: Patches, owners: Sequence[tuple[tuple[int, int], ...]]) -> np.ndarray:
+    """The first wall among the surfaces of each set, int64 (n,); -1 for none."""
     wall = [source.role == "wall" for source in patches.sources]
-    return np.array([any(wall[i] for i, _ in of) for of in owners])
+    return np.array([next((i for i, _ in of if wall[i]), -1) for of in owners])
 
 
-def outside_of_box(
-    patches: Patches,
-    is_wall: np.ndarray,
-    owners: Sequence[tuple[tuple[int, int], ...]],
-    owner: np.ndarray,
-    sides: np.ndarray,
-    parents: np.ndarray,
-    corners: np.ndarray,
-) -> np.ndarray:
-    """
-    Sides that see the outside of the six walls of a box.
-
-    Parameters
-    ----------
-    patches : Patches
-    is_wall : ndarray of bool, shape (n,)
-        Elements that a wall owns, perhaps among others; all of them are triangles.
-    owners : sequence of tuple of (int, int)
-        Sets of surfaces, with how they are turned.
-    owner : ndarray of int64, shape (n,)
-        The set that owns each element.
-    sides : ndarray of int64, shape (n, 2)
-        What is seen from the front and the back of each element.
-    parents, corners : ndarray of float64, shape (n_triangle, 3, 3)
-        Of the input triangle of each of the first elements, triangles all, and of itself.
-
-    Returns
-    -------
-    ndarray of int64
-
-    Raises
-    ------
-    OpenUnitError
-        If they are seen from within, too.
-    """
-    # which side of a wall sees the outside: its normal against the way to the middle of the box
-    rows = np.flatnonzero(is_wall)
-    lower, upper = box_of(patches)
-    a, b, c = (parents[rows, k] - 0.5 * (lower + upper) for k in range(3))
-    inward = (np.einsum("ij,ij->i", np.cross(b - a, c - a), a + b + c) < 0).astype(np.int64)
-
-    # what the wall sees beyond; nothing of the model may see the same, or the box is open
-    outside = distinct(sides[rows, inward])
-    leaks = rows[np.isin(sides[rows, 1 - inward], outside)]
-    if len(leaks):
-        of = owners[owner[leaks[0]]]
-        name = next(patches.names[i] for i, _ in of if patches.sources[i].role == "wall")
-        where = corners[leaks[0]].mean(axis=0) + patches.origin
-        raise OpenUnitError(
-            f"the model box is open: wall {name!r} has no unit on either side at "
-f"{place(where)}. Pass all six sides without holes, as from build_walls(box).",
-            place=where, surfaces=(name,),
-        )  # fmt: skip
-    return outside
-
-
-def outside_of_shells(
-    patches: Patches, is_wall: np.ndarray, sides: np.ndarray, x: np.ndarray, triangles: np.ndarray
+def outside_of_walls(
+    patches: Patches, wall_of: np.ndarray, sides: np.ndarray, x: np.ndarray, triangles: np.ndarray
 ) -> np.ndarray:
     """
     Sides that see the outside of walls of any shape.
@@ -279,8 +222,8 @@ def outside_of_shells(
     Parameters
     ----------
     patches : Patches
-    is_wall : ndarray of bool, shape (n,)
-        Elements that a wall owns, perhaps among others.
+    wall_of : ndarray of int64, shape (n,)
+        The wall that owns each element, perhaps among other surfaces; -1 for none.
     sides : ndarray of int64, shape (n, 2)
         What is seen from the front and the back of each element.
     x, triangles : ndarray
@@ -297,8 +240,8 @@ def outside_of_shells(
     """
     # joined across all other surfaces: inside and outside change at walls only
     numbers, sides = renumbered(sides)
-    root = join_pairs(sides[~is_wall], len(numbers))
-    walls = np.flatnonzero(is_wall[: len(triangles)])
+    root = join_pairs(sides[wall_of < 0], len(numbers))
+    walls = np.flatnonzero(wall_of[: len(triangles)] >= 0)
     # beyond the last wall that a ray meets is the outside
     outer = Rays(x, triangles[walls]).shoot(np.array([0]), np.full(len(walls), -1))[0, 0]
     beyond = root[sides[walls[outer // 2], outer % 2]]
@@ -306,11 +249,14 @@ def outside_of_shells(
     # a wall with the outside on both sides encloses nothing
     open_ = walls[(root[sides[walls]] == beyond).all(axis=1)]
     if len(open_):
+        name = patches.names[wall_of[open_[0]]]
         where = x[triangles[open_[0]]].mean(axis=0) + patches.origin
         raise OpenUnitError(
-            "the walls of the model are open: a wall has no unit on either side at "
-            f"{place(where)}. Pass all walls without holes, as from build_walls(box, aoi).",
+            f"the walls of the model are open: wall {name!r} has no unit on either side at "
+            f"{place(where)}. Pass all walls without holes, as from build_walls(box) with its six "
+            "sides, or build_walls(box, aoi).",
             place=where,
+            surfaces=(name,),
         )
     outside: np.ndarray = numbers[root == beyond]
     return outside

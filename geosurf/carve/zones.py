@@ -221,36 +221,15 @@ def _links(cells: Cells, faces: np.ndarray, surface: int, torn: np.ndarray) -> n
 
 
 def _spread(values: np.ndarray, links: np.ndarray) -> None:
-    """Carry +1 and -1 over links to cells that have 0."""
-    # cells that do not know theirs, joined: a group that meets one value alone takes it at once,
-    # which for a stack of layers would be one round for each layer
-    known = values[links] != 0
-    group = join_pairs(links[~known.any(axis=1)], len(values))
-    edge = known[:, 0] != known[:, 1]
-    rows, first = links[edge], known[edge, 0]
-    giver, taker = np.where(first, rows.T, rows.T[::-1])
-    high, low = np.zeros((2, len(values)), dtype=bool)
-    high[group[taker[values[giver] > 0]]] = low[group[taker[values[giver] < 0]]] = True
-    told = np.where(high & ~low, 1, np.where(low & ~high, -1, 0))[group]
-
-    # a group that meets both: the nearest one counts, round by round
-    torn = (high & low)[group] & (values == 0)
-    new = (values == 0) & (told != 0)
-    values[new] = told[new]
-    if torn.any():
-        _spread_by_rounds(values, links[torn[links].any(axis=1)])
-
-
-def _spread_by_rounds(values: np.ndarray, links: np.ndarray) -> None:
-    """The same from each cell to its neighbours, again and again."""
+    """Carry +1 and -1 over links to cells that have 0: the nearest value counts, round by round."""
     while True:
-        a, b = values[links].T
-        onward = links[(a != 0) & (b == 0)]
-        back = links[(a == 0) & (b != 0)]
-        if len(onward) + len(back) == 0:
+        known = values[links] != 0
+        edge = known[:, 0] != known[:, 1]
+        rows, first = links[edge], known[edge, 0]
+        if not len(rows):
             return
-        values[onward[:, 1]] = values[onward[:, 0]]
-        values[back[:, 0]] = values[back[:, 1]]
+        values[rows[first, 1]] = values[rows[first, 0]]
+        values[rows[~first, 0]] = values[rows[~first, 1]]
 
 
 def _agree(values: np.ndarray, links: np.ndarray, across: np.ndarray) -> None:

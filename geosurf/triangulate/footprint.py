@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TypeGuard
 
 import numpy as np
 
@@ -61,8 +60,6 @@ class Footprint:
         Eastings and northings of the nodes of an unrotated grid.
     torn : bool
         Whether gaps inside may be those of faults: of meshes, this is unknown.
-    shape : (int, int) or None
-        Rows and columns of nodes, if all exist: the rim is then that of a rectangle of cells.
     """
 
     name: str
@@ -70,7 +67,6 @@ class Footprint:
     axes: Axes | None
     lines: tuple[np.ndarray, np.ndarray] | None
     torn: bool
-    shape: tuple[int, int] | None = None
 
     @property
     def area(self) -> float:
@@ -98,8 +94,7 @@ def footprint_of(horizon: TriSurface) -> Footprint:
     if lattice is None:
         return Footprint(horizon.name, _rim_of_mesh(horizon), None, None, torn=True)
     rim, axes, lines = _rim_of_lattice(lattice), _axes_of(lattice), _lines_of(lattice)
-    shape = lattice.shape if _is_rectangle(lattice) else None
-    return Footprint(horizon.name, rim, axes, lines, torn=False, shape=shape)
+    return Footprint(horizon.name, rim, axes, lines, torn=False)
 
 
 def footprints_of(horizons: Sequence[TriSurface]) -> list[Footprint]:
@@ -108,19 +103,14 @@ def footprints_of(horizons: Sequence[TriSurface]) -> list[Footprint]:
     wholes: dict[tuple[int, int], Footprint] = {}  # by the arrays of coordinates that they share
     for horizon in horizons:
         lattice = horizon.lattice
-        shared = (id(lattice.easting), id(lattice.northing)) if _is_rectangle(lattice) else None
-        if shared is not None and shared in wholes:
-            found.append(replace(wholes[shared], name=horizon.name))
+        if lattice is None or not lattice.whole:
+            found.append(footprint_of(horizon))
             continue
-        found.append(footprint_of(horizon))
-        if shared is not None:
-            wholes[shared] = found[-1]
+        shared = id(lattice.easting), id(lattice.northing)
+        if shared not in wholes:
+            wholes[shared] = footprint_of(horizon)
+        found.append(replace(wholes[shared], name=horizon.name))
     return found
-
-
-def _is_rectangle(lattice: Lattice | None) -> TypeGuard[Lattice]:
-    """Whether a horizon is a grid with all nodes and a cell at least."""
-    return lattice is not None and lattice.whole and min(lattice.shape) > 1
 
 
 def _lines_of(lattice: Lattice) -> tuple[np.ndarray, np.ndarray] | None:
@@ -158,27 +148,12 @@ def _rim_of_mesh(horizon: TriSurface) -> np.ndarray:
 
 def _rim_of_lattice(lattice: Lattice) -> np.ndarray:
     """Links between nodes, and diagonals, with a triangle on one side only."""
-    if _is_rectangle(lattice):
-        return lattice.map_places(_links_around(lattice))
     n_row, n_col = lattice.shape
     step = max(_AT_ONCE // n_col, 1)  # rows
     windows = [_links_in(lattice, low, min(low + step, n_row)) for low in range(0, n_row, step)]
     links = np.concatenate([np.concatenate(parts) for parts in zip(*windows, strict=True)])
     links = links if lattice.right_handed else links[:, ::-1]
     return lattice.map_places(links)
-
-
-def _links_around(lattice: Lattice) -> np.ndarray:
-    """Links (n, 2) around a grid with all nodes, in the order of `_links_in`."""
-    n_row, n_col = lattice.shape
-    columns, rows = np.arange(n_col), n_col * np.arange(n_row)
-    south, north, west, east = columns, columns + rows[-1], rows, rows + n_col - 1
-    sides = (south, 0, 1), (north, 1, 0), (east, 0, 1), (west, 1, 0)
-    both = [(side[:-1], side[1:]) for side, _, _ in sides]
-    links = np.concatenate(
-        [np.stack([one[k], one[m]], axis=1) for one, (_, k, m) in zip(both, sides, strict=True)]
-    )
-    return links if lattice.right_handed else links[:, ::-1]
 
 
 def _links_in(lattice: Lattice, low: int, high: int) -> list[np.ndarray]:

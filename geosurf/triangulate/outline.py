@@ -5,7 +5,6 @@ from __future__ import annotations
 import heapq
 from collections.abc import Callable, Sequence
 from fractions import Fraction
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -519,8 +518,6 @@ def off_the_rims(outline: np.ndarray, horizons: Sequence[TriSurface], what: str)
     True
     """
     size = float(np.ptp(outline, axis=0).max())
-    if all(_is_clear(outline, horizon, NEAR * size) for horizon in horizons):
-        return outline
     along = np.zeros(len(outline), dtype=bool)
     named: dict[str, float] = {}
     for horizon in horizons:
@@ -553,73 +550,20 @@ def off_the_rims(outline: np.ndarray, horizons: Sequence[TriSurface], what: str)
     return found
 
 
-def _is_clear(outline: np.ndarray, horizon: TriSurface, near: float) -> bool:
-    """Whether the axes of a grid show that none of its nodes is just inside a side of a box.
-
-    They do for most realisations, whose grids end at the box. False where they do not show it.
-    """
-    grid = horizon.lattice
-    if grid is None and horizon.torn is not None and horizon.torn.nodes_are_all_there:
-        grid = horizon.torn
-    if grid is None or grid.easting.ndim != 1 or len(outline) != 4:
-        return False
-    low, high = outline.min(axis=0), outline.max(axis=0)
-    # each corner at an end of both axes, and each side along one
-    step = np.roll(outline, -1, axis=0) - outline
-    if not (((outline == low) | (outline == high)).all() and ((step == 0).sum(axis=1) == 1).all()):
-        return False
-    ghosts = getattr(grid, "ghosts", np.empty((0, 3)))
-    for k, nodes in enumerate((grid.easting, grid.northing)):
-        for part in (nodes, ghosts[:, k]):
-            # as `_beside_side` asks, with twice the distance: none is missed by rounding
-            inside = (part > low[k]) & (part < high[k])
-            beside = (part <= low[k] + 2.0 * near) | (part >= high[k] - 2.0 * near)
-            if (inside & beside).any():
-                return False
-    return True
-
-
 def _rim_beside(outline: np.ndarray, horizon: TriSurface, near: float) -> tuple[np.ndarray, float]:
     """Which sides a rim runs along, and how far inside the farthest of these nodes is [m].
 
-    That is 0 if all are exactly on their sides, or outside. Remembered on the horizon for the last
-    outline: scenes of a family have the same.
+    That is 0 if all are exactly on their sides, or outside.
     """
-    key = (outline.tobytes(), near)
-    known = horizon.__dict__.get("_beside")
-    if known is None or known[0] != key:
-        known = horizon.__dict__["_beside"] = key, _found_beside(outline, horizon, near)
-    found: tuple[np.ndarray, float] = known[1]
-    return found
-
-
-def _found_beside(
-    outline: np.ndarray, horizon: TriSurface, near: float
-) -> tuple[np.ndarray, float]:
-    """The same, without memory."""
     along_rim, depth = np.zeros(len(outline), dtype=bool), 0.0
-    # A whole grid that is clearly larger than the area has no rim near it.
-    lattice = horizon.lattice
-    if lattice is not None and lattice.whole and lattice.easting.ndim == 1:
-        west, east, south, north = horizon.bounds[:4]
-        (w, s), (e, n) = outline.min(axis=0), outline.max(axis=0)
-        if west < w - near and e + near < east and south < s - near and n + near < north:
-            return along_rim, depth
-
     rim = _rim(horizon, outline, near)
-    for sides in _straight_runs(outline.tobytes(), near):
+    for sides in straight_runs(outline, near):
         # One node touches a straight run of sides; two or more run along it.
         found = [_beside_side(outline, k, rim, near) for k in sides]
         if len(np.unique(np.concatenate([rows for rows, _ in found]))) > 1:
             along_rim[sides] = True
             depth = max(depth, *(deep for _, deep in found))
     return along_rim, depth
-
-
-@lru_cache(maxsize=8)
-def _straight_runs(outline: bytes, near: float) -> list[list[int]]:
-    """`straight_runs` of corners as bytes: horizons and scenes of a family have the same."""
-    return straight_runs(np.frombuffer(outline).reshape(-1, 2), near)
 
 
 def _beside_side(

@@ -107,9 +107,6 @@ def shared_area(horizons: Sequence[Footprint]) -> SharedArea:
     by_rim = {}
     for horizon in distinct:
         rim = cells.place_of(horizon.rim)
-        if horizon.shape is not None and _runs_around(rim, cells):
-            by_rim[id(horizon.rim)] = np.ones(cells.shape, dtype=bool)
-            continue
         inside = _windings(rim, cells.shape) > 0
         free = inside & ~_entered(rim, cells.shape, cells.slack)
         if horizon.torn:
@@ -167,20 +164,6 @@ def _cells_per_step(size: np.ndarray, rims: Sequence[np.ndarray], aligned: bool)
     # rims along rows and columns keep whole cells; diagonals cut them, and need finer ones
     along = (np.abs(np.diff(rim, axis=1)[:, 0]).min(axis=1) <= 2 * REGULAR for rim in rims)
     return 1.0 if all(one.all() for one in along) else np.ceil(FINE / float(size.max()))
-
-
-def _runs_around(rim: np.ndarray, cells: _MapCells) -> bool:
-    """Whether a closed rim (n, 2, 2) runs along the border of all cells, once, and enters none.
-
-    A curve that stays near the border goes equally often around all cells inside: its area tells.
-    """
-    ends = np.array(cells.shape[::-1])
-    near = np.minimum(np.abs(rim), np.abs(rim - ends)) <= 0.5 * cells.slack
-    within = ((rim >= -0.5 * cells.slack) & (rim <= ends + 0.5 * cells.slack)).all()
-    along = (near[:, 0] & near[:, 1]).any(axis=1).all()  # both ends on the same side
-    (x, y), (u, v) = rim[:, 0].T, rim[:, 1].T
-    total = float(ends.prod())
-    return bool(within and along and abs(0.5 * float((x * v - u * y).sum()) - total) < 0.5 * total)
 
 
 def _windings(rim: np.ndarray, shape: tuple[int, int]) -> np.ndarray:

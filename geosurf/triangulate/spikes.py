@@ -102,13 +102,9 @@ def _check(surface: TriSurface) -> None:
     z = _elevations(surface)
     ends = _extreme_marks(*surface.bounds[4:])
 
-    # A usual distance is no smaller than the least one, which costs less to find.
-    if not ends and _bounded_step(surface) <= _least_spacing(surface):
-        return
-    spacing = _spacing(surface)
-
     # Even the steepest step is below 45 degrees, and no extreme value is a usual mark.
-    if not ends and (_bounded_step(surface) <= spacing or _steepest(surface) <= spacing):
+    spacing = _spacing(surface)
+    if not ends and _steepest(surface) <= spacing:
         return
 
     # Marks that are far from all other values need no neighbours to be recognised.
@@ -236,28 +232,10 @@ def _spacing(surface: TriSurface) -> float:
     return max(spacing, default=0.0)
 
 
-def _least_spacing(surface: TriSurface) -> float:
-    """The larger of the least steps along both axes of a grid [m]; 0 for other surfaces."""
-    lattice = surface.lattice
-    if lattice is None:
-        return 0.0
-    if lattice.easting.ndim == 2:
-        return max(*lattice.map_frame.least_step, 0.0)
-    if not lattice.has_rising_axes:
-        return 0.0
-    axes = [axis for axis in (lattice.northing, lattice.easting) if len(axis) > 1]
-    return max((float(np.diff(axis).min()) for axis in axes), default=0.0)
-
-
 def _along_edges(surface: TriSurface, values: np.ndarray) -> np.ndarray:
     """Differences of values of vertices along the edges of triangles, side by side (3 n,)."""
     t = surface.triangles
     return np.concatenate([values[t[:, (k + 1) % 3]] - values[t[:, k]] for k in range(3)])
-
-
-def _bounded_step(surface: TriSurface) -> float:
-    """No step in elevation between neighbours is larger [m]; of a lattice without its nodes."""
-    return np.inf if surface.lattice is None else surface.lattice.survey.relief
 
 
 def _steepest(surface: TriSurface) -> float:

@@ -127,7 +127,7 @@ def test_what_faults_have_inside_is_what_clipping_leaves(faults, scale):
 def test_in_an_open_box_the_walls_are_blamed(missing):
     walls = [wall for i, wall in enumerate(build_walls(BOX)) if i != missing]
     for corners in BEYOND.values():
-        with pytest.raises(OpenUnitError, match=r"the model box is open: wall '.*Pass all six"):
+        with pytest.raises(OpenUnitError, match=r"walls of the model are open: wall '.*its six"):
             carve_units(rebuild_surfaces([sheet("F1", corners), *walls]))
 
 

@@ -15,14 +15,7 @@ from geosurf.conventions import rising_diagonal
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.model import Lattice
 from geosurf.triangulate.footprint import footprint_of
-from geosurf.triangulate.outline import (
-    NEAR,
-    _found_beside,
-    _is_clear,
-    off_the_rims,
-    signed_area,
-    with_fewer_corners,
-)
+from geosurf.triangulate.outline import off_the_rims, signed_area, with_fewer_corners
 from geosurf.triangulate.shared_area import shared_area
 
 
@@ -287,28 +280,6 @@ def test_a_horizon_that_ends_farther_inside_still_leaks():
     middle = corners.mean(axis=0)
     with pytest.raises(gs.errors.OpenUnitError, match="Shrink"):
         _ = gs.Scene({"T": grid}, {}, aoi=middle + 1.001 * (corners - middle)).units
-
-
-def test_grids_that_are_clear_of_a_box_by_their_axes_are_not_searched():
-    """Wherever axes show that no node is just inside, the search of the rim finds none, either."""
-    rng, seen = np.random.default_rng(3), []
-    x, y = np.arange(0.0, 301.0, 50.0), np.arange(0.0, 201.0, 50.0)
-    coords = {"northing": y, "easting": x}
-    attrs = {"units": "m", "positive": "up"}
-    grid = xr.DataArray(np.full((5, 7), -1700.0), coords, ("northing", "easting"), attrs=attrs)
-    for whole in (True, False):
-        grid[2, 3] = -1700.0 if whole else np.nan
-        surface = gs.triangulate_horizon(grid, name="T")
-        for _ in range(200):
-            off = rng.choice([0.0, 1e-9, -1e-9, 1e-4, -1e-4, 20.0, -20.0], 4)
-            west, east, south, north = np.array([0.0, 300.0, 0.0, 200.0]) + off
-            ring = np.array([(west, south), (east, south), (east, north), (west, north)])
-            near = NEAR * float(np.ptp(ring, axis=0).max())
-            clear = _is_clear(ring, surface, near)
-            assert not clear or _found_beside(ring, surface, near)[1] == 0.0
-            seen.append(clear)
-    assert 0.1 < np.mean(seen) < 0.9
-    assert not _is_clear(ring[[0, 1, 3, 2]], surface, near)  # sides that are no rectangle's
 
 
 # ---- Horizons of one survey: 2-D coordinates are read and held once, and results do not show
