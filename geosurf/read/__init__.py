@@ -12,9 +12,8 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from geosurf.conventions import is_word
 from geosurf.conventions.checks import no_data_in
-from geosurf.errors import FormatError, InputError
+from geosurf.errors import FormatError
 from geosurf.lazy import lazily
 from geosurf.lazy import xarray as xr
 from geosurf.model.expected import name_of
@@ -28,6 +27,7 @@ from geosurf.read.registry import (
     POINT_FORMATS,
     POLYGON_FORMATS,
     reader_of,
+    refuse_columns,
 )
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -203,12 +203,7 @@ def read_fault(
     path, key, read = reader_of(path, FAULT_FORMATS, format, "read_fault")
     if name is not None:
         name = name_of(name, "fault")
-    tables = ("sticks", "geojson", "shapefile", "attributes")
-    if key not in tables and (columns is not None or not is_word(decimal, (".",))):
-        raise InputError(
-            f"{path}: columns= and decimal= apply to fault sticks, but this file is {key}. "
-            "Leave them out."
-        )
+    refuse_columns(path, key, columns, decimal)
     return read(path, Request(name, positive, length_unit, columns, decimal))
 
 
@@ -309,7 +304,8 @@ def read_points(
     >>> read_points(file, positive="down", columns=(3, 4, 5)).easting.values
     array([777574.2])
     """
-    path, _, read = reader_of(path, POINT_FORMATS, format, "read_points")
+    path, key, read = reader_of(path, POINT_FORMATS, format, "read_points")
+    refuse_columns(path, key, columns, decimal)
     return read(path, Request(None, positive, length_unit, columns, decimal))
 
 
@@ -364,7 +360,8 @@ def read_polygons(
     >>> read_polygons(file)[0].shape
     (3, 3)
     """
-    path, _, read = reader_of(path, POLYGON_FORMATS, format, "read_polygons")
+    path, key, read = reader_of(path, POLYGON_FORMATS, format, "read_polygons")
+    refuse_columns(path, key, columns, decimal)
     if name is not None:
         name = name_of(name, "line")
     found: list[np.ndarray] = read(path, Request(name, positive, length_unit, columns, decimal))

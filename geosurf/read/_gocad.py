@@ -201,15 +201,14 @@ class Draft:
     def flush(self) -> None:
         """Turn words of vertices into numbers."""
         # Words of a vertex become numbers in bulk; lines serve for errors only.
-        rows = [self.words[k : k + 3] for k in range(0, len(self.words), 3)]
-        if rows:
-            self.points.append(number_rows(rows, self.lines, self.path, "x, y or z"))
+        if self.words:
+            self.points.append(number_rows(self.words, self.lines, self.path, "x, y or z"))
         if self.pending:
             # rows of vertices that have values: VRTX and PVRTX may be mixed
             numbered, lines, values = zip(*self.pending, strict=True)
             self.valued.append(np.array(numbered, dtype=np.int64))
-            what = "value of a property"
-            self.values.append(number_rows(list(values), lines, self.path, what))
+            flat = [word for row in values for word in row]
+            self.values.append(number_rows(flat, lines, self.path, "value of a property"))
         self.words, self.lines, self.pending = [], [], []
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from geosurf.conventions import FAULT_DIMS, first_given
 from geosurf.conventions.crs import EPSG, crs_of, label, proj_system, refuse_other_units
-from geosurf.errors import FormatError, InputError, SurfaceError
+from geosurf.errors import FormatError, SurfaceError
 from geosurf.lazy import xarray as xr
 from geosurf.model import TriSurface
 from geosurf.read._common import Request, agreed_scale, agreed_sign, noted
@@ -211,12 +211,3 @@ def fault_dataset(nodes: np.ndarray, name: str, source: str, crs: str | None) ->
     stated = {} if crs is None else {"crs": crs}
     attrs = {"name": name, "source": source, **stated}
     return xr.Dataset(_axes(nodes, FAULT_DIMS), attrs=attrs)
-
-
-def refuse_columns(path: Path, format_: str, request: Request) -> None:
-    """Refuse arguments that apply to tables of text only."""
-    if request.columns is not None or request.decimal != ".":
-        raise InputError(
-            f"{path}: columns= and decimal= apply to tables of text, but this is {format_}. Leave "
-            "them out."
-        )

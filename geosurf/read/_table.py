@@ -12,17 +12,18 @@ from __future__ import annotations
 
 import csv
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from geosurf.conventions import did_you_mean
 from geosurf.conventions.axes import USUAL
 from geosurf.errors import FormatError, InputError
 from geosurf.model.expected import listed
-from geosurf.read._common import COMMA, TextBlocks, is_number, noted, number, numbers
+from geosurf.read._common import COMMA, TextBlocks, is_number, noted, number_rows
 from geosurf.read._guard import damaged
 
 # ---- columns ----------------------------------------
@@ -102,9 +103,9 @@ class Draft:
                     "Correct columns=."
                 )
             else:
-                known = usual if word is None else (word,)
-                found = [name for name in known if header is not None and name in header]
-                self.more.append((header or []).index(found[0]) if found else None)
+                self.more.append(
+                    first_column(header or (), usual if word is None else (str(word),))
+                )
         self.words = [[] for _ in self.spellings]
 
     def take(self, words: list[str], lines: Any) -> None:
@@ -115,17 +116,7 @@ class Draft:
         lines = np.asarray(lines, dtype=np.int64)
         if self.decimal == ",":
             words = [_with_point(self.path, lines[k // 3], word) for k, word in enumerate(words)]
-
-        # All words at once; one by one only to name the first that is wrong.
-        values = numbers(words)
-        if values is None:  # report the first invalid one
-            values = np.array(
-                [
-                    number(word, self.path, lines[k // 3], "x, y or z")
-                    for k, word in enumerate(words)
-                ]
-            )
-        self.points.append(values.reshape(-1, 3))
+        self.points.append(number_rows(words, lines, self.path, "x, y or z"))
         self.lines.append(lines)
 
     def table(self) -> Table:
@@ -297,38 +288,58 @@ def named_places(draft: Draft, header: list[str], line: int) -> list[int]:
             )
         return places
 
-    # Each axis needs exactly one column with a known name.
-    if draft.columns is None:
-        return [named_column(draft.path, header, axis, line) for axis in USUAL]
-    at = []
-    for k, axis in enumerate(USUAL):
-        at.append(_one_column(draft.path, header, axis, draft.columns[k : k + 1], line))
-    return at
+    spelled = USUAL if draft.columns is None else dict(zip(USUAL, draft.columns, strict=False))
+    return columns_of_places(f"{draft.path}, line {line}", header, spelled)
 
 
-def named_column(path: Path, header: list[str], axis: str, line: int = 1) -> int:
-    """Where x, y or z is in a header of lower case, by its usual names."""
-    return _one_column(path, header, axis, USUAL[axis], line)
+def columns_of_places(where: str, header: Sequence[str], spelled: Mapping[str, Any]) -> list[int]:
+    """Return where x, y and z are in a header of lower case, by one name or several of each."""
+    letters, remedy = "".join(header), "Rename the columns, or set columns=."
+    if any(map(str.isdigit, letters)) and not any(map(str.isalpha, letters)):
+        remedy = (
+            "These are numbers: write the names of the columns on a line above, such as X,Y,Z. "
+            "Decimal commas need another separator than commas."
+        )
+    return [one_column(where, header, header, *one, remedy) for one in spelled.items()]
 
 
-def _one_column(
-    path: Path, header: list[str], axis: str, spellings: Sequence[Any], line: int
+def one_column(
+    where: str, header: Sequence[str], plain: Sequence[str], what: str, spellings: Any, remedy: str
 ) -> int:
-    """The one column that has one of some names."""
-    found = [i for i, word in enumerate(header) if word in spellings]
+    """
+    Return the one column that has one of some names.
+
+    Parameters
+    ----------
+    where : str
+        File, and line where it is known.
+    header, plain : sequence of str
+        Names of the columns as they are written, and as they are compared.
+    what : str
+        What the column holds.
+    spellings : str or sequence of str
+    remedy : str
+        What to do where there is none, or more than one.
+
+    Raises
+    ------
+    FormatError
+    """
+    names = (spellings,) if isinstance(spellings, str) else spellings
+    found = [k for k, word in enumerate(plain) if word in names]
     if len(found) != 1:
-        letters = "".join(header)
-        if any(map(str.isdigit, letters)) and not any(map(str.isalpha, letters)):
-            raise FormatError(
-                f"{path}, line {line}: found numbers, expected the names of columns. Write them on "
-                "a line above, such as X,Y,Z; decimal commas need another separator than commas."
-            )
+        there = ", ".join(map(repr, header)) or "no header"
+        guess = "" if found else did_you_mean(names[0], plain)
         raise FormatError(
-            f"{path}, line {line}: found {len(found)} columns for {axis} in {header}, expected one "
-            f"of {', '.join(map(str, spellings))} (upper or lower case). Rename the columns, or "
-            "set columns=."
+            f"{where}: found {len(found)} columns for {what} in {there}, expected one of "
+            f"{', '.join(names)} (upper or lower case).{guess} {remedy}"
         )
     return found[0]
+
+
+def first_column(header: Sequence[str], spellings: Sequence[str]) -> int | None:
+    """Return the column that has the first of some names that a header has, if any."""
+    return next((header.index(word) for word in spellings if word in header), None)
 
 
 ROWS = 50_000  # of csv that are taken apart at a time

@@ -47,6 +47,16 @@ STRANGE = "geosurf knows no format with this content or suffix; docs/formats.md 
 SCENARIO = "This looks like a scenario, no data: `geosurf validate` lists its mistakes."
 
 
+READ_WITH = {
+    **OF_ONE_FUNCTION,
+    "model3d": "read_units",
+    "pline": "read_polygons or read_fault",
+    "vset": "read_points",
+    "charisma": "read_fault",
+    "cps3_lines": "read_polygons or read_fault",
+}
+
+
 @dataclass(frozen=True)
 class FileInfo:
     """
@@ -174,8 +184,6 @@ def kind_of_file(path: Path) -> tuple[str, str]:
         return key, "read_horizon or read_fault"
     if key == "resqml":
         return key, _resqml_function(path)
-    if key == "model3d":
-        return key, "read_units"
     if key == "las":
         return key, "read_tops" if holds_tops(path) else "read_points"
     if key == "attributes" and WELL.search(head_of(path)) and HORIZON.search(head_of(path)):
@@ -185,15 +193,8 @@ def kind_of_file(path: Path) -> tuple[str, str]:
         return key, "read_polygons or read_fault" if ends else "read_points"
     if key in ("geojson", "shapefile"):
         return key, "read_points" if _holds_points(path) else "read_polygons or read_fault"
-    other = {
-        **OF_ONE_FUNCTION,
-        "pline": "read_polygons or read_fault",
-        "vset": "read_points",
-        "charisma": "read_fault",
-        "cps3_lines": "read_polygons or read_fault",
-    }
-    if key in other:
-        return key, other[key]
+    if key in READ_WITH:
+        return key, READ_WITH[key]
 
     # tables of numbers have no signature: names of columns and end marks decide
     head = head_of(path)

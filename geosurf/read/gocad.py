@@ -16,9 +16,11 @@ What files in the wild do, and what is done with it:
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -31,7 +33,7 @@ from geosurf.model.base import in_crs_of
 from geosurf.read._common import Request, check_name, integer, is_looking, noted, number, read_text
 from geosurf.read._gocad import Draft, Header, Line, bodies, fill, row_of
 from geosurf.read._guard import damaged, read_bytes, refuse_large
-from geosurf.read._placed import fault_dataset, points_dataset, refuse_columns
+from geosurf.read._placed import fault_dataset, points_dataset
 from geosurf.read.grids import nodes_from_places
 from geosurf.warning import warn
 
@@ -56,7 +58,6 @@ def read_vset(path: Path, request: Request) -> xr.Dataset:
     request : Request
         `positive`: For files without ZPOSITIVE; default ``"up"``, the default of GOCAD.
         `length_unit`: Unit of elevations, for files without AXIS_UNIT; default ``"m"``.
-        `columns`, `decimal`: Of tables of text only.
 
     Returns
     -------
@@ -68,7 +69,7 @@ def read_vset(path: Path, request: Request) -> xr.Dataset:
     FormatError
         If the file has no VSet, is cut short, or a line cannot be understood.
     InputError
-        If `positive` or `length_unit` contradicts the file, or `columns` is given.
+        If `positive` or `length_unit` contradicts the file.
 
     Examples
     --------
@@ -78,7 +79,6 @@ def read_vset(path: Path, request: Request) -> xr.Dataset:
     >>> read_vset(file, Request()).elevation.values
     array([7., 1.])
     """
-    refuse_columns(path, "a GOCAD file", request)
     drafts = [draft for draft, _ in _objects(path, "vset")]
     parts = [_places(draft, request) for draft in drafts]
     return points_dataset(np.concatenate(parts), path.name, _crs(path, drafts))
@@ -92,7 +92,7 @@ def read_pline(path: Path, request: Request) -> list[np.ndarray]:
     ----------
     path : pathlib.Path
     request : Request
-        `positive`, `length_unit`, `columns`, `decimal`: As for `read_vset`.
+        `positive`, `length_unit`: As for `read_vset`.
         `name`: Only the lines of the object of this name.
 
     Returns
@@ -105,7 +105,7 @@ def read_pline(path: Path, request: Request) -> list[np.ndarray]:
     FormatError
         If the file has no PLine or no segments, is cut short, or a line cannot be understood.
     InputError
-        If `positive` or `length_unit` contradicts the file, or `columns` is given.
+        If `positive` or `length_unit` contradicts the file.
 
     Examples
     --------
@@ -115,17 +115,7 @@ def read_pline(path: Path, request: Request) -> list[np.ndarray]:
     >>> read_pline(file, Request())[0].tolist()
     [[0.0, 0.0, 5.0], [9.0, 0.0, 5.0]]
     """
-    refuse_columns(path, "a GOCAD file", request)
-    lines, names = [], []
-    for draft, segments in _objects(path, "pline"):
-        names.append(draft.header.name or path.stem)
-        points = _places(draft, request)
-        if request.name in (None, names[-1]):
-            lines += [points[rows] for rows in _chains(segments)]
-    check_name(path, names, request.name)
-    if not lines:
-        raise damaged(f"{path}: the file has no segments (SEG)")
-    return lines
+    return _lines(path, request)[0]
 
 
 def read_pline_sticks(path: Path, request: Request) -> FaultSticks:
@@ -148,9 +138,23 @@ def read_pline_sticks(path: Path, request: Request) -> FaultSticks:
     FormatError, InputError
         As `read_pline`.
     """
-    lines = read_pline(path, request)
+    lines, drafts = _lines(path, request)
     made = FaultSticks(request.named(path), tuple(lines))
-    return in_crs_of(made, [_Declared(crs_of_gocad_lines(path))])
+    return in_crs_of(made, [SimpleNamespace(crs=_crs(path, drafts))])
+
+
+def _lines(path: Path, request: Request) -> tuple[list[np.ndarray], list[Draft]]:
+    """Lines of all PLine, or of those of a name, and the objects of the file."""
+    lines, drafts = [], []
+    for draft, segments in _objects(path, "pline"):
+        drafts.append(draft)
+        points = _places(draft, request)
+        if request.name in (None, draft.header.name or path.stem):
+            lines += [points[rows] for rows in _chains(segments)]
+    check_name(path, [draft.header.name or path.stem for draft in drafts], request.name)
+    if not lines:
+        raise damaged(f"{path}: the file has no segments (SEG)")
+    return lines, drafts
 
 
 def crs_of_gocad_lines(path: Path) -> str | None:
@@ -166,13 +170,6 @@ def crs_of_gocad_lines(path: Path) -> str | None:
         If they declare several.
     """
     return _crs(path, [draft for draft, _ in _objects(path, "pline")])
-
-
-@dataclass(frozen=True)
-class _Declared:
-    """What `in_crs_of` looks at."""
-
-    crs: str | None
 
 
 def _crs(path: Path, drafts: list[Draft]) -> str | None:
@@ -251,6 +248,7 @@ def _chains(segments: list[tuple[int, int]]) -> list[list[int]]:
 
 
 NULL = 1e20  # coordinates from here on are undefined
+WIDE = re.compile(r"\bdouble_precision_binary\s*:\s*on\b", re.IGNORECASE)
 
 
 @dataclass
@@ -258,30 +256,27 @@ class SGrid:
     """What the header of one grid states."""
 
     path: Path
-    header: Header = field(default_factory=Header)
+    header: Header
     shape: tuple[int, ...] = ()
     words: dict[str, str] = field(default_factory=dict)  # of the files
     wide: bool = False  # float64
 
-    def take(self, i: int, words: list[str], inside: bool) -> None:
-        """Read one line; `inside` of the braces of HEADER."""
-        key = words[0].upper()
-        if inside:
-            text = " ".join(words)
-            self.header.take_brace_line(text)
-            name, _, value = text.lower().partition(":")
-            self.wide |= name.strip() == "double_precision_binary" and value.strip() == "on"
-        elif key == "AXIS_N":
-            self.shape = tuple(integer(word, self.path, i, "AXIS_N") for word in words[1:4])
-            if len(self.shape) != 3 or min(self.shape) < 1:
-                raise damaged(
-                    f"{self.path}, line {i}: AXIS_N is {' '.join(words[1:])!r}, expected three "
-                    "numbers of nodes"
-                )
-        elif key in ("POINTS_FILE", "POINTS_OFFSET", "ASCII_DATA_FILE", "FLAGS_FILE"):
-            self.words[key] = " ".join(words[1:])
-        else:
-            self.header.take_line(self.path, i, words)
+    def without_own(self, body: Iterator[Line]) -> Iterator[Line]:
+        """Lines of an object except those that only grids have, which are taken here."""
+        for i, words in body:
+            key = words[0].upper()
+            if key == "AXIS_N":
+                self.shape = tuple(integer(word, self.path, i, "AXIS_N") for word in words[1:4])
+                if len(self.shape) != 3 or min(self.shape) < 1:
+                    raise damaged(
+                        f"{self.path}, line {i}: AXIS_N is {' '.join(words[1:])!r}, expected three "
+                        "numbers of nodes"
+                    )
+            elif key in ("POINTS_FILE", "POINTS_OFFSET", "ASCII_DATA_FILE", "FLAGS_FILE"):
+                self.words[key] = " ".join(words[1:])
+            else:
+                self.wide |= WIDE.search(" ".join(words)) is not None
+                yield i, words
 
     def companion(self, key: str) -> Path:
         """A file next to the header."""
@@ -387,28 +382,17 @@ def _nodes(path: Path, request: Request) -> tuple[SGrid, np.ndarray]:
 
 def _header(path: Path) -> SGrid:
     """The header of the first SGrid of a file."""
-    _, body = next(bodies(path, read_text(path, final_line_end=False), "sgrid"))
-    grid, inside = SGrid(path), False
-    for i, words in body:
-        inside |= words[0].upper() == "HEADER" or words[0].upper().startswith("HEADER{")
-        _take(grid, i, words, inside)
-        inside = inside and not words[-1].endswith("}")
+    text = read_text(path, final_line_end=False)
+    line, body = next(bodies(path, text, "sgrid"))
+    draft = Draft(path, len(text), line)
+    grid = SGrid(path, draft.header)
+    fill(draft, grid.without_own(body))
     if not grid.shape or not {"POINTS_FILE", "ASCII_DATA_FILE"} & set(grid.words):
         raise damaged(
             f"{path}: the SGrid has no line AXIS_N, or no file of points (POINTS_FILE, "
             "ASCII_DATA_FILE)"
         )
     return grid
-
-
-def _take(grid: SGrid, i: int, words: list[str], inside: bool) -> None:
-    """Take a line without the word HEADER and braces."""
-    if inside:
-        words = [
-            word.strip("{}") for word in words if word.upper().strip("{}") not in ("HEADER", "")
-        ]
-    if words:
-        grid.take(i, words, inside)
 
 
 def _nodes_of_file(grid: SGrid, expected: int) -> np.ndarray:

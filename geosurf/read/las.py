@@ -21,7 +21,7 @@ from geosurf.lazy import xarray as xr
 from geosurf.read._common import Request, is_number, noted, number, read_text
 from geosurf.read._guard import damaged
 from geosurf.read._placed import points_dataset
-from geosurf.read._table import checked_columns
+from geosurf.read._table import checked_columns, first_column
 
 # NAME.UNIT value : description
 LINE = re.compile(r"\s*([^.\s][^.]*?)?\s*\.(\S*)\s*(.*?)\s*(?::[^:]*)?$")
@@ -127,10 +127,7 @@ def tops_of_las(
         )
     well = _well_path(path, sections, request)
     header = [word.lower() for word in section.words]
-    places = {
-        key: next((header.index(word) for word in usual if word in header), None)
-        for key, usual in TOPS.items()
-    }
+    places = {key: first_column(header, usual) for key, usual in TOPS.items()}
     if None in places.values():
         raise FormatError(
             f"{path}: the columns of ~Tops are {', '.join(header)}, expected TOPN (name) and TOPT "
@@ -254,10 +251,7 @@ def _curves(path: Path, names: list[str], columns: Any) -> dict[str, int]:
     spellings = dict(CURVES)
     given = checked_columns(columns, ("easting", "northing", "z"), "('X', 'Y', 'TVDSS')")
     spellings |= {key: (str(word),) for key, word in zip("xyz", given or (), strict=False)}
-    at = {
-        key: next((header.index(word) for word in usual if word in header), None)
-        for key, usual in spellings.items()
-    }
+    at = {key: first_column(header, usual) for key, usual in spellings.items()}
     missing = [key for key, place in at.items() if place is None]
     if missing:
         raise FormatError(

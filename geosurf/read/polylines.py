@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions.axes import LABELS
+from geosurf.conventions.axes import LABELS, USUAL
 from geosurf.errors import FormatError, InputError
 from geosurf.lazy import xarray as xr
 from geosurf.model import FaultSticks
@@ -30,13 +30,14 @@ from geosurf.read._common import (
     warn_of_end,
 )
 from geosurf.read._guard import damaged
-from geosurf.read._placed import points_dataset, refuse_columns
+from geosurf.read._placed import points_dataset
 from geosurf.read._table import (
     END_MARK,
     Table,
     checked_columns,
     checked_decimal,
-    named_column,
+    columns_of_places,
+    first_column,
     read_table,
 )
 from geosurf.read.features import features
@@ -126,9 +127,7 @@ def read_attribute_polygons(path: Path, request: Request) -> list[np.ndarray]:
     FormatError, InputError
         As `read_attribute_points`.
     """
-    layout, table = _table(path, request.columns, request.decimal)
-    unit = request.length_unit if layout.length_unit is None else layout.length_unit
-    return polylines_from(path, parts_of(path, table), replace(request, length_unit=unit))
+    return polylines_from(path, *_attribute_parts(path, request))
 
 
 def read_attribute_sticks(path: Path, request: Request) -> FaultSticks:
@@ -151,9 +150,14 @@ def read_attribute_sticks(path: Path, request: Request) -> FaultSticks:
     FormatError, InputError
         As `read_attribute_points`.
     """
+    return sticks_from(path, *_attribute_parts(path, request))
+
+
+def _attribute_parts(path: Path, request: Request) -> tuple[list[Part], Request]:
+    """Lines as they stand in the file, and what is asked, with the unit that the file states."""
     layout, table = _table(path, request.columns, request.decimal)
     unit = request.length_unit if layout.length_unit is None else layout.length_unit
-    return sticks_from(path, parts_of(path, table), replace(request, length_unit=unit))
+    return parts_of(path, table), replace(request, length_unit=unit)
 
 
 def _table(path: Path, columns: Any, decimal: Any) -> tuple[Layout, Table]:
@@ -173,7 +177,7 @@ def _table(path: Path, columns: Any, decimal: Any) -> tuple[Layout, Table]:
     header = [word.lower() for word in layout.header or ()]
     more: list[list[str] | None] = []
     for usual in (LABELS, NAMES):
-        place = next((header.index(word) for word in usual if word in header), None)
+        place = first_column(header, usual)
         more.append(None if place is None else [_word(words, place) for _, words in layout.rows])
     noted("columns", f"easting, northing, z are columns {', '.join(str(k + 1) for k in places)}")
     noted("attributes", ", ".join((layout.header or [])[3:]) or "none")
@@ -189,7 +193,7 @@ def _places(path: Path, layout: Layout, columns: Any) -> list[int]:
     """Columns of x, y and z."""
     header = [word.lower() for word in layout.header or ()]
     if columns is None:
-        return [named_column(path, header, axis) for axis in "xyz"]
+        return columns_of_places(f"{path}, line 1", header, USUAL)
     words = checked_columns(columns, ("easting", "northing", "z"), "('X', 'Y', 'Z')")
     if not set(words or ()) <= set(header):
         raise InputError(f"{path}: columns is {columns!r}, expected names of {', '.join(header)}.")
@@ -423,7 +427,6 @@ def read_cps3_polygons(path: Path, request: Request) -> list[np.ndarray]:
     request : Request
         `name`: Only the lines of this name.
         `positive`, `length_unit`: As for `read_polylines`.
-        `columns`, `decimal`: Not for this format, whose columns are fixed.
 
     Returns
     -------
@@ -443,7 +446,6 @@ def read_cps3_polygons(path: Path, request: Request) -> list[np.ndarray]:
     >>> [len(line) for line in read_cps3_polygons(file, Request())]
     [3]
     """
-    refuse_columns(path, "a file of CPS-3 lines", request)
     return polylines_from(path, _lines(path), request)
 
 

@@ -16,8 +16,8 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from geosurf.conventions import check_word, did_you_mean
-from geosurf.errors import FormatError
+from geosurf.conventions import check_word, did_you_mean, is_word
+from geosurf.errors import FormatError, InputError
 from geosurf.model.expected import path_of
 from geosurf.read._guard import damaged, is_zarr, opened
 from geosurf.read.grids.node_lists import looks_like_ijxyz
@@ -116,6 +116,25 @@ def known_formats() -> dict[str, Formats]:
         "read_points": POINT_FORMATS,
         "read_polygons": POLYGON_FORMATS,
     }
+
+
+# formats with columns: tables of text, and those where columns= names attributes or curves
+WITH_COLUMNS = ("sticks", "polygons", "xyz", "attributes", "geojson", "shapefile", "las")
+
+
+def refuse_columns(path: Path, key: str, columns: Any, decimal: Any) -> None:
+    """
+    Refuse ``columns=`` and ``decimal=`` for a format that has no columns.
+
+    Raises
+    ------
+    InputError
+    """
+    if key not in WITH_COLUMNS and (columns is not None or not is_word(decimal, (".",))):
+        raise InputError(
+            f"{path}: columns= and decimal= apply to tables of text, but this is "
+            f"{TITLES.get(key, key)}. Leave them out."
+        )
 
 
 def _who_reads(suffix: str) -> str:
@@ -269,7 +288,7 @@ DXF = re.compile(rb"\A\s*(?:999[ \t]*\r?\n[^\n]*\n\s*)*0[ \t]*\r?\n\s*SECTION\b"
 # the header of a horizon, or of fault segments
 IESX = re.compile(rb"\A\s*PROFILE\b[^\n]*\bTYPE[ \t]+\d|^[ \t]*SNAPPING PARAMETERS\b", re.M)
 GOCAD = r"(?:#[^\n]*\n\s*)*GOCAD[ \t]+"
-SGRID = _text(r"(?:#[^\n]*\n\s*)*GOCAD[ \t]+SGrid\b")
+SGRID = _text(GOCAD + r"SGrid\b")
 # name of the format -> test of the first bytes; names of formats as in `geosurf.read`
 SIGNATURES: dict[str, Callable[[bytes], bool]] = {
     "irap": _is_irap,
@@ -285,10 +304,7 @@ SIGNATURES: dict[str, Callable[[bytes], bool]] = {
     ),
     "earthvision": _comments(rb"Grid_size:\s*\d", rb"Grid_space:"),
     "netcdf": lambda head: head.startswith((b"CDF\x01", b"CDF\x02", b"CDF\x05", b"\x89HDF\r\n")),
-    "tsurf": _text(r"(?:#[^\n]*\n\s*)*GOCAD[ \t]+TSurf\b"),
-    "model3d": _text(r"(?:#[^\n]*\n\s*)*GOCAD[ \t]+Model3d\b"),
-    "pline": _text(r"(?:#[^\n]*\n\s*)*GOCAD[ \t]+PLine\b"),
-    "vset": _text(r"(?:#[^\n]*\n\s*)*GOCAD[ \t]+VSet\b"),
+    **{key: _text(rf"{GOCAD}{key}\b") for key in ("tsurf", "model3d", "pline", "vset")},
     "vtp": lambda head: b"<VTKFile" in head and re.search(rb"type=.PolyData.", head) is not None,
     # other data sets of this kind go to meshio by their suffix
     "vtk": lambda head: VTK.match(head) is not None,

@@ -40,7 +40,7 @@ from geosurf.read.model3d import (
     welded,
 )
 from geosurf.read.registry import detect
-from geosurf.read.resqml import Package, every, find, kind, open_package, values_of
+from geosurf.read.resqml import Package, every, kind, open_package, values_of, word_of
 from geosurf.read.resqml.representations import (
     FRAMEWORK,
     MESH,
@@ -570,13 +570,13 @@ def _metadata(package: Package, node: Element, name: str) -> list[Any]:
     """What geosurf wrote about an object, in the order of the file."""
     found: list[Any] = []
     for one in every(node, "ExtraMetadata"):
-        key = find(one, "Name")
-        if key is None or key.text != f"geosurf.{name}":
+        key = word_of(one, "Name")
+        if key != f"geosurf.{name}":
             continue
         try:
             found.append(json.loads(package.text(one, "Value")))
         except (ValueError, RecursionError) as error:
-            raise package.damaged(f"the metadata {key.text!r} is damaged") from error
+            raise package.damaged(f"the metadata {key!r} is damaged") from error
     return found
 
 

@@ -30,7 +30,7 @@ from geosurf.read._common import (
     read_text,
 )
 from geosurf.read._guard import damaged
-from geosurf.read._table import checked_columns, checked_decimal
+from geosurf.read._table import checked_columns, checked_decimal, one_column
 from geosurf.read.las import tops_of_las
 from geosurf.read.registry import detect, refuse_foreign
 from geosurf.warning import warn
@@ -254,22 +254,17 @@ def _places(path: Path, layout: Layout, columns: Any, usual: Usual = USUAL) -> P
             spelled["well"] = ("name",)  # only where no better column is there
     found = {}
     for key, spellings in spelled.items():
-        at = [k for k, word in enumerate(words) if word in spellings]
-        below = key in PLACES and not at and any(word in MEASURED for word in words)
-        names = ", ".join(layout.header)
+        lacks = key in PLACES and not any(word in spellings for word in words)
+        below = lacks and any(word in MEASURED for word in words)
         if below:
             raise FormatError(
                 f"{path}: the file has depths below the rig (MD or TVD), but no places with "
-                f"elevation or depth below sea level; its columns are {names}. Export the tops "
-                "with X, Y and Z or TVDSS. If they have MD, pass wells=gs.read_wells(...)."
+                "elevation or depth below sea level; its columns are "
+                f"{', '.join(layout.header)}. Export the tops with X, Y and Z or TVDSS. If they "
+                "have MD, pass wells=gs.read_wells(...)."
             )
-        if len(at) != 1:
-            raise FormatError(
-                f"{path}: found {len(at)} columns for {key} in {names}; expected one of "
-                f"{', '.join(spellings)}.{'' if at else did_you_mean(spellings[0], words)} Set "
-                f"columns=, as in columns={example}."
-            )
-        found[key] = at[0]
+        remedy = f"Set columns=, as in columns={example}."
+        found[key] = one_column(str(path), layout.header, words, key, spellings, remedy)
     return found
 
 

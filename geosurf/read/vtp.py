@@ -334,6 +334,11 @@ def _surface(
     # Corners of each piece count from its own first point.
     for piece in pieces:
         piece_points = _points(file, piece)
+        if piece.get("NumberOfPoints") != str(len(piece_points)):
+            raise damaged(
+                f"{file.path}: found {len(piece_points)} points, expected "
+                f"{piece.get('NumberOfPoints')}"
+            )
         cells = cells_of(file, piece, len(piece_points))
         triangles.append(cells + n_point if n_point else cells)
         columns.append(_point_data(file, piece, len(piece_points)))
@@ -379,7 +384,6 @@ def _points(file: XmlFile, piece: Element) -> np.ndarray:
 
 def _polys(file: XmlFile, piece: Element, n_point: int) -> np.ndarray:
     """Triangles (n, 3) of a piece; quads are split."""
-    _refuse_other_count(file, piece, n_point)
     if file.whole_number(piece, "NumberOfStrips", 0):
         raise FormatError(
             f"{file.path}: found triangle strips, expected triangles. "
@@ -395,7 +399,6 @@ def _polys(file: XmlFile, piece: Element, n_point: int) -> np.ndarray:
 
 def _cells(file: XmlFile, piece: Element, n_point: int) -> np.ndarray:
     """Triangles (n, 3) of a piece of an UnstructuredGrid; quads are split, lines ignored."""
-    _refuse_other_count(file, piece, n_point)
     if piece.get("NumberOfCells") in (None, "0"):
         return np.empty((0, 3), dtype=np.int64)
     corners, ends = _corners_and_ends(file, piece, "Cells", "NumberOfCells")
@@ -425,13 +428,6 @@ def _cells(file: XmlFile, piece: Element, n_point: int) -> np.ndarray:
             f"{file.path}: cell {odd[0]} has {count[odd[0]]} corners, expected {wanted[odd[0]]}"
         )
     return triangles_of_cells(file.path, corners, ends[surface], count[surface], n_point)
-
-
-def _refuse_other_count(file: XmlFile, piece: Element, n_point: int) -> None:
-    if piece.get("NumberOfPoints") != str(n_point):
-        raise damaged(
-            f"{file.path}: found {n_point} points, expected {piece.get('NumberOfPoints')}"
-        )
 
 
 def _corners_and_ends(

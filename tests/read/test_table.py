@@ -98,7 +98,7 @@ def test_law_decimal_commas_are_refused_or_read(tmp_path_factory, rows, sign):
         ("a.dat", "460000,25 5930000,5 1700,1\n", r"the comma in '460000,25'.*decimal=','"),
         ("a.dat", "460,000.25 5,930,000.5 1,700.1\n", r"the comma in '460,000.25'"),
         ("a.csv", 'X,Y,Z\n"1,5","2,5","3,5"\n', r"line 2: found '1,5'.*decimal=','"),
-        ("a.csv", "1,2,3\n", r"line 1: found numbers, expected the names of columns"),
+        ("a.csv", "1,2,3\n", r"line 1: found 0 columns for x in '1'.*These are numbers: write"),
         ("a.xyz", "1_000 0 5\n", r"line 1: found '1_000', expected a number"),
         ("a.xyz", "\u0661 0 5\n", r"line 1: found '\u0661', expected a number"),
         ("a.xyz", "\ufeff", r"contains only white space"),
@@ -141,7 +141,7 @@ def test_sticks_and_outlines_have_columns_too(tmp_path):
     lines = gs.read_polygons(path, positive="up", columns=(2, 3, 4))
     assert [line.tolist() for line in lines] == [stick.tolist() for stick in sticks]
     mesh = write(tmp_path, "v 0 0 0\nv 9 0 0\nv 0 9 9\nf 1 2 3\n", "F.obj")
-    with pytest.raises(InputError, match=r"columns= and decimal= apply to fault sticks"):
+    with pytest.raises(InputError, match=r"columns= and decimal= apply to tables of text"):
         gs.read_fault(mesh, columns=(1, 2, 3))
 
 

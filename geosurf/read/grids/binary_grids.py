@@ -21,7 +21,6 @@ from geosurf.read.grids import (
     Decoded,
     GridHeader,
     binary_values,
-    check_count,
     check_step,
     from_corners,
     grid_reader,
@@ -145,17 +144,7 @@ def _read_binary(path: Path) -> tuple[GridHeader, np.ndarray]:
     header = GridHeader(ncol, nrow, xmin, ymin, xinc, yinc, rotation).checked(path, "header")
     _refuse_pivot(path, header, xrot, yrot)
     # The nodes are float32, row by row from the south, in records of any length.
-    body = b"".join(records[3:])
-    check_count(path, len(body) / 4, header)
-    values = np.frombuffer(body, dtype=">f4").astype(np.float64)
-    bad = np.flatnonzero(~np.isfinite(values))
-    if len(bad):
-        row, column = divmod(int(bad[0]), ncol)
-        raise damaged(
-            f"{path}: node (row {row}, column {column}) is {values[bad[0]]}, expected a finite "
-            "number, or 1e30 where undefined"
-        )
-
+    values = binary_values(path, b"".join(records[3:]), ">f4", header)
     values[values >= UNDEFINED_BINARY] = np.nan
     return header, values.reshape(nrow, ncol)
 

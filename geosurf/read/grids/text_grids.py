@@ -429,12 +429,6 @@ def _zmap_header(
         )
     nrow, ncol = (integer(fields[k], path, i, "number of rows or columns") for k in (0, 1))
     west, east, south, north = (number(field, path, i, "extent") for field in fields[2:])
-
-    # steps are not in the file: they follow from the outer nodes, so two of each are needed
-    if nrow < 2 or ncol < 2:
-        raise FormatError(f"{path}, line {i}: {nrow} rows x {ncol} columns, expected at least 2.")
-
-    header = GridHeader(
-        ncol, nrow, west, south, (east - west) / (ncol - 1), (north - south) / (nrow - 1)
-    )
-    return header.checked(path, f"line {i}"), nulls, decimals
+    # steps are not in the file: they follow from the outer nodes
+    header = from_corners(path, f"line {i}", (ncol, nrow), (west, east), (south, north))
+    return header, nulls, decimals

@@ -137,6 +137,12 @@ def find(node: Element, *path: str) -> Element | None:
     return node
 
 
+def word_of(node: Element | None, *path: str) -> str:
+    """Return the text of the element at the end of a path of names, or nothing."""
+    found = None if node is None else find(node, *path)
+    return ("" if found is None else found.text or "").strip()
+
+
 def every(node: Element, name: str) -> list[Element]:
     """Return all children of a name."""
     return [child for child in node if tag(child) == name]

@@ -19,7 +19,7 @@ from geosurf.conventions import metres_per_unit
 from geosurf.errors import FormatError, SurfaceError
 from geosurf.model import TriSurface
 from geosurf.read._common import Request, noted
-from geosurf.read.resqml import Package, every, find, kind, places_along, values_of
+from geosurf.read.resqml import Package, every, find, kind, places_along, values_of, word_of
 
 # ---- places ----------------------------------------
 # From points of a RESQML representation to easting, northing and elevation in metres.
@@ -113,12 +113,10 @@ def crs_of(package: Package, geometry: Element) -> str | None:
     if metres_per_unit(_unit(package, system, "ProjectedUom"), package.path.name) != 1.0:
         noted("crs", "in another unit than metres: not that of the points that were converted")
         return None
-    projected = find(system, "ProjectedCrs")
-    code = None if projected is None else find(projected, "EpsgCode")
-    name = None if projected is None else find(projected, "Unknown")
+    code = find(system, "ProjectedCrs", "EpsgCode")
     if code is not None:
         return f"EPSG:{package.count(code)}"
-    word = ("" if name is None else name.text or "").strip()
+    word = word_of(system, "ProjectedCrs", "Unknown")
     return None if word.lower() in ("", "unknown") else word
 
 
@@ -223,6 +221,7 @@ GRID, MESH = "Grid2dRepresentation", "TriangulatedSetRepresentation"
 POINTS = "PointSetRepresentation"
 LINES = ("PolylineRepresentation", "PolylineSetRepresentation")
 KINDS = (GRID, MESH, POINTS, *LINES)
+TITLE = ("Citation", "Title")
 FRAMEWORK = "SealedVolumeFrameworkRepresentation"
 ROLES = {"HorizonInterpretation": "horizon", "FaultInterpretation": "fault"}
 
@@ -253,9 +252,7 @@ def representations(package: Package) -> list[Representation]:
     found = []
     for uuid, node in package.objects.items():
         if kind(node) in KINDS:
-            title = find(node, "Citation", "Title")
-            words = ("" if title is None else title.text or "").strip() or uuid
-            found.append((words, uuid, node))
+            found.append((word_of(node, *TITLE) or uuid, uuid, node))
     names = [words for words, _, _ in found]
     return [
         Representation(
@@ -272,9 +269,8 @@ def holds_units(package: Package) -> bool:
 
 def _role(node: Element) -> str:
     """What the interpretation of a representation is."""
-    stated = find(node, "RepresentedInterpretation", "ContentType")
-    word = ("" if stated is None else stated.text or "").rpartition("obj_")[2]
-    return ROLES.get(word.strip(), "")
+    stated = word_of(node, "RepresentedInterpretation", "ContentType")
+    return ROLES.get(stated.rpartition("obj_")[2], "")
 
 
 def grid_of(

@@ -19,9 +19,9 @@ from geosurf.lazy import xarray as xr
 from geosurf.model import FaultSticks, TriSurface
 from geosurf.model.base import in_crs_of
 from geosurf.read._common import Request, chosen, noted
-from geosurf.read._placed import fault_dataset, points_dataset, refuse_columns
+from geosurf.read._placed import fault_dataset, points_dataset
 from geosurf.read.grids import nodes_from_places
-from geosurf.read.resqml import Package, find, kind, open_package, values_of
+from geosurf.read.resqml import Package, find, kind, open_package, values_of, word_of
 from geosurf.read.resqml.representations import (
     GRID,
     KINDS,
@@ -29,6 +29,7 @@ from geosurf.read.resqml.representations import (
     MESH,
     POINTS,
     SPELLINGS,
+    TITLE,
     Representation,
     crs_of,
     grid_of,
@@ -121,7 +122,6 @@ def read_resqml_points(path: Path, request: Request) -> xr.Dataset:
     path : pathlib.Path
     request : Request
         `positive`, `length_unit`: As for `read_resqml_horizon`.
-        `columns`, `decimal`: Of tables of text only.
 
     Returns
     -------
@@ -131,9 +131,8 @@ def read_resqml_points(path: Path, request: Request) -> xr.Dataset:
     Raises
     ------
     FormatError, InputError, DependencyError
-        As `read_resqml_horizon`; if there are several sets, or `columns` is given.
+        As `read_resqml_horizon`; if there are several sets.
     """
-    refuse_columns(path, "RESQML", request)
     with open_package(path) as package:
         sets = _of_kinds(package, (POINTS,), "sets of points")
         noted("names", ", ".join(one.title for one in sets))
@@ -156,7 +155,6 @@ def read_resqml_polygons(path: Path, request: Request) -> list[np.ndarray]:
     path : pathlib.Path
     request : Request
         `positive`, `length_unit`: As for `read_resqml_horizon`.
-        `columns`, `decimal`: Of tables of text only.
         `name`: Only the lines of the object of this name.
 
     Returns
@@ -167,9 +165,8 @@ def read_resqml_polygons(path: Path, request: Request) -> list[np.ndarray]:
     Raises
     ------
     FormatError, InputError, DependencyError
-        As `read_resqml_horizon`, and if `columns` is given.
+        As `read_resqml_horizon`.
     """
-    refuse_columns(path, "RESQML", request)
     with open_package(path) as package:
         sets = _of_kinds(package, LINES, "polylines")
         if request.name is not None:
@@ -325,7 +322,7 @@ def trajectories(package: Package) -> dict[str, Element]:
     held = [(u, node) for u, node in package.objects.items() if kind(node) == TRAJECTORY]
     # the well is the feature; where several trajectories share it, each has its own title
     wells = [_well(package, node) for _, node in held]
-    titles = [_title(node) for _, node in held]
+    titles = [word_of(node, *TITLE) for _, node in held]
     found = {}
     for (uuid, node), well, title in zip(held, wells, titles, strict=True):
         name = well if well and wells.count(well) == 1 else title
@@ -333,18 +330,11 @@ def trajectories(package: Package) -> dict[str, Element]:
     return found
 
 
-def _title(node: Element | None) -> str:
-    title = None if node is None else find(node, "Citation", "Title")
-    return ("" if title is None else title.text or "").strip()
-
-
 def _well(package: Package, node: Element | None) -> str:
     """Name of the well that a trajectory represents, or '' where the package does not have it."""
     for word in ("RepresentedInterpretation", "InterpretedFeature"):
-        referred = None if node is None else find(node, word, "UUID")
-        uuid = "" if referred is None else (referred.text or "").strip()
-        node = package.objects.get(uuid)
-    return _title(node)
+        node = package.objects.get(word_of(node, word, "UUID"))
+    return word_of(node, *TITLE)
 
 
 def _geometry(package: Package, name: str, node: Element) -> Element:

@@ -20,10 +20,10 @@ from geosurf.lazy import xarray as xr
 from geosurf.model.expected import path_of
 from geosurf.read._common import Request, agreed_scale, noted
 from geosurf.read._guard import damaged
-from geosurf.read._placed import points_dataset, refuse_columns
+from geosurf.read._placed import points_dataset
 from geosurf.read._table import checked_decimal
 from geosurf.read.las import path_of_las
-from geosurf.read.registry import detect, refuse_foreign
+from geosurf.read.registry import detect, refuse_columns, refuse_foreign
 from geosurf.read.resqml.surfaces import wells_of_resqml
 from geosurf.read.tops import plain_name, unit_of_column
 from geosurf.read.wells.columns import (
@@ -272,7 +272,7 @@ def read_wells(
         return _dataset(path, {found.well: (found.points, found.md)}, None)
 
     if detect(path) == "resqml":
-        refuse_columns(path, "RESQML", Request(columns=columns, decimal=decimal))
+        refuse_columns(path, "resqml", columns, decimal)
         return _dataset(
             path, *wells_of_resqml(path, Request(positive=positive, length_unit=length_unit))
         )

@@ -14,6 +14,7 @@ from geosurf.conventions import did_you_mean, metres_per_unit, real_numbers
 from geosurf.errors import FormatError, InputError
 from geosurf.read._common import COMMA, is_number, noted, number, read_text
 from geosurf.read._guard import damaged
+from geosurf.read._table import one_column
 from geosurf.read.registry import detect
 from geosurf.read.tops import USUAL as OF_TOPS
 from geosurf.read.tops import check_widths, layout_of, plain_name, unit_in_name
@@ -304,19 +305,10 @@ def heads_of(heads: Any, decimal: str) -> Heads:
         raise InputError(f"heads is a {type(heads).__name__}, not places of wells. {HOW}")
     path = Path(heads)
     layout = layout_of(path, decimal)
-    words = [plain_name(word) for word in layout.header or ()]
-    at = []
-    for what, known in (
-        ("well", USUAL["well"]), ("x", USUAL["x"]), ("y", USUAL["y"]), ("KB", DRILL_FLOOR)
-    ):  # fmt: skip
-        found = [k for k, word in enumerate(words) if word in known]
-        if len(found) != 1:
-            raise FormatError(
-                f"{path}: found {len(found)} columns for {what} in "
-                f"{', '.join(layout.header or ()) or 'no header'}, expected one of "
-                f"{', '.join(known)}. {HOW}"
-            )
-        at.append(found[0])
+    header = layout.header or []
+    words = list(map(plain_name, header))
+    spelled = {key: USUAL[key] for key in ("well", "x", "y")} | {"KB": DRILL_FLOOR}
+    at = [one_column(str(path), header, words, *one, HOW) for one in spelled.items()]
     units = [unit_in_name(layout.header[k]) if layout.header else None for k in at]
     scale = [metres_per_unit(unit or "m", f"{path.name}: heads of wells") for unit in units]
     result: Heads = {}
