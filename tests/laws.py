@@ -206,6 +206,13 @@ def _partition(patches) -> Counter:
     return Counter(tuple(sorted(group)) for group in groups.values())
 
 
+def assert_same_bytes(one, two) -> None:
+    """Patches with the same arrays, byte by byte."""
+    for name in ("local", "triangles", "surface_of_triangle", "parent_of_triangle",
+                 "patch_of_triangle", "curve_edges"):  # fmt: skip
+        assert getattr(one, name).tobytes() == getattr(two, name).tobytes(), name
+
+
 def assert_shares_vertices(patches) -> None:
     """No two vertices have the same place, all are used, and curve edges are edges of triangles."""
     assert len(np.unique(patches.local, axis=0)) == len(patches.local)

@@ -80,6 +80,22 @@ def sheet(name, corners, n=(1, 1), *, role="fault"):
 BOX = (0.0, 4.0, 0.0, 4.0, -4.0, 8.0)
 
 
+def level(name, z, *, role="horizon", n=2, reach=1.0):
+    """A level surface that reaches beyond `BOX`."""
+    size = (4.0 + 2 * reach) / (n - 1)
+    return grid(name, np.full((n, n), float(z)), role=role, spacing=size, corner=(-reach, -reach))
+
+
+def upright(name, x, y=(-1, 5), z=(-5, 9)):
+    """A plane fault across `BOX`, its normal to the east."""
+    return sheet(name, [(x, y[0], z[0]), (x, y[1], z[0]), (x, y[1], z[1]), (x, y[0], z[1])])
+
+
+def as_list(surface: TriSurface) -> TriSurface:
+    """The same triangles, of which no lattice is known."""
+    return TriSurface(surface.name, surface.role, surface.vertices, surface.triangles)
+
+
 @st.composite
 def faulted_worlds(draw):
     """One or two horizons of whole heights that reach beyond `BOX`, and up to two plane faults."""

@@ -242,15 +242,7 @@ def assert_verified(verify, surfaces, curves, patches) -> None:
         used, segments = np.unique(mine, return_inverse=True)
         line = curves.points[used], segments.reshape(-1, 2)
         verify.check_curve(*meshes, *line, tol, degrees=False)
-    parts = []
-    for i, source in enumerate(patches.sources):
-        mine = patches.surface_of_triangle == i
-        parts.append((patches.vertices, patches.triangles[mine]))
-        verify.check_split(
-            source.vertices, source.triangles, *parts[i], patches.parent_of_triangle[mine], tol
-        )
-    for one, two in itertools.combinations(parts, 2):
-        verify.check_conforming(*one, *two, tol=0.0)
+    checked.check_pieces(verify, patches, tol)
 
 
 def tool(load):

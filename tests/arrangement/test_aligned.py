@@ -11,8 +11,9 @@ from geosurf import TriSurface, intersect_surfaces, rebuild_surfaces
 from geosurf.arrangement.search import ULP, find_contacts
 from geosurf.arrangement.tree import needed, pairs_of_one_map, tree_of
 from geosurf.model import Lattice
+from tests import laws
+from tests.strategies import as_list
 
-BYTES = ("local", "triangles", "surface_of_triangle", "parent_of_triangle", "patch_of_triangle")
 TURN = np.array([[3.0, -4.0], [4.0, 3.0]]) / 5.0
 
 
@@ -51,30 +52,20 @@ def listed(one, two):
     return found
 
 
-def as_lists(surfaces):
-    """The same triangles as meshes that know of no map: every pair that is near is tested."""
-    return [TriSurface(s.name, s.role, s.vertices, s.triangles) for s in surfaces]
-
-
 def assert_one_result(surfaces):
     """Curves and patches by trees and by voxels are the same bytes, and lists have the same curves.
 
     Lattices leave out the same pairs by either method; lists leave out none, so that they tell
     whether what was left out was needed.
     """
+    meshes = [as_list(s) for s in surfaces]
     one, two = (intersect_surfaces(surfaces, method=m) for m in ("tree", "voxels"))
-    lists = intersect_surfaces(as_lists(surfaces), method="voxels")
+    lists = intersect_surfaces(meshes, method="voxels")
     for other in (two, lists):
-        assert one.points.tobytes() == other.points.tobytes()
-        assert one.segments.tobytes() == other.segments.tobytes()
-        assert len(one.contacts) == len(other.contacts)
-        for a, b in zip(one.contacts, other.contacts, strict=True):
-            assert (a.kind, a.surfaces, a.area) == (b.kind, b.surfaces, b.area)
-            assert a.points.tobytes() == b.points.tobytes()
+        assert laws.curve_bytes(one) == laws.curve_bytes(other)
     one, two = (rebuild_surfaces(surfaces, method=m) for m in ("tree", "voxels"))
-    for name in BYTES:
-        assert getattr(one, name).tobytes() == getattr(two, name).tobytes(), name
-    lists = rebuild_surfaces(as_lists(surfaces), method="voxels")
+    laws.assert_same_bytes(one, two)
+    lists = rebuild_surfaces(meshes, method="voxels")
     if one.report["moved_vertices"] == lists.report["moved_vertices"] == 0:
         assert in_order(one).tobytes() == in_order(lists).tobytes()
 

@@ -15,9 +15,8 @@ import geosurf as gs
 from geosurf.arrangement import search, threads
 from geosurf.arrangement.threads import in_turn, map_threads, spare_threads
 from geosurf.errors import InputError
+from tests import laws
 from tests.strategies import grid, sheet
-
-NAMES = ("local", "triangles", "surface_of_triangle", "parent_of_triangle", "patch_of_triangle")
 
 
 def test_same_bytes_for_any_number_of_threads(monkeypatch, rng):
@@ -29,8 +28,7 @@ def test_same_bytes_for_any_number_of_threads(monkeypatch, rng):
         monkeypatch.setenv("GEOSURF_THREADS", str(n))
         found.append(gs.rebuild_surfaces(surfaces))
     for other in found[1:]:
-        for name in NAMES:
-            assert getattr(other, name).tobytes() == getattr(found[0], name).tobytes()
+        laws.assert_same_bytes(other, found[0])
 
 
 @pytest.mark.parametrize("n", ["1", "2", "4"])

@@ -13,9 +13,8 @@ from geosurf.arrangement.candidates import fit_voxels
 from geosurf.arrangement.tree import candidate_pairs, tree_of
 from geosurf.errors import InputError, SurfaceError
 from geosurf.kernels.search.tree import triangle_boxes
+from tests import laws
 from tests.strategies import faulted_worlds, grid, relief, sheet, soup, soups
-
-BYTES = ("local", "triangles", "surface_of_triangle", "parent_of_triangle", "patch_of_triangle")
 
 
 def pairs_of(one, two, same=False):
@@ -30,10 +29,8 @@ def meeting(one, two, same=False):
     surfaces = (one,) if same else (one, two)
     found = find_contacts(surfaces, method="voxels", self_intersections=same)
     rows = found.key_of_face[found.rows[:, :2]]
-    a, b = (triangle_boxes(s.vertices, s.triangles) for s in (one, two))
-    near = (a[:, None, :3] <= b[None, :, 3:]).all(axis=2)
-    near &= (b[None, :, :3] <= a[:, None, 3:]).all(axis=2)
-    return {tuple(row) for row in rows.tolist()}, {tuple(p) for p in np.argwhere(near).tolist()}
+    near = all_pairs(*(triangle_boxes(s.vertices, s.triangles) for s in (one, two)))
+    return {tuple(row) for row in rows.tolist()}, {tuple(p) for p in near.tolist()}
 
 
 @given(soups(most=12))
@@ -56,10 +53,7 @@ def test_a_surface_with_itself(surfaces):
 @settings(max_examples=25)
 @given(faulted_worlds())
 def test_trees_and_voxels_give_the_same_bytes(world):
-    one = rebuild_surfaces(world, method="tree")
-    two = rebuild_surfaces(world, method="voxels")
-    for name in BYTES:
-        assert getattr(one, name).tobytes() == getattr(two, name).tobytes()
+    laws.assert_same_bytes(*(rebuild_surfaces(world, method=m) for m in ("tree", "voxels")))
 
 
 @pytest.mark.parametrize("power", [-356, -358, -359, -361, -1000])

@@ -20,7 +20,7 @@ from geosurf.errors import InputError
 from geosurf.model import Units
 from geosurf.model.column import names_of_zones
 from tests.rebuild.worlds import boxed_world
-from tests.strategies import BOX, faulted_worlds, grid, sheet
+from tests.strategies import BOX, faulted_worlds, grid, level, sheet
 
 CLOSED, VOLUMES = "units are closed and oriented", "volumes add up to the box"
 CROSSES, PARENTS = "surfaces meet only along shared edges", "triangles lie on their input triangles"
@@ -126,11 +126,8 @@ def test_a_wrong_volume(patches, units):
 
 def test_a_wrong_volume_of_a_unit_that_is_tiny_beside_the_box():
     """Of the box it is a part in 1e14: whether it is right is a matter of its own size."""
-    flat, low = (
-        sheet(name, [(x, y, z) for x, y in ((-1, -1), (5, -1), (5, 5), (-1, 5))], role="horizon")
-        for name, z in (("Top", 0.0), ("Base", -(2.0**-43)))
-    )
-    patches = rebuild_surfaces([flat, low, *build_walls(BOX)])
+    levels = level("Top", 0.0), level("Base", -(2.0**-43))
+    patches = rebuild_surfaces([*levels, *build_walls(BOX)])
     units = carve_units(patches)
     assert failed(certify(patches, units)) == set()
     thin = units["Top/Base"]
@@ -211,11 +208,7 @@ def wedge(way):
     """Two faults that meet between two horizons, and close a wedge up (1) or down (-1); a lid on
     its tip.
     """
-    levels = [(name, z, "horizon") for name, z in (("Top", 5.0), ("Base", -1.0))]
-    surfaces = [
-        sheet(name, [(x, y, z) for x, y in ((-1, -1), (5, -1), (5, 5), (-1, 5))], role=role)
-        for name, z, role in levels
-    ]
+    surfaces = [level("Top", 5.0), level("Base", -1.0)]
     for name, x in (("F1", -0.25), ("F2", 4.25)):
         end = 2 + 9 * way
         surfaces.append(sheet(name, [(2, -1, 2), (2, 5, 2), (x, 5, end), (x, -1, end)]))
@@ -253,9 +246,7 @@ def test_a_zone_that_no_horizon_around_a_unit_tells_is_told_by_its_neighbours(wa
 
 
 def test_fluids_that_have_each_others_names():
-    flat = sheet("Top", [(-1, -1, 3), (5, -1, 3), (5, 5, 3), (-1, 5, 3)], role="horizon")
-    box = (0, 4, 0, 4, -4, 8)
-    scene = Scene({"Top": flat}, box=box, contacts={"GOC": 1.0, "OWC": -1.0})
+    scene = Scene({"Top": level("Top", 3)}, box=BOX, contacts={"GOC": 1.0, "OWC": -1.0})
     assert failed(certify(scene.patches, scene.units)) == set()
     parts = ["below Top above GOC", "below Top GOC/OWC", "below Top below OWC"]
     for one, two in itertools.combinations((scene.units[name] for name in parts), 2):
@@ -275,10 +266,7 @@ def test_a_shell_with_a_triangle_of_another_surface(patches, units):
 
 def test_a_gap_as_large_as_an_overlap():
     """Closed shells whose volumes add up, and yet one place is in two units and one in none."""
-    floors = [
-        sheet(f"H{k}", [(-1, -1, z), (5, -1, z), (5, 5, z), (-1, 5, z)], role="horizon")
-        for k, z in enumerate((6, 4, 2, 0))
-    ]
+    floors = [level(f"H{k}", z) for k, z in enumerate((6, 4, 2, 0))]
     patches = rebuild_surfaces([*floors, *build_walls(BOX)])
     units = carve_units(patches)
     one, two = units["H0/H1"], units["H2/H3"]

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from geosurf import Scene, TriSurface, build_walls, carve_units, rebuild_surfaces, synthetic
+from geosurf import Scene, build_walls, carve_units, rebuild_surfaces, synthetic
 from geosurf.carve import clipped
 from geosurf.carve.certificate import certify
 from geosurf.carve.clipped import heights_at
@@ -119,11 +119,6 @@ def test_an_eroded_dome_converges_with_order_two():
 
 
 # ------------------------------------------------------------------- partial horizons
-def strip(name, west, east, z):
-    """A level horizon of two triangles that ends at easting `east`."""
-    low, high = z
-    corners = [[west, -1, low], [east, -1, high], [east, 5, high], [west, 5, low]]
-    return TriSurface(name, "horizon", corners, [[0, 1, 2], [0, 2, 3]])
 
 
 # --------------------------------------------------------------------- remnants

@@ -51,13 +51,6 @@ def closed(name, low, high):
     return TriSurface(name, "fault", vertices, number.reshape(-1, 3))
 
 
-def level(name, z, beyond=None):
-    """A horizon over all of the box, perhaps with an island of its own."""
-    corners = [(-1, -1, z), (9, -1, z), (9, 9, z), (-1, 9, z), *(beyond or ())]
-    faces = [(0, 1, 2), (0, 2, 3), *([(4, 5, 6), (4, 6, 7)] if beyond else ())]
-    return TriSurface(name, "horizon", corners, faces)
-
-
 # ------------------------------------------------------------------ beyond the walls
 
 

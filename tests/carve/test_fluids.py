@@ -18,11 +18,7 @@ from geosurf.report.tables import left_out_table
 from geosurf.scenario.execute import contacts_left_out
 from geosurf.triangulate import build_contacts
 from tests import laws
-from tests.strategies import BOX, faulted_worlds, grid, sheet
-
-
-def level(name, z):
-    return grid(name, np.full((2, 2), float(z)), spacing=6.0, corner=(-1.0, -1.0))
+from tests.strategies import BOX, faulted_worlds, grid, level, sheet, upright
 
 
 def tilted(name, west, east):
@@ -33,7 +29,7 @@ def tilted(name, west, east):
 
 
 ZONES = ["above Top", "Top/Base", "below Base"]
-UPRIGHT = sheet("F1", [(1, -1, -5), (1, 5, -5), (1, 5, 9), (1, -1, 9)])
+UPRIGHT = upright("F1", 1)
 TOP, BASE = tilted("Top", 3, 5), level("Base", 1)
 
 
@@ -371,7 +367,7 @@ def test_refusals_fluids_zones(contacts, words):
 
 def test_a_block_that_has_nothing_of_a_zone_is_refused():
     """F1 ends just above Base, so that the zones above have no sides of it."""
-    short = sheet("F1", [(1, -1, -5), (1, 5, -5), (1, 5, 1.5), (1, -1, 1.5)])
+    short = upright("F1", 1, z=(-5, 1.5))
     with pytest.raises(
         InputError, match=r"block 'F1\+' has no unit in Top/Middle. Leave the zones"
     ):

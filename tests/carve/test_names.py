@@ -12,8 +12,8 @@ from geosurf import TriSurface, build_walls, carve_units, rebuild_surfaces
 from geosurf.carve.certificate import certify
 from geosurf.carve.zones import name_blocks
 from geosurf.model import FluidContact, Units
-from tests.carve.test_units import level, upright, volumes
-from tests.strategies import BOX, grid, sheet
+from tests.carve.test_units import volumes
+from tests.strategies import BOX, grid, level, sheet, upright
 
 
 def carve(*surfaces):
@@ -22,13 +22,6 @@ def carve(*surfaces):
 
 def turned_over(surface):
     return TriSurface(surface.name, surface.role, surface.vertices, surface.triangles[:, [0, 2, 1]])
-
-
-def both(name, one, two):
-    """Two sheets as one surface."""
-    vertices = np.concatenate([one.vertices, two.vertices])
-    triangles = np.concatenate([one.triangles, two.triangles + one.n_vertex])
-    return TriSurface(name, one.role, vertices, triangles)
 
 
 def test_a_fault_that_is_turned_over_exchanges_its_sides():

@@ -19,13 +19,9 @@ from geosurf.model import Unit, Units
 from geosurf.report.tables import merged_table, remnant_table, volume_table
 from geosurf.triangulate import build_contacts
 from tests import laws
-from tests.strategies import BOX, faulted_worlds, grid, sheet, shuffled
+from tests.strategies import BOX, faulted_worlds, grid, level, shuffled, upright
 
 MERGED = "merged slivers are parts of their neighbours"
-
-
-def level(name, z):
-    return grid(name, np.full((2, 2), float(z)), spacing=6.0, corner=(-1.0, -1.0))
 
 
 def carve(surfaces, **options):
@@ -127,7 +123,7 @@ def test_the_order_of_surfaces_does_not_matter(surfaces, seed):
 # Top is level at 4 and Base at 1; F1 cuts off a wedge of 0.25 m at the eastern wall, from bottom to
 # top, in all three zones
 TOP, BASE = level("Top", 4), level("Base", 1)
-CORNER = sheet("F1", [(3.75, -1, -5), (3.75, 5, -5), (3.75, 5, 9), (3.75, -1, 9)])
+CORNER = upright("F1", 3.75)
 
 
 def wedge(**options):
@@ -204,7 +200,7 @@ def test_tables_list_slivers_apart_and_totals_include_them():
 
 def test_the_default_is_a_share_of_the_zone():
     """A wedge of 1 cm at the wall is a sliver in every zone, whatever the zones hold."""
-    thin = sheet("F1", [(3.9998, -1, -5), (3.9998, 5, -5), (3.9998, 5, 9), (3.9998, -1, 9)])
+    thin = upright("F1", 3.9998)
     scene = Scene({"Top": TOP, "Base": BASE}, {"F1": thin}, BOX)
     assert {s.name for s in scene.units.slivers} == {
         "above Top F1+", "Top/Base F1+", "below Base F1+",

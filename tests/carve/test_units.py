@@ -30,7 +30,7 @@ from geosurf.model import Unit, Units
 from geosurf.synthetic.world import make_fault, make_horizon
 from geosurf.triangulate import triangulate_fault, triangulate_horizon
 from tests import laws, oracles
-from tests.strategies import BOX, faulted_worlds, grid, sheet, shuffled, soup
+from tests.strategies import BOX, faulted_worlds, level, shuffled, soup, upright
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -47,18 +47,6 @@ def carve(surfaces, box=BOX):
     certificate = certify(patches, units)
     assert certificate.ok, str(certificate)
     return units
-
-
-def level(name, z, *, role="horizon", n=2, reach=1.0):
-    """A level surface that reaches beyond `BOX`."""
-    size = (4.0 + 2 * reach) / (n - 1)
-    return grid(name, np.full((n, n), float(z)), role=role, spacing=size, corner=(-reach, -reach))
-
-
-def upright(name, x, y=(-1, 5), z=(-5, 9)):
-    """A plane fault across, its normal to the east."""
-    corners = [(x, y[0], z[0]), (x, y[1], z[0]), (x, y[1], z[1]), (x, y[0], z[1])]
-    return sheet(name, corners)
 
 
 def volumes(units):
@@ -175,15 +163,6 @@ def test_zones_and_blocks_have_names():
 
 
 # ------------------------------------------------------- faults that end, float
-
-
-def shell(name, low, high):
-    """A closed fault: the sides of a box, normals out of it."""
-    walls = build_walls((low[0], high[0], low[1], high[1], low[2], high[2]))
-    corners = np.concatenate([w.vertices for w in walls])
-    faces = np.concatenate([w.triangles + 4 * i for i, w in enumerate(walls)])
-    vertices, number = np.unique(corners, axis=0, return_inverse=True)
-    return TriSurface(name, "fault", vertices, number.reshape(-1)[faces])
 
 
 def test_floating_pieces_that_see_only_each_other():

@@ -321,7 +321,6 @@ def test_outputs_that_are_closed_or_full(folder, capfd):
 
 
 CORNERS = [[0, 0, 0], [9, 0, 0], [0, 9, 9], [18, 0, 0]]
-FLAT = gs.TriSurface("F2", "fault", CORNERS, [[0, 1, 2]])
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")

@@ -23,6 +23,25 @@ def test_small_surfaces(kit, seed):
     assert kind in checked.KINDS
 
 
+def test_structured_cases(kit):
+    """Large ones: faults on vertices, edges and faces, slivers, holes, gaps, triple points."""
+    verify, cases = kit
+    whole = [c for c in cases.structured_cases() if not c.name.startswith(("egg", "self"))]
+    assert len(whole) >= 14
+    for case in whole:
+        checked.check_meshes(verify, checked.finite(case.meshes), by_fractions=False)
+
+
+def test_catalogue_variants(kit):
+    """Every contact of two triangles that another author thought of, under exact motions."""
+    verify, cases = kit
+    variants = list(cases.catalogue_variants(5, 4))
+    assert len(variants) > 200
+    for configuration, *meshes in variants:
+        n_pair = checked.check_meshes(verify, meshes)
+        assert n_pair == (configuration.kind is not None), configuration.name
+
+
 def test_a_wrong_curve_is_found(kit, monkeypatch):
     """The check itself can fail."""
     whole = checked.intersect_surfaces

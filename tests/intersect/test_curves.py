@@ -14,7 +14,7 @@ from geosurf import TriSurface, intersect_surfaces, rebuild_surfaces
 from geosurf.errors import InputError, SurfaceError
 from geosurf.intersect.link import shared_curves
 from tests import laws, oracles
-from tests.strategies import UTM, grid, moved, relief, sheet, shuffled, soup, soups
+from tests.strategies import grid, moved, relief, sheet, shuffled, soup, soups
 
 LEVEL = [(-1, -1, 1), (9, -1, 1), (9, 9, 1), (-1, 9, 1)]
 
@@ -172,49 +172,6 @@ def test_refusals():
 
 
 # ----------------------------------------------------------- an independent check
-@pytest.fixture(scope="module")
-def verify(shared):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(str(shared))
-        pytest.importorskip("verify")
-        import verify
-        import verify.cases
-
-        yield verify
-
-
-def surfaces_of(case):
-    return [
-        TriSurface("ABCDE"[i], "surface", np.where(np.isfinite(V), V, 0.0), F)
-        for i, (V, F) in enumerate(case.meshes)
-    ]
-
-
-def test_structured_cases_pass_an_independent_check(verify):
-    names = []
-    for case in verify.cases.structured_cases():
-        if len(case.meshes) != 2 or case.name.startswith("egg"):
-            continue
-        one, two = surfaces_of(case)
-        curves = intersect_surfaces([one, two])
-        tol = 1e-8 if np.abs(one.vertices).max() > 1e5 else 1e-9
-        try:
-            verify.check_curve(mesh(one), mesh(two), curves.points, curves.segments, tol)
-        except verify.CheckError as error:
-            raise AssertionError(f"{case.name}: {error}") from error
-        names.append(case.name)
-    assert len(names) >= 12
-
-
-def test_soups_pass_an_independent_check(verify):
-    for seed in range(6):
-        one, two = surfaces_of(verify.cases.random_soup(seed, 60))
-        one, two = (moved(s, UTM) for s in (one, two)) if seed % 2 else (one, two)
-        curves = intersect_surfaces([one, two])
-        assert curves.n_curve > 20
-        verify.check_curve(
-            mesh(one), mesh(two), curves.points, curves.segments, 1e-7, degrees=False
-        )
 
 
 @pytest.mark.parametrize("self_intersections", [False, True])

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from geosurf.kernels.compile.jit import RUNNER, entry
-from geosurf.kernels.cutting.cut_faces import N_EXTRA, rank_points
 from geosurf.kernels.cutting.face_signs import (
     AXIS,
     N_STATE,
@@ -62,12 +61,3 @@ def sign_rows(x, t, e, d, m, w, ids, axis, rows, out):
                 out[i, 1] = exact_circle(frame, points, a, b, c, o)
             if in_circle(frame, points, a, b, c, o):
                 out[i, 2] = 1
-
-
-@compiled("d2 l -> l1")
-def ranked_points(f, low):
-    """Rows of f from `low` on as they lie along Hilbert's curve."""
-    n = f.shape[0] - low
-    scratch = np.empty(2 * n + N_EXTRA, dtype=np.int64)
-    rank_points(f, low, f.shape[0], scratch)
-    return scratch[:n].copy()

@@ -132,15 +132,6 @@ def test_as_in_numpy(rng, reach):
     assert (thin(x, t, none, y, children, parent, reach) == (alone <= 1.0)).all()
 
 
-def counted(third, fourth, codes):
-    """Whether a contact of two faces over the edge from (0, 0, 0) to (1, 0, 0) counts."""
-    x = np.array([[0.0, 0, 0], [1, 0, 0], third, fourth])
-    t, rows = np.array([[0, 1, 2], [0, 1, 3]]), contacts([[0, 1]], codes)
-    child, parent = np.array([[0, 1, 2]]), np.zeros(1, np.int64)
-    high = np.linalg.norm(np.cross(x[1], x[2]))
-    return thin(x, t, rows, x, child, parent, 0.5 * high)[0]
-
-
 def test_thin_is_the_same_by_any_search():
     """Horizons of one survey as lattices, and as lists, whose rims are all listed."""
     z, axis = np.random.default_rng(3).integers(0, 9, (2, 6, 6)) / 4.0, np.arange(6.0)

@@ -17,7 +17,7 @@ from geosurf import (
 from geosurf.model.torn_lattice import TornLattice
 from geosurf.rebuild.repair import moved_surface, rounded, shifted
 from geosurf.synthetic import graben
-from tests.rebuild.worlds import as_list
+from tests.strategies import as_list
 
 NONE = [np.empty(0)] * 3
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf import Lattice, TriSurface
-from tests.strategies import UTM, sheet, soup
+from tests.strategies import UTM, as_list, sheet, soup
 
 
 def axes(rng, n_row, n_col):
@@ -100,11 +100,6 @@ def shifted(surface, offset):
         for k, d in zip(("easting", "northing", "elevation"), offset, strict=True)
     )
     return TriSurface(surface.name, surface.role, lattice=Lattice(*moved, of.rising, of.reverse))
-
-
-def as_list(surface):
-    """The same surface without its lattice."""
-    return TriSurface(surface.name, surface.role, surface.vertices, surface.triangles)
 
 
 def again(surface):
