@@ -9,7 +9,7 @@ from typing import Any
 
 from geosurf.cli.console import Answer, clear_line, live_progress
 from geosurf.cli.parser import SHOW, VIEW
-from geosurf.cli.scenario_commands import cache_of, scenario_of
+from geosurf.cli.scenario_commands import scenario_of
 from geosurf.conventions.machine import need_plots
 from geosurf.errors import InputError
 from geosurf.render.colouring import check_colour_by
@@ -22,6 +22,7 @@ from geosurf.scenario.execute import overlay_of_files, picture_style
 from geosurf.scenario.keys import Scenario
 from geosurf.scenario.step_log import StepLog
 from geosurf.scene import Scene
+from geosurf.scene.result_cache import cache_in
 
 
 def render_command(options: argparse.Namespace) -> Answer:
@@ -120,7 +121,7 @@ def _built(scenario: Scenario, options: argparse.Namespace) -> Scene:
     progress = live_progress(options, steps=False)
     log = StepLog(progress)
     log.begin("read")
-    scene = build_scene(scenario, log.step, on_start=log.begin, cache=cache_of(options))
+    scene = build_scene(scenario, log.step, on_start=log.begin, cache=cache_in(options.cache_dir))
     clear_line()
     return scene
 
@@ -149,21 +150,10 @@ def _draw_section(scenario: Scenario, options: argparse.Namespace) -> Path:
 
 def _line_of(text: str) -> list[tuple[float, float]]:
     """Return the points of a line in the map from a text such as ``0,2500 6000,2500``."""
-    line = []
-
     # points are separated by blanks, so that numbers keep their decimal points
-    for word in text.split():
-        try:
-            east, north = map(float, word.split(","))
-        except ValueError as error:
-            raise InputError(
-                f"--section: {word!r} is not a point. Give easting and northing [m] of two or "
-                'more points in quotes, as in "0,2500 6000,2500".'
-            ) from error
-        line.append((east, north))
+    how = "easting and northing of two points or more"
+    example = 'in metres and in quotes, as in "0,2500 6000,2500"'
+    line = [_numbers_of(word, "--section", f"{how} {example}") for word in text.split()]
     if len(line) < 2:
-        raise InputError(
-            f"--section: {text!r} has fewer than two points. Give easting and northing [m] of two "
-            'or more points in quotes, as in "0,2500 6000,2500".'
-        )
+        raise InputError(f"--section: {text!r} has fewer than two points. Give {how} {example}.")
     return line

@@ -7,7 +7,7 @@ import shlex
 import sys
 import time
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +26,7 @@ from geosurf.scenario.output import input_files, output_files
 from geosurf.scenario.step_log import StepLog
 from geosurf.scenario.validate import find_mistakes
 from geosurf.scene import Scene
-from geosurf.scene.result_cache import ResultCache, check_with_cache
+from geosurf.scene.result_cache import cache_in, check_with_cache
 
 # ---- results ----------------------------------------
 # What commands answer in common: units, warnings, and the verdict of a certificate.
@@ -59,25 +59,13 @@ def units_data(units: Units, include: str) -> list[dict[str, Any]]:
 
 def warnings_data(warnings: Iterable[GeosurfWarning]) -> list[dict[str, Any]]:
     """Return one dict per warning."""
-    return [
-        {
-            "kind": one.kind,
-            "subject": one.subject,
-            "effect": one.effect,
-            "remedy": one.remedy,
-            "place": one.place,
-        }
-        for one in warnings
-    ]
+    keys = ("kind", "subject", "effect", "remedy", "place")
+    return [{key: getattr(one, key) for key in keys} for one in warnings]
 
 
 def certificate_data(certificate: Certificate) -> dict[str, Any]:
     """Return the lines of a certificate and whether all of them passed."""
-    lines = [
-        {"name": one.name, "passed": one.passed, "value": one.value, "detail": one.detail}
-        for one in certificate.checks
-    ]
-    return {"ok": certificate.ok, "checks": lines}
+    return {"ok": certificate.ok, "checks": list(map(asdict, certificate.checks))}
 
 
 def run_command(options: argparse.Namespace) -> Answer:
@@ -163,11 +151,6 @@ def scenario_of(options: argparse.Namespace) -> Scenario:
     return replace(scenario, slivers=replace(scenario.slivers, merge=True))
 
 
-def cache_of(options: argparse.Namespace) -> ResultCache | None:
-    """Return the folder of ``--cache-dir``, where results of earlier commands are."""
-    return None if options.cache_dir is None else ResultCache(options.cache_dir)
-
-
 def _only(scenario: Scenario, only: tuple[str, ...] | None) -> Scenario:
     """Return the scenario without the files that ``--only`` does not name."""
     if only is None:
@@ -232,7 +215,7 @@ def validate_command(options: argparse.Namespace) -> Answer:
 
 def check_command(options: argparse.Namespace) -> Answer:
     """Print the certificate of a scenario."""
-    scenario, cache = scenario_of(options), cache_of(options)
+    scenario, cache = scenario_of(options), cache_in(options.cache_dir)
     progress = live_progress(options, steps=False)
     log = StepLog(progress)
     scene = compute(scenario, log, cache=cache)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from fractions import Fraction
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,9 @@ from geosurf.conventions.axes import TimeUnit
 from geosurf.conventions.checks import are_points
 from geosurf.errors import FormatError, ScenarioError
 from geosurf.faults import split_fault
-from geosurf.model import FluidContact, TriSurface, Unit
+from geosurf.measure.columns import cross_columns
+from geosurf.measure.places import sample_units
+from geosurf.model import FluidContact, TriSurface, Units
 from geosurf.model.network import fault_words, proposal_words
 from geosurf.read import otherwise, read_fault, read_horizon, read_points, read_polygons, read_tops
 from geosurf.read.model3d import read_model3d
@@ -116,101 +117,65 @@ def box_of_walls(walls: list[TriSurface], file: str) -> tuple[float, ...]:
 
 
 # ---- region units ----------------------------------------
-# Which unit of a model holds a closed body of another program: by a point inside, exactly.
-#
-# A vertical line through one of the body's triangles is cut by its shell in places that come in
-# pairs: from below, inside is between the first and the second, and so on. The middle of the
-# longest of these is a point of the body, and a unit holds it if its shell lies above the point
-# an odd number of times. A line that meets an edge is skipped. All numbers are fractions.
+# Which unit of a model holds a closed body of another program: by a point inside.
 
 
 LINES = 64  # that are tried for one body; the first of a sound one will do
 
 
-def unit_of_body(corners: np.ndarray, units: Mapping[str, Unit]) -> str:
+def point_inside(corners: np.ndarray) -> np.ndarray | None:
     """
-    Return the name of the unit that holds a point of a body.
+    Return a point inside a body: the middle of the longest part of a vertical line through it.
 
     Parameters
     ----------
     corners : ndarray of float64, shape (n, 3, 3)
         Corners of the triangles around the body, in any order [m].
-    units : mapping of str to Unit
 
     Returns
     -------
-    str
-        Empty where no unit holds it, or no line decides, as for a body that is not closed.
+    ndarray of float64, shape (3,), or None
+        None where no line decides, as for a body that is not closed.
+
+    Examples
+    --------
+    >>> from geosurf import build_walls
+    >>> walls = build_walls((0, 9, 0, 8, -7, 0))
+    >>> point_inside(np.concatenate([wall.vertices[wall.triangles] for wall in walls]))[2].item()
+    -3.5
+    """
+    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    size = np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
+    rows = np.arange(corners.size // 3).reshape(-1, 3)
+    for widest in np.argsort(-size, kind="stable")[:LINES].tolist():
+        # not quite the middle of a triangle: less likely on an edge of another surface
+        foot = np.array([0.36, 0.33, 0.31]) @ corners[widest, :, :2]
+        # elevations where the line enters and leaves the body, in pairs
+        cut = np.sort(cross_columns(corners.reshape(-1, 3), rows, foot[None], foot).elevation)
+        if len(cut) and len(cut) % 2 == 0 and (cut[1::2] > cut[::2]).any():
+            # the longest part, so that the point is farthest from the shell
+            k = 2 * int(np.argmax(cut[1::2] - cut[::2]))
+            return np.array([*foot, 0.5 * (cut[k] + cut[k + 1])])
+    return None
+
+
+def units_of_bodies(bodies: Mapping[str, np.ndarray], units: Units) -> dict[str, str]:
+    """Return the unit that holds a point of each body, or '' where none does; see `point_inside`.
 
     Examples
     --------
     >>> import geosurf as gs
     >>> units = gs.Scene({"Top": gs.synthetic.tilted_planes(n=3).horizons["Top"]}).units
     >>> unit = units["below Top"]
-    >>> unit_of_body(unit.vertices[unit.triangles], units)
-    'below Top'
+    >>> units_of_bodies({"A": unit.vertices[unit.triangles]}, units)
+    {'A': 'below Top'}
     """
-    # corners (n, 3, 3) of the triangles around each unit
-    shells = {name: unit.vertices[unit.triangles] for name, unit in units.items()}
-    for x, y in _middles(corners):
-        # elevations where the line enters and leaves the body, in pairs
-        cut = _heights(corners, x, y)
-        if cut is None or len(cut) < 2 or len(cut) % 2:
-            continue
-
-        # the middle of the thickest piece is surely inside the body
-        # the longest piece, so that the point is farthest from the shell
-        thickness, z = max((b - a, (a + b) / 2) for a, b in zip(cut[::2], cut[1::2], strict=True))
-        found = {name: _heights(shell, x, y) for name, shell in shells.items()}
-        above = {name: one for name, one in found.items() if one is not None}
-
-        # a point on a shell decides nothing: the next line is tried
-        if thickness == 0 or len(above) < len(found) or any(z in one for one in above.values()):
-            continue
-
-        # an odd number of crossings above the point: the point is inside
-        holds = [name for name, one in above.items() if sum(level > z for level in one) % 2]
-        return holds[0] if holds else ""
-    return ""
-
-
-def _middles(corners: np.ndarray) -> Iterator[tuple[Fraction, Fraction]]:
-    """Easting and northing in the middle of the triangles that are widest on the map."""
-    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    size = np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
-    for row in np.argsort(-size, kind="stable")[:LINES].tolist():
-        # not quite the middle: less likely on an edge of another surface
-        x, y = (np.array([0.36, 0.33, 0.31]) @ corners[row, :, :2]).tolist()
-        yield Fraction(x), Fraction(y)
-
-
-def _heights(corners: np.ndarray, x: Fraction, y: Fraction) -> list[Fraction] | None:
-    """Where a vertical line meets triangles, lowest first; None if it meets an edge of one."""
-    # only triangles whose rectangle on the map has the line in it
-    low, high = corners[:, :, :2].min(axis=1), corners[:, :, :2].max(axis=1)
-    at = np.array([float(x), float(y)])
-    near = ((low <= at) & (at <= high)).all(axis=1)
-    found: list[Fraction] = []
-    for triangle in corners[near].tolist():
-        a, b, c = ([Fraction(value) for value in corner] for corner in triangle)
-
-        # barycentric coordinates of the line in the triangle, times twice its area
-        turns = [_turn(x, y, p, q) for p, q in ((b, c), (c, a), (a, b))]
-
-        # signs of both kinds: the line passes outside; a zero: through an edge, so this line
-        # decides nothing
-        if min(turns) < 0 < max(turns):
-            continue
-        if 0 in turns:
-            return None
-        height = sum(t * p[2] for t, p in zip(turns, (a, b, c), strict=True)) / sum(turns)
-        found.append(Fraction(height))
-    return sorted(found)
-
-
-def _turn(x: Fraction, y: Fraction, p: list[Fraction], q: list[Fraction]) -> Fraction:
-    """Twice the area of a triangle on the map: above 0 if (x, y), p, q turn to the left."""
-    return (p[0] - x) * (q[1] - y) - (p[1] - y) * (q[0] - x)
+    inside = {name: point_inside(corners) for name, corners in bodies.items()}
+    points = {name: point for name, point in inside.items() if point is not None}
+    if not points:
+        return dict.fromkeys(bodies, "")
+    found = sample_units(units, np.array(list(points.values()))).unit.values.tolist()
+    return dict.fromkeys(bodies, "") | dict(zip(points, found, strict=True))
 
 
 # ---- fault inputs ----------------------------------------
@@ -357,22 +322,12 @@ def untorn_scene(
             on_step("zones", str(zone), correction_in_words(corrections.sel(zone=zone)))
 
     # not torn yet: sheets need the faults as extension and truncation leave them
-    box = scenario.box.sides if scenario.box is not None else None
     plain = {
         # points have no grid yet: their outline stands for them until they are torn
         name: footprint(name, data, {}) if are_points(data) else data
         for name, data in horizons.items()
     }
-    scene = Scene(
-        _with_empty_blocks(scenario, plain),
-        faults,
-        box,
-        column={entry.name: entry.rule for entry in scenario.horizons},
-        extend={entry.name: entry.extend for entry in scenario.faults if entry.extend},
-        truncations=truncations_of(scenario),
-        lengthen={entry.name: entry.distances for entry in scenario.faults if entry.distances},
-        **shared,
-    )
+    scene = Scene(_with_empty_blocks(scenario, plain), faults, **_rules(scenario), **shared)
     on_step("read", _numbers(scene), "")
     return _with_network(scenario, scene, on_step), horizons
 
@@ -406,16 +361,23 @@ def scene_in_time(scenario: Scenario) -> Scene:
     tear = scenario.tear
     return Scene(
         in_ms, {name: triangulate_fault(one, name=name) for name, one in faults.items()},
-        None if scenario.box is None else scenario.box.sides,
-        column={entry.name: entry.rule for entry in scenario.horizons},
-        extend={entry.name: entry.extend for entry in scenario.faults if entry.extend},
-        truncations=truncations_of(scenario),
-        lengthen={entry.name: entry.distances for entry in scenario.faults if entry.distances},
-        aoi=None if scenario.aoi is None else scenario.aoi.value, crs=scenario.crs,
+        **_rules(scenario), crs=scenario.crs,
+        aoi=None if scenario.aoi is None else scenario.aoi.value,
         tear=None if tear is None else tear.trim_cells,
         fill_empty_blocks=None if tear is None else tear.fill_empty_blocks,
         time=scenario.time, velocity=scenario.velocity, tops=_tops(scenario).get("tops"),
     )  # fmt: skip
+
+
+def _rules(scenario: Scenario) -> dict[str, Any]:
+    """The box, the column, and what is done to faults: in time as in depth."""
+    return {
+        "box": None if scenario.box is None else scenario.box.sides,
+        "column": {entry.name: entry.rule for entry in scenario.horizons},
+        "extend": {entry.name: entry.extend for entry in scenario.faults if entry.extend},
+        "truncations": truncations_of(scenario),
+        "lengthen": {entry.name: entry.distances for entry in scenario.faults if entry.distances},
+    }
 
 
 def _with_network(scenario: Scenario, scene: Scene, on_step: OnStep) -> Scene:

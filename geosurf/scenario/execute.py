@@ -22,7 +22,7 @@ from geosurf.model.distributions import medians
 from geosurf.model.expected import flag_of
 from geosurf.read import read_points, read_polygons
 from geosurf.report import report_scene
-from geosurf.scenario.build import build_scene, unit_of_body
+from geosurf.scenario.build import build_scene, units_of_bodies
 from geosurf.scenario.keys import Scenario
 from geosurf.scenario.output import (
     NO_NETCDF,
@@ -45,7 +45,7 @@ from geosurf.scenario.output_keys import OutputSettings
 from geosurf.scenario.step_log import Progress, StepLog, pictured
 from geosurf.scenario.validate import read_scenario
 from geosurf.scene import Scene
-from geosurf.scene.result_cache import ResultCache, check_with_cache
+from geosurf.scene.result_cache import ResultCache, cache_in, check_with_cache
 from geosurf.stopping import temporary_folder
 from geosurf.warning import warn
 from geosurf.write import write
@@ -316,7 +316,7 @@ def run(
     scenario = writable_formats(scenario)
     wells = wells_of_scenario(scenario)
     choice = choice_of_pictures(scenario) if will_draw(scenario, pictures) else None
-    cache = None if cache_dir is None else ResultCache(cache_dir)
+    cache = cache_in(cache_dir)
 
     # all results appear together at the end, or those of the run before stay
     with new_results(out) as folder:
@@ -385,7 +385,7 @@ def write_report(
     require_writable(folder)
     choice = choice_of_pictures(scenario) if will_draw(scenario, pictures) else None
     log = StepLog(progress)
-    cache = None if cache_dir is None else ResultCache(cache_dir)
+    cache = cache_in(cache_dir)
     scene = compute(scenario, log, None if choice is None else Path(folder), cache)
     fluids = fluids_of(scenario, scene, log)
     certificate = check_with_cache(scene, cache)
@@ -471,7 +471,8 @@ def _regions(scenario: Scenario, scene: Scene) -> dict[str, tuple[float, str]]:
 
     # regions are bodies of the other program; a point inside finds the unit that holds each
     shells = read_region_faces(model.file, positive=model.positive, length_unit=model.length_unit)
-    return {n: (volume_inside(s), unit_of_body(s, scene.units)) for n, s in shells.items()}
+    holding = units_of_bodies(shells, scene.units)
+    return {name: (volume_inside(shell), holding[name]) for name, shell in shells.items()}
 
 
 def _draw(

@@ -230,7 +230,7 @@ def output_files(scenario: Scenario, *, pictures: bool = True, report: bool = Tr
     if scenario.wells is not None:
         files.append(FILE)
     if scenario.grid is not None:
-        files += ["grid.grdecl", "grid.inc"]
+        files += GRID_FILES
         files += [MULTIPLIERS] if getattr(scenario.seal, "permeability_md", None) else []
     files.append("certificate.txt")
     if pictures:
@@ -350,31 +350,17 @@ def why_no_lists(scene: Scene) -> str:
 
 FOLDERS = ("units", "pictures", "report")
 FILES = (
-    *("units.vtm", "curves.vtp", "curves.pl", "volumes.csv", "volumes.nc"),
-    *("units.ml", "surfaces.epc", "surfaces.h5"),
-    *("certificate.txt", "closures.csv", "volumetrics.csv", "wells.csv", "grid.grdecl", "grid.inc"),
-    *(SEAL, MULTIPLIERS),
-)
+    *FORMATS.values(), "surfaces.h5", "certificate.txt", *GRID_FILES, MULTIPLIERS,
+    CLOSURES, SEAL, VOLUMETRICS, FILE,
+)  # fmt: skip
 # what runs write, as patterns of paths relative to the output folder
 OURS = Names(
-    tuple(
-        re.compile(pattern)
-        for pattern in (
-            r"units\.(vtm|ml)",
-            r"surfaces\.(epc|h5)",
-            r"units/\d{3,}_[^/]*\.vtp",
-            r"curves\.(vtp|pl)",
-            r"volumes\.(csv|nc)",
-            r"(closures|seal|volumetrics|wells)\.csv",
-            r"certificate\.txt",
-            r"grid\.(grdecl|inc)",
-            r"grid_multipliers\.inc",
-            r"failure\.png",
-            r"report/index\.html",
-            r"pictures/(view_[a-z]+|units_exploded|search)\.png",
-            r"pictures/(map|isochore|allan|throw|section)_[^/]*\.png",
-            MARK.replace(".", r"\."),
-        )
+    (
+        *(re.compile(re.escape(name)) for name in (*FILES, "failure.png", "report/index.html")),
+        re.compile(r"units/\d{3,}_[^/]*\.vtp"),
+        re.compile(r"pictures/(view_[a-z]+|units_exploded|search)\.png"),
+        re.compile(r"pictures/(map|isochore|allan|throw|section)_[^/]*\.png"),
+        re.compile(re.escape(MARK)),
     ),
     FOLDERS,
 )

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from geosurf.conventions import did_you_mean, is_number
+from geosurf.conventions import is_number
 from geosurf.errors import DependencyError, InputError
 from geosurf.measure.velocity import DATUM
 from geosurf.model.distributions import Normal, Triangular, Uniform
@@ -156,14 +156,8 @@ def _check_one(
 ) -> None:
     """Refuse an uncertainty that contradicts itself, or names what does not exist."""
     # Names first: later messages use them.
-    kind = KINDS[entry.kind]
     for name in entry.of:
-        if name not in known:
-            names = ", ".join(map(repr, dict.fromkeys(known)))
-            rest = f"{kind} are {names}" if names else f"the scenario has no {kind}"
-            at.inside("of").refuse(
-                f"{label}: unknown name {name!r}; {rest}.{did_you_mean(name, known)}"
-            )
+        at.inside("of").refuse_unknown(label, f"name of {KINDS[entry.kind]}", name, known)
     given = [word for word in DISTRIBUTIONS if getattr(entry, word) is not None]
 
     # A depth error is a random field, which has no single distribution.

@@ -140,7 +140,10 @@ def check_tears(scenario: Scenario, at: KeyPath) -> None:
         "fault": [entry.name for entry in scenario.faults],
         "horizon": [entry.name for entry in scenario.horizons],
     }
-    _check_throws(scenario, known, at)
+    given: set[tuple[str, str]] = set()  # pairs of fault and horizon that have a throw already
+    for row, entry in enumerate(scenario.throws):
+        with at.of(f"throws[number {row + 1}]").noting():
+            _check_throw(scenario, entry, known, given, at.of(f"throws[number {row + 1}]"))
     with at.of("tops", "tie").noting():
         if scenario.tops is not None and scenario.tops.tie and scenario.throws:
             at.of("tops", "tie").refuse(
@@ -175,7 +178,7 @@ def check_tears(scenario: Scenario, at: KeyPath) -> None:
     for (kind, names), key in zip(named.items(), ("trim_cells", "horizons"), strict=True):
         for name in names:
             with at.of("tear", key).noting():
-                _refuse_unknown(at.of("tear", key), f"tear.{key}", kind, name, known[kind])
+                at.of("tear", key).refuse_unknown(f"tear.{key}", kind, name, known[kind])
 
     # a horizon is torn from its data or by throws, never both
     for row, entry in enumerate(scenario.throws):
@@ -188,23 +191,6 @@ def check_tears(scenario: Scenario, at: KeyPath) -> None:
                     )
 
 
-def _refuse_unknown(at: KeyPath, label: str, kind: str, name: str, known: Sequence[str]) -> None:
-    """Refuse a name that no fault or horizon has."""
-    if name not in known:
-        guess = did_you_mean(name, known)
-        at.refuse(f"{label}: unknown {kind} {name!r}; name one of the {kind}s.{guess}")
-
-
-def _check_throws(scenario: Scenario, known: Mapping[str, list[str]], at: KeyPath) -> None:
-    """Each throw is given once, in one form, for a fault and horizons that exist."""
-    # Pairs of fault and horizon that have a throw already.
-    given: set[tuple[str, str]] = set()
-    for row, entry in enumerate(scenario.throws):
-        place = at.of(f"throws[number {row + 1}]")
-        with place.noting():
-            _check_throw(scenario, entry, known, given, place)
-
-
 def _check_throw(
     scenario: Scenario,
     entry: ThrowInput,
@@ -212,11 +198,11 @@ def _check_throw(
     given: set[tuple[str, str]],
     at: KeyPath,
 ) -> None:
-    """One throw: see `_check_throws`."""
+    """A throw is given once, in one form, for a fault and horizons that exist."""
     label = f"throws of {entry.fault!r}"
-    _refuse_unknown(at.inside("fault"), label, "fault", entry.fault, known["fault"])
+    at.inside("fault").refuse_unknown(label, "fault", entry.fault, known["fault"])
     for name in entry.horizons:
-        _refuse_unknown(at.inside("horizons"), label, "horizon", name, known["horizon"])
+        at.inside("horizons").refuse_unknown(label, "horizon", name, known["horizon"])
 
     # throw has one form; lengths of the ellipse need that form
     throws = (entry.throw_m, entry.profile_m, entry.elliptic_m)
@@ -491,17 +477,7 @@ def _check_names(scenario: Scenario, at: KeyPath) -> None:
     surfaces = [name for _, name in named]
     for name in scenario.output.search or ():
         with at.of("output", "search").noting():
-            _check_known(at.of("output", "search"), "output.search", "surface", name, surfaces)
-
-
-def _check_known(at: KeyPath, label: str, kind: str, name: str, known: Sequence[str]) -> None:
-    """A name is one of those that are known."""
-    if name not in known:
-        listed = ", ".join(map(repr, known)) or "none"
-        at.refuse(
-            f"{label}: unknown {kind} {name!r}. {kind.capitalize()}s are {listed}."
-            f"{did_you_mean(name, known)}"
-        )
+            at.of("output", "search").refuse_unknown("output.search", "surface", name, surfaces)
 
 
 def _check_files(scenario: Scenario, at: KeyPath) -> None:
@@ -617,12 +593,13 @@ def _check_contacts(scenario: Scenario, at: KeyPath) -> None:
         for name, named in (scenario.regions or {}).items():
             with at.of("regions", name).noting():
                 for side in named if isinstance(named, tuple) and isinstance(named[0], str) else ():
-                    _check_known(at.of("regions", name), f"regions.{name}", "side", side, sides)
+                    place = at.of("regions", name)
+                    place.refuse_unknown(f"regions.{name}", "side", side, sides)
         for entry in scenario.contacts:
             label = f"contacts[{entry.name!r}]"
             with at.of(label, "zones").noting():
                 for zone in entry.zones:
-                    _check_known(at.of(label, "zones"), label, "zone", zone, zones)
+                    at.of(label, "zones").refuse_unknown(label, "zone", zone, zones)
             with at.of(label, "block").noting():
                 if entry.block not in (None, ELSEWHERE) and not parse_sides(entry.block, faults):
                     known = ", ".join(map(repr, sides)) or "none"

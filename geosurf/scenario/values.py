@@ -7,7 +7,7 @@ the dataclass. ``check.allowed`` is that statement, for messages and docs.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import MISSING, dataclass, field, fields, replace
 from functools import wraps
@@ -231,6 +231,13 @@ class KeyPath:
     def refuse(self, sentence: str) -> NoReturn:
         """End the check of this value with a sentence."""
         raise WrongValue(Mistake(self.keys, sentence))
+
+    def refuse_unknown(self, label: str, kind: str, name: str, known: Sequence[str]) -> None:
+        """Refuse a name that none of some things has, and list those that they have."""
+        if name not in known:
+            listed = ", ".join(map(repr, dict.fromkeys(known))) or "none"
+            guess = did_you_mean(name, known)
+            self.refuse(f"{label}: unknown {kind} {name!r}; the scenario has {listed}.{guess}")
 
     @contextmanager
     def noting(self) -> Iterator[None]:

@@ -236,6 +236,11 @@ class ResultCache:
         return f"{counted(self.n_found, 'result')} from {self.folder}, {self.n_made} computed"
 
 
+def cache_in(folder: str | os.PathLike[str] | None) -> ResultCache | None:
+    """Return the results in a folder; None without one."""
+    return None if folder is None else ResultCache(folder)
+
+
 def name_of_result(kind: str, inputs: tuple[Any, ...]) -> str | None:
     """Return the file name of a result; None if an input is only known by its identity."""
     strangers: list[Any] = []

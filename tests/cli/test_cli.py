@@ -149,7 +149,7 @@ def test_render_draws_a_section_along_a_line(folder, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--section", "0,1500 4000;1500"], "'4000;1500' is not a point. Give easting and northing"),
+        (["--section", "0,1500 4000;1500"], "--section is '4000;1500', expected two numbers: easting and northing"),
         (["--section", "0,1500"], "'0,1500' has fewer than two points. Give easting"),
         (["--section", "-9,-9 -8,-8"], "lies outside the model (0 to 4000, 0 to 3000). Give"),
         (["--theme", "drak"], "Did you mean 'dark'"),

@@ -197,7 +197,7 @@ def test_the_example_of_new_can_be_run_as_an_ensemble(tmp_path, capsys):
         ("", "nothing is uncertain. Add a table"),
         ('[[uncertain]]\nkind = "depth"\n', "kind is 'depth'; it must be one of"),
         ('[[uncertain]]\nkind = "depth shift"\nof = ["Tip"]\nuniform = [0, 1]\n',
-         "unknown name 'Tip'; horizons are 'Top', 'Base'"),
+         "unknown name of horizons 'Tip'; the scenario has 'Top', 'Base'"),
         ('[[uncertain]]\nkind = "depth shift"\n', "exactly one of normal, uniform, triangular"),
         ('[[uncertain]]\nkind = "depth error"\nnormal = [0, 1]\n', "takes sd_m and range_m"),
         ('[[uncertain]]\nkind = "fault dip"\nsd_m = 5\nuniform = [0, 1]\n',

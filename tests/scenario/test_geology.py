@@ -81,7 +81,7 @@ corners_m = [[100, 100], [3900, 200], [3800, 2900], [2000, 1500], [200, 2800]]
         (2 * '[[contacts]]\nname = "OWC"\nelevation_m = -1\n', "is given without a block twice"),
         (
             '[[contacts]]\nname = "OWC"\nelevation_m = -1\nzones = ["Top/Bas"]',
-            r"toml, line \d+: contacts\['OWC'\]: unknown zone 'Top/Bas'. Zones are .* mean 'Top/B",
+            r"line \d+: contacts\['OWC'\]: unknown zone 'Top/Bas'; the scenario has.*mean 'Top/B",
         ),
         (
             '[[contacts]]\nname = "OWC"\nelevation_m = -1\nblock = "F7+"',
@@ -194,7 +194,7 @@ def test_picked_horizons_of_a_scenario_are_torn(folder, tmp_path):
     [
         (
             TEAR + 'horizons = ["Topp"]',
-            "unknown horizon 'Topp'; name one of the horizons. Did you mean 'T",
+            "unknown horizon 'Topp'; the scenario has 'Top', 'Base'. Did you mean 'T",
         ),
         (TEAR + THROWS, "horizon 'Top' is torn twice: .* by the throw of 'F1'. Select"),
         ("[tear]\ntrim_cells = 0", "tear.trim_cells is 0; it must be .auto., a number above 0"),

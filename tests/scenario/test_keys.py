@@ -31,7 +31,7 @@ BAD = {
     "unknown view": (('["southwest"]', '["southwets"]'), r"output.views has 'southwets'; it may have .*Did you mean 'southwest'"),
     "picture size": (("[400, 260]", "[400, true]"), r"output.size_px is \[400, True\]; it must be two whole numbers, \[width, height\], from \[200, 150\]"),
     "switch": (("size_px", "maps = 1\nsize_px"), r"output.maps is 1; it must be true or false"),
-    "search names": (('["Top", "F1"]', '["Top", "F2"]'), r"output.search: unknown surface 'F2'. Surfaces are 'Top', 'Base', 'F1'"),
+    "search names": (('["Top", "F1"]', '["Top", "F2"]'), r"output.search: unknown surface 'F2'; the scenario has 'Top', 'Base', 'F1'"),
     "colour": (("[output]", '[pictures]\ncolours = {Top = "tael"}\n[output]'), r"pictures.colours: the colour of 'Top' is 'tael'.*Did you mean 'teal'"),
     "camera": (("[output]", "[pictures]\ncamera = [0, 91]\n[output]"), r"pictures.camera is \[0, 91\]; it must be azimuth and height"),
     "wells": (("[output]", '[pictures]\nwells = {W1 = "no.csv"}\n[output]'), r"pictures.wells.W1 is 'no.csv', and .* is not there"),

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import re
-from types import SimpleNamespace
 
 import numpy as np
 
 import geosurf as gs
 from geosurf.read.model3d import read_regions
 from geosurf.scenario import read_scenario, run
-from geosurf.scenario.build import unit_of_body
+from geosurf.scenario.build import point_inside, units_of_bodies
 
 OUTPUT = """
 [output]
@@ -106,24 +105,21 @@ def body(*bounds):
 def test_bodies_are_identified_by_a_point_inside():
     world = gs.synthetic.graben(n=5)
     units = gs.Scene(world.horizons, world.faults, world.box).units
-    for name, unit in units.items():
-        assert unit_of_body(unit.vertices[unit.triangles], units) == name
-        assert unit_of_body(unit.vertices[unit.triangles[::-1, ::-1]], units) == name
+    bodies = {name: unit.vertices[unit.triangles] for name, unit in units.items()}
+    turned = {name: corners[::-1, ::-1] for name, corners in bodies.items()}
+    assert units_of_bodies(bodies, units) == {name: name for name in units}
+    assert units_of_bodies(turned, units) == {name: name for name in units}
     _, east, *others = world.box
-    assert unit_of_body(body(east + 1, east + 9, *others), units) == ""
-    assert unit_of_body(body(*world.box)[-2:], units) == ""  # a lid alone has no inside
-    assert unit_of_body(np.empty((0, 3, 3)), units) == ""
+    odd = {
+        "beside the model": body(east + 1, east + 9, *others),
+        "a lid alone": body(*world.box)[-2:],
+        "nothing": np.empty((0, 3, 3)),
+    }
+    assert units_of_bodies(odd, units) == dict.fromkeys(odd, "")
 
 
 def test_a_body_around_another_is_another_unit():
     """The longest way inside: not the middle of the outer one, where the inner one is."""
     shell = np.concatenate([body(0, 9, 0, 9, 0, 9), body(2, 7, 2, 7, 1, 7)])
-    walls = {"outer": shell, "inner": body(2, 7, 2, 7, 1, 7)}
-    units = {
-        name: SimpleNamespace(
-            vertices=c.reshape(-1, 3), triangles=np.arange(3 * len(c)).reshape(-1, 3)
-        )
-        for name, c in walls.items()
-    }
-    for name, corners in walls.items():
-        assert unit_of_body(corners, units) == name
+    assert point_inside(shell)[2] == 8.0
+    assert point_inside(body(2, 7, 2, 7, 1, 7))[2] == 4.0

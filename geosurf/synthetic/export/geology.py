@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from geosurf.conventions import did_you_mean
+from geosurf.conventions import check_word
 from geosurf.errors import InputError
 from geosurf.synthetic.torn_horizon import DATUM, Fault, exists, sectors, side_of
 
@@ -609,20 +609,17 @@ class FieldTruth:
         return found
 
     def _horizon(self, name: str) -> Horizon:
-        if name not in self.horizons:
-            raise InputError(
-                f"no horizon of the field is called {name!r}; it has {', '.join(self.horizons)}."
-                f"{did_you_mean(str(name), self.horizons)}"
-            )
-        return self.geology.horizon(name)
+        return self.geology.horizon(_known(name, "horizon", self.horizons))
 
     def _fault(self, name: str) -> str:
-        if name not in self.faults:
-            raise InputError(
-                f"no fault of the field is called {name!r}; it has {', '.join(self.faults)}."
-                f"{did_you_mean(str(name), self.faults)}"
-            )
-        return name
+        return _known(name, "fault", self.faults)
+
+
+def _known(name: str, kind: str, names: tuple[str, ...]) -> str:
+    """A name, or an error where nothing of this kind has it."""
+    here = f"no {kind} of the field is called {name!r}; it has {', '.join(names)}."
+    check_word(name, names, here)
+    return name
 
 
 def _polygon(area: Any) -> np.ndarray:
