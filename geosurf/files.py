@@ -408,27 +408,24 @@ class Names:
 
     def found_in(self, folder: Path) -> Iterator[PurePosixPath]:
         """Give our files in a folder, links among them, but nothing behind linked folders."""
-        for place in (folder, *(folder / name for name in self.folders)):
-            if place == folder or (place.is_dir() and not place.is_symlink()):
-                for path in place.iterdir():
-                    name = PurePosixPath(path.relative_to(folder).as_posix())
-                    if name in self and _is_file(path):
-                        yield name
+        for path, name in self._listed(folder):
+            if name in self and (path.is_symlink() or path.is_file()):
+                yield name
 
     def foreign_in(self, folder: Path, but: Iterable[str] = ()) -> Iterator[Path]:
         """Give what lies in a folder, or in one of our folders in it, and is not ours."""
         ours = set(self.found_in(folder))
+        for path, name in self._listed(folder):
+            entered = str(name) in self.folders and path.is_dir() and not path.is_symlink()
+            if not (entered or name in ours or str(name) in but):
+                yield path
+
+    def _listed(self, folder: Path) -> Iterator[tuple[Path, PurePosixPath]]:
+        """Give what lies in a folder, and in our folders in it unless they are links."""
         for place in (folder, *(folder / name for name in self.folders)):
             if place == folder or (place.is_dir() and not place.is_symlink()):
                 for path in place.iterdir():
-                    name = PurePosixPath(path.relative_to(folder).as_posix())
-                    entered = str(name) in self.folders and path.is_dir() and not path.is_symlink()
-                    if not (entered or name in ours or str(name) in but):
-                        yield path
-
-
-def _is_file(path: Path) -> bool:
-    return path.is_symlink() or path.is_file()
+                    yield path, PurePosixPath(path.relative_to(folder).as_posix())
 
 
 # ---- one step: two folders swap names -----------------------------------------------------

@@ -16,12 +16,12 @@ from geosurf.conventions.crs import are_same, label
 from geosurf.errors import FormatError, InputError, OutputError
 from geosurf.intersect import intersect_surfaces
 from geosurf.measure.section import ragged
-from geosurf.read import FAULT_FORMATS, GRID_FORMATS, read_fault, read_horizon
+from geosurf.model import TriSurface
 from geosurf.read._common import collected, otherwise
 from geosurf.read.features import features
 from geosurf.read.file_info import kind_of_file
 from geosurf.read.netcdf import holds_fault
-from geosurf.read.registry import MESH_FORMATS, TITLES, detect
+from geosurf.read.registry import MESH_FORMATS, TITLES
 from geosurf.read.resqml.surfaces import function_of
 from geosurf.triangulate import triangulate_fault, triangulate_horizon, triangulate_sticks
 from geosurf.write import NO_DIRECTION, WRITERS, kind_of, write
@@ -33,9 +33,7 @@ from geosurf.write.written import Loss, Written
 
 def curves_command(options: argparse.Namespace) -> Answer:
     """Find the curves of two surface files, and write them."""
-    # what a file states itself wins; these fill in the rest (`otherwise`)
-    words = {"positive": options.positive, "length_unit": options.length_unit}
-    surfaces = [_surface(Path(path), words) for path in (options.first, options.second)]
+    surfaces = [_surface(Path(path), options) for path in (options.first, options.second)]
 
     # curves name their surfaces: files of one name are distinguished by their paths
     if surfaces[0].name == surfaces[1].name:
@@ -68,34 +66,20 @@ def curves_command(options: argparse.Namespace) -> Answer:
     return Answer(data, "\n".join(lines))
 
 
-def _surface(path: Path, words: dict[str, str | None]) -> Any:
-    """Read one surface: a horizon or a fault, by content, else by suffix; NetCDF by dimensions."""
-    # the content decides where it can; a file that neither content nor suffix shows is refused
-    suffix = path.suffix.lower()
-    formats = (*GRID_FORMATS.values(), *FAULT_FORMATS.values())
-    known = {word for _, _, suffixes in formats for word in suffixes}
-    found = detect(path) if path.is_file() else None
-    if suffix not in known and found not in {*GRID_FORMATS, *FAULT_FORMATS}:
-        missing = "" if path.exists() else " and the file does not exist"
+def _surface(path: Path, options: argparse.Namespace) -> TriSurface:
+    """Read one surface: what `convert` would write as triangles."""
+    asked = dict.fromkeys(("read_as", "name", "columns", "decimal", "heads")) | vars(options)
+    source = _read(path, OF_SURFACES, argparse.Namespace(**asked))
+    _fit(source, OF_SURFACES, None)
+    if not isinstance(source.obj, TriSurface):
         raise FormatError(
-            f"{path}: the suffix {path.suffix!r} is not that of a surface file{missing}. "
-            f"Surface files end with {', '.join(sorted(known))}. Rename the file, or save it "
-            "in one of these formats."
+            f"{path}: this is a file of {TITLES.get(source.key, source.key)}, read with "
+            f"{source.function}, and curves need surfaces. Give a grid, a mesh or fault sticks."
         )
-
-    # NetCDF holds grids and faults; its dimensions decide
-    by_suffix = any(suffix in suffixes for _, _, suffixes in GRID_FORMATS.values())
-    gridded = found in GRID_FORMATS if found else by_suffix
-    if found == "netcdf" or (found is None and suffix in GRID_FORMATS["netcdf"][2]):
-        gridded = not holds_fault(path)
-    if gridded:
-        return triangulate_horizon(read_horizon(path, **otherwise(words)), name=path.stem)
-
-    # some files hold triangles, others sticks or grids, which become triangles here
-    fault = read_fault(path, **otherwise(words))
-    return fault if hasattr(fault, "triangles") else triangulate_fault(fault, name=path.stem)
+    return source.obj
 
 
+OF_SURFACES = ".ts"  # the suffix of files that hold surfaces only
 FUNCTIONS = {
     "horizon": "read_horizon",
     "fault": "read_fault",

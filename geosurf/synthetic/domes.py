@@ -84,7 +84,7 @@ def dome_and_flat_fault(
     mean = crest - height * side**2 / 3 * (1 / a**2 + 1 / b**2)
     # A paraboloid cap holds half of its cylinder.
     cap = math.pi * a * b * height / 2
-    truth = _split_by_level(box, "Flat", level, footprint * (mean - box[4]), cap)
+    truth = _split_by_level(box, level, footprint * (mean - box[4]), cap)
     truth |= {"curve_length": {("Top", "Flat"): ellipse_length(a, b)}, "n_curve": 1, "closed": True}
     formula = (
         f"Top: z = {crest:g} - {height:g} (((x - 2000) / {a:g})^2 + ((y - 2000) / {b:g})^2); "
@@ -93,7 +93,7 @@ def dome_and_flat_fault(
     )
 
     horizons = {"Top": make_horizon("Top", box, n, dome, offset)}
-    faults = {"Flat": _flat("Flat", box, level, n, offset)}
+    faults = {"Flat": _flat(box, level, n, offset)}
     return World("dome_and_flat_fault", horizons, faults, shifted(box, offset), truth, formula)
 
 
@@ -159,7 +159,7 @@ def egg_box(
     # one dome in units of wave lengths (u = k x, v = k y): area scales by 1 / k^2, height by
     # `height`
     caps = n_dome * cap * height / wave**2
-    truth = _split_by_level(box, "Flat", flat, side**2 * (middle - box[4]), caps)
+    truth = _split_by_level(box, flat, side**2 * (middle - box[4]), caps)
     truth |= {
         "curve_length": {("Top", "Flat"): n_dome * length / wave},
         "n_curve": n_dome,
@@ -173,7 +173,7 @@ def egg_box(
     )
 
     horizons = {"Top": make_horizon("Top", box, n, domes, offset)}
-    faults = {"Flat": _flat("Flat", box, flat, n, offset)}
+    faults = {"Flat": _flat(box, flat, n, offset)}
     return World("egg_box", horizons, faults, shifted(box, offset), truth, formula)
 
 
@@ -195,7 +195,7 @@ def ellipse_length(a: float, b: float) -> float:
     return 2.0 * math.pi * total / (0.5 * (a + b))
 
 
-def _split_by_level(box: Box, name: str, level: float, below: float, cap: float) -> dict[str, Any]:
+def _split_by_level(box: Box, level: float, below: float, cap: float) -> dict[str, Any]:
     """Volumes of two zones over and under a flat surface.
 
     `below` is the volume under the horizon, `cap` the part of it over the surface.
@@ -207,22 +207,22 @@ def _split_by_level(box: Box, name: str, level: float, below: float, cap: float)
     whole = footprint * (box[5] - box[4])
     return {
         "volumes": {
-            ("above Top", (f"{name}+",)): whole - under - cap,
-            ("above Top", (f"{name}-",)): under - (below - cap),
-            ("below Top", (f"{name}+",)): cap,
-            ("below Top", (f"{name}-",)): below - cap,
+            ("above Top", ("Flat+",)): whole - under - cap,
+            ("above Top", ("Flat-",)): under - (below - cap),
+            ("below Top", ("Flat+",)): cap,
+            ("below Top", ("Flat-",)): below - cap,
         },
         "zone_volumes": {"above Top": whole - below, "below Top": below},
     }
 
 
-def _flat(name: str, box: Box, level: float, n: int, offset: Offset) -> xarray.Dataset:
+def _flat(box: Box, level: float, n: int, offset: Offset) -> xarray.Dataset:
     """A flat fault, 100 m larger than the box, its nodes beside those of the horizon."""
     # a flat surface needs few nodes, and 100 m beyond the box so that it cuts the four sides
     size = max(2, n // 3)
     x = np.linspace(box[0] - 100.0, box[1] + 100.0, size)[None, :]
     y = np.linspace(box[3] + 100.0, box[2] - 100.0, size)[:, None]
-    return make_fault(name, x, y, np.full((size, size), level), offset)
+    return make_fault("Flat", x, y, np.full((size, size), level), offset)
 
 
 def _one_dome(level: float) -> tuple[float, float]:
@@ -314,15 +314,8 @@ def listric(
     foot = breadth * (east * (high - bottom) - (first(high) - first(bottom)))
     whole = width * breadth * (high - bottom)
 
-    volumes = {
-        ("above Top", ("F1+",)): whole - foot - (below - foot_below),
-        ("above Top", ("F1-",)): foot - foot_below,
-        ("below Top", ("F1+",)): below - foot_below,
-        ("below Top", ("F1-",)): foot_below,
-    }
     truth = {
-        "volumes": volumes,
-        "zone_volumes": {"above Top": whole - below, "below Top": below},
+        **_split_by_fault(whole, below, foot, foot_below),
         "curve_length": {("Top", "F1"): _oblique_arc(radius, slope, ends)},
         "n_curve": 1,
         "closed": False,
@@ -342,6 +335,22 @@ def listric(
     along = np.linspace(box[2] - 100.0, box[3] + 100.0, max(2, n // 2))[None, :]
     fault = make_fault("F1", arc(down), along, down + top, offset)
     return World("listric", {"Top": height}, {"F1": fault}, shifted(box, offset), truth, formula)
+
+
+def _split_by_fault(
+    whole: float, below: float, foot: float, foot_below: float
+) -> dict[str, dict[Any, float]]:
+    """Volumes of the units and zones of one horizon and one fault.
+
+    Of the box, of what is below the horizon, and of the parts of both in the footwall.
+    """
+    volumes = {
+        ("above Top", ("F1+",)): whole - foot - (below - foot_below),
+        ("above Top", ("F1-",)): foot - foot_below,
+        ("below Top", ("F1+",)): below - foot_below,
+        ("below Top", ("F1-",)): foot_below,
+    }
+    return {"volumes": volumes, "zone_volumes": {"above Top": whole - below, "below Top": below}}
 
 
 def _circle_integrals(radius: float) -> tuple[Callable[[float], float], Callable[[float], float]]:
@@ -737,12 +746,4 @@ def _volumes() -> dict[str, dict]:
     )
 
     # the four units by differences from these integrals
-    whole = (e - w) * (n - s) * (t - b)
-    volumes = {
-        ("above Top", ("F1+",)): whole - beside - (below - below_west),
-        ("above Top", ("F1-",)): beside - below_west,
-        ("below Top", ("F1+",)): below - below_west,
-        ("below Top", ("F1-",)): below_west,
-    }
-    zones = {"above Top": whole - below, "below Top": below}
-    return {"volumes": volumes, "zone_volumes": zones}
+    return _split_by_fault((e - w) * (n - s) * (t - b), below, beside, below_west)

@@ -298,11 +298,16 @@ def _planar_world(
     sheets = {key: _plane_fault(key, box, n, *spec, offset) for key, spec in faults.items()}
 
     # the very floats of the surfaces, as fractions: truth and model see the same planes
-    truth = _planar_truth(
-        box,
-        {k: _above(c) for k, c in horizons.items()},
-        {k: _hanging(*spec) for k, spec in faults.items()},
-    )
+    zones = {zone: value for (zone, _), value in _volumes(box, {}, horizons).items()}
+    volumes = _volumes(box, {key: (*plane, 0.0) for key, plane in faults.items()}, horizons)
+    lengths = _lengths(box, horizons, faults)
+    truth = {
+        "volumes": {key: value for key, value in volumes.items() if value > 0},
+        "zone_volumes": zones,
+        "curve_length": lengths,
+        "n_curve": len(lengths),
+        "closed": False,
+    }
     return World(name, grids, sheets, shifted(box, offset), truth, formula)
 
 
@@ -382,42 +387,17 @@ def _plane_fault(
     return make_fault(name, x, y, z, offset)
 
 
-def _planar_truth(box: Box, above: dict[str, Plane], hanging: dict[str, Plane]) -> dict[str, Any]:
-    """Volumes of all zones on all sides, and lengths of all curves."""
-    # Clip the box to each zone, then each zone to the sides of all faults.
-    solid = box_polyhedron(box)
-    column = list(above.values())
-    volumes: dict[tuple[str, tuple[str, ...]], float] = {}
-    zones: dict[str, float] = {}
-    for i, zone in enumerate(zone_names(list(above))):
-        layer = solid
-        if i > 0:
-            layer = clip(layer, _other_side(column[i - 1]))
-        if i < len(column):
-            layer = clip(layer, column[i])
-        zones[zone] = float(volume(layer))
-
-        # each combination of sides; an empty one has volume 0 and is left out below
-        for signs in product("+-", repeat=len(hanging)):
-            block = layer
-            for sign, plane in zip(signs, hanging.values(), strict=True):
-                block = clip(block, plane if sign == "+" else _other_side(plane))
-            sides = tuple(f"{f}{sign}" for f, sign in zip(hanging, signs, strict=True))
-            volumes[zone, sides] = float(volume(block))
-
-    lengths = {}
-    for (top, plane), (fault, cut) in product(above.items(), hanging.items()):
-        ends = chord(section(solid, plane), cut)
+def _lengths(
+    box: Box, horizons: Mapping[str, Any], faults: Mapping[str, Any]
+) -> dict[tuple[str, str], float]:
+    """Length of the curve of each horizon and fault that meet in the box."""
+    solid, lengths = box_polyhedron(box), {}
+    for (top, coefficients), (fault, plane) in product(horizons.items(), faults.items()):
+        # The curve is the chord of the fault in the horizon's section of the box.
+        ends = chord(section(solid, _above(coefficients)), _hanging(*plane))
         if ends:
-            # The curve is the chord of the fault in the horizon's section of the box.
             lengths[top, fault] = math.dist(*(tuple(map(float, end)) for end in ends))
-    return {
-        "volumes": {key: value for key, value in volumes.items() if value > 0},
-        "zone_volumes": zones,
-        "curve_length": lengths,
-        "n_curve": len(lengths),
-        "closed": False,
-    }
+    return lengths
 
 
 def _other_side(plane: Plane) -> Plane:
@@ -579,17 +559,24 @@ def _zones(
     return found
 
 
-def _truth(spec: dict[str, tuple], horizons: dict) -> dict[str, Any]:
-    """Volumes of all zones in all sectors, and areas across all faults."""
-    # Sectors of the faults, each cut into zones: convex, so volumes are exact.
+def _volumes(
+    box: Box, spec: dict[str, tuple], horizons: Mapping[str, Any]
+) -> dict[tuple[str, tuple[str, ...]], float]:
+    """Volumes of all zones in all sectors; convex, so they are exact."""
     planes = {key: _hanging(*plane[:3]) for key, plane in spec.items()}
-    solid = box_polyhedron(_BOX)
-    sectors = _sides(spec)
-    volumes = {}
-    for sides in sectors:
+    solid, volumes = box_polyhedron(box), {}
+    for sides in _sides(spec):
         block = _clipped(solid, _walls(planes, sides))
         for zone, half_spaces in _zones(spec, horizons, sides).items():
             volumes[zone, sides] = float(volume(_clipped(block, half_spaces)))
+    return volumes
+
+
+def _truth(spec: dict[str, tuple], horizons: dict) -> dict[str, Any]:
+    """Volumes of all zones in all sectors, and areas across all faults."""
+    volumes = _volumes(_BOX, spec, horizons)
+    planes = {key: _hanging(*plane[:3]) for key, plane in spec.items()}
+    solid, sectors = box_polyhedron(_BOX), _sides(spec)
 
     # Across a fault, zone a above meets zone b below in the section of both with its plane.
     areas: dict[tuple[str, str, str], float] = {}

@@ -149,10 +149,7 @@ def vtp_of_unit(unit: Unit, name: str) -> tuple[bytes, list[Loss]]:
     """Return the shell of a unit with the surface of each triangle, zone and block."""
     words = {
         "name": [name],
-        "zone": [unit.zone],
-        "block": [unit.block],
-        **({"region": [unit.region]} if unit.region else {}),
-        **({"contact": [unit.contact]} if unit.contact else {}),
+        **{key: [word] for key, word in words_of_unit(unit).items()},
         "surface_names": list(unit.surface_names),
         **_crs(unit),
     }
@@ -162,6 +159,13 @@ def vtp_of_unit(unit: Unit, name: str) -> tuple[bytes, list[Loss]]:
         cell_data={"surface": unit.surface_of_triangle},
         words=words,
     ), []
+
+
+def words_of_unit(unit: Unit) -> dict[str, str]:
+    """Return zone and block of a unit, and its region and contact interval where it has some."""
+    more = {"region": unit.region, "contact": unit.contact}
+    words = {"zone": unit.zone, "block": unit.block}
+    return words | {key: word for key, word in more.items() if word}
 
 
 def vtm_of_units(units: Units, path: Path, name: str | None, crs: str | None) -> FileSet:

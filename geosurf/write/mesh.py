@@ -26,6 +26,7 @@ from geosurf.conventions.palette import RGB, fault, stratum, unit_colours
 from geosurf.errors import OutputError
 from geosurf.model import Patches, TetMesh, TriSurface, Unit, Units
 from geosurf.stopping import temporary_folder
+from geosurf.write.datasets import words_of_unit
 from geosurf.write.written import Loss, precision_lost
 
 # ---- exodus ----------------------------------------
@@ -325,12 +326,7 @@ _SURFACES = Loss(
 
 
 def _body(unit: Unit, colour: RGB, name: str) -> Body:
-    words = {"zone": unit.zone, "block": unit.block}
-    if unit.region:
-        words["region"] = unit.region
-    if unit.contact:
-        words["contact"] = unit.contact
-    return Body(name, colour, unit.vertices, unit.triangles, words)
+    return Body(name, colour, unit.vertices, unit.triangles, words_of_unit(unit))
 
 
 def _colour(role: str, number: int) -> RGB:

@@ -31,7 +31,7 @@ from geosurf.read import (
     read_tops,
     read_tsurf,
 )
-from geosurf.read._common import is_number, read_text
+from geosurf.read._common import collected, is_number, read_text
 from geosurf.read.netcdf import holds_fault
 from geosurf.read.polylines import NAMED_LINES, fault_names
 from geosurf.read.registry import detect
@@ -40,29 +40,23 @@ from geosurf.read.resqml.surfaces import surfaces_of
 from geosurf.scenario.new.judge import OUT, Found, mean_dip, name_from, plane_dip, thinned
 
 # ---- reading ----------------------------------------
-# Files are read with default words, and read again to find out what they state themselves.
+# Files are read with words that apply only where a file is silent; readers note what it states.
 
 
 MOST_POINTS = 250_000  # that are kept of a horizon
-# Words for readers that apply only where a file is silent: reading twice with different words shows
-# whether it is.
 UP: dict[str, Any] = otherwise({"positive": "up", "length_unit": "m"})
-NEXT_UNIT: dict[str, Any] = otherwise({"positive": "up", "length_unit": "ft"})
 DOWN: dict[str, Any] = otherwise({"positive": "down", "length_unit": "m"})
 
 
 def surface_of_file(path: Path, read: Any, form: str, kind: str, note: str) -> Found:
     """Read a file with direction and unit as defaults; find out whether it states them."""
-    first = read(path, **UP)
-    one = Found(path, kind, form, note, points=points_in(first), data=first)
-    one.note = note or str(one.points.shape[0])
-    # Formats with attributes may state direction and unit; the others never do.
-    silent = path.suffix.lower() not in (*GRID_FORMATS["netcdf"][2], ".vtp", ".vtk", ".vtu")
-    # Equal points under both words: the file has the last word.
-    if not silent:
-        one.states_direction = are_equal(one.points, points_in(read(path, **DOWN)))
-        one.states_unit = are_equal(one.points, points_in(read(path, **NEXT_UNIT)))
-    one.points = thinned(one.points, MOST_POINTS)
+    with collected() as notes:
+        data = read(path, **UP)
+    points = points_in(data)
+    one = Found(path, kind, form, note or str(len(points)), data=data)
+    one.points = thinned(points, MOST_POINTS)
+    one.states_direction = "stated by the file" in notes.get("sign", "")
+    one.states_unit = "stated by the file" in notes.get("unit of z", "")
     return one
 
 
@@ -77,11 +71,6 @@ def points_in(data: Any) -> np.ndarray:
         x, y = np.meshgrid(x.values, y.values)
     points = np.column_stack([np.ravel(v) for v in (x, y, z)]).astype(np.float64)
     return points[np.isfinite(points).all(axis=1)]
-
-
-def are_equal(a: np.ndarray, b: np.ndarray) -> bool:
-    """Return whether two arrays have the same values."""
-    return a.shape == b.shape and bool((a == b).all())
 
 
 # ---- surfaces ----------------------------------------
@@ -198,7 +187,8 @@ def mesh(path: Path, known_as: str, read: Any, name: str = "") -> Found:
         elif HORIZON_NAME.search(words):
             kind = "horizon"
     one = Found(path, kind, "mesh", note, name, np.asarray(surface.vertices), data=surface)
-    one.states_direction = are_equal(one.points, np.asarray(read(DOWN).vertices))
+    # of several surfaces in a file each may state it: equal points, whatever the caller assumes
+    one.states_direction = np.array_equal(one.points, read(DOWN).vertices)
     one.states_unit = True  # files of meshes state it, or it is that of x and y
     return one
 
