@@ -307,23 +307,84 @@ def build_virtual_walls(
     SurfaceError
         If the rim of a fault is not a line.
     """
-    drafts = {
-        fault.name: _draft(patches, fault, model)
-        for fault in sorted(faults, key=lambda one: one.name)
-        if fault.name in compartments
-    }
-    targets = [_target(patches, fault, drafts.get(fault.name), model) for fault in faults]
+    contacts = _contacts(patches, faults, model)
+    first: dict[tuple[str, int], str] = {}
+    while (
+        True
+    ):  # until each wall separates, if it can: each round, one more tip is joined elsewhere
+        drafts = {
+            fault.name: _draft(patches, fault, model)
+            for fault in sorted(faults, key=lambda one: one.name)
+            if fault.name in compartments
+        }
+        targets = [_target(patches, fault, drafts.get(fault.name), model) for fault in faults]
+        ways: dict[tuple[str, int], list[Join]] = {}  # of each tip line, the one that it took first
+        done: set[frozenset[tuple[str, int, str] | None]] = set()
+        for draft in drafts.values():
+            wanted = _by_end(draft, compartments[draft.name])
+            for k, path in enumerate(draft.paths):
+                _, side, _, is_tip = path
+                if is_tip and side not in wanted:
+                    continue  # this end is to stay open
+                joins = _joins_of(draft, path, wanted[side] if is_tip else NEAREST, targets, model)
+                joins.sort(key=lambda join: join.target != first.get((draft.name, k)))
+                taken = _join_path(draft, path, joins, model, done)
+                if taken is not None and is_tip:
+                    ways[draft.name, k] = joins[taken:]
+        found = _parting(ways, contacts, first)
+        if found is None:
+            return [_finished(draft) for draft in drafts.values() if draft.mesh.strips]
+        first.update([found])
 
-    # a join of two tip lines is made once, by the first of the two
-    done: set[frozenset[tuple[str, int, str] | None]] = set()
-    for draft in drafts.values():
-        wanted = _by_end(draft, compartments[draft.name])
-        for path in draft.paths:
-            if path[3] and path[1] not in wanted:
-                continue  # this end is to stay open
-            word = wanted.get(path[1], NEAREST) if path[3] else NEAREST
-            _join_path(draft, path, word, targets, model, done)
-    return [_finished(draft) for draft in drafts.values() if draft.mesh.strips]
+
+def _contacts(
+    patches: Patches, faults: Sequence[TriSurface], model: Model
+) -> list[tuple[str, str]]:
+    """Which faults meet each other, and which leave the model."""
+    pairs = [(fault.name, other) for fault in faults for other in sorted(met_by(patches, fault))]
+    outside = [fault.name for fault in faults if not _on_map(fault.vertices, model).all()]
+    return pairs + [(name, BOUNDARY) for name in outside]
+
+
+def _parting(
+    ways: Mapping[tuple[str, int], Sequence[Join]],
+    contacts: Sequence[tuple[str, str]],
+    known: Mapping[tuple[str, int], str],
+) -> tuple[tuple[str, int], str] | None:
+    """A tip line whose wall separates nothing, and where its wall would.
+
+    A wall between two groups of faults that nothing else connects has the same space on both sides.
+    A second join between the groups, or within one, costs least where it is little longer.
+    """
+    for (name, k), (taken, *_) in ways.items():
+        rest = [(key[0], way[0].target) for key, way in ways.items() if key != (name, k)]
+        group, beyond = (_connected_with(one, [*contacts, *rest]) for one in (name, taken.target))
+        if taken.target in group:
+            continue
+        better = [
+            (join.length - way[0].length, key, join.target)
+            for key, way in ways.items()
+            for join in way[1:]
+            if key not in known
+            and (
+                join.target in group
+                if key == (name, k)
+                else (key[0] in group and join.target in beyond)
+                or (key[0] in beyond and join.target in group)
+            )
+        ]
+        if better:
+            return min(better)[1:]
+    return None
+
+
+def _connected_with(name: str, pairs: Sequence[tuple[str, str]]) -> set[str]:
+    """What a name is connected with by some pairs, itself among it."""
+    group, met = set[str](), {name}
+    while group != met:
+        group = met
+        met = group | {one for pair in pairs if group & {*pair} for one in pair}
+    return group
 
 
 def _by_end(draft: _Draft, wanted: Mapping[str, str]) -> Mapping[str, str]:
@@ -427,42 +488,31 @@ def _bare_tips(patches: Patches, fault: TriSurface, model: Model) -> Iterator[Ti
 def _join_path(
     draft: _Draft,
     path: tuple[int, str, np.ndarray, bool],
-    word: str,
-    targets: Sequence[Target],
+    joins: Sequence[Join],
     model: Model,
     done: set[frozenset[tuple[str, int, str] | None]],
-) -> None:
-    """Join one path to its target."""
+) -> int | None:
+    """Join one path to the first target that does; its number, None if no wall is needed."""
     piece, side, at, is_tip = path
     line = draft.mesh.x[at]
-    joins = _joins_of(draft, path, word, targets, model)
-    if not joins and is_tip and word not in (NEAREST, BOUNDARY):
-        middle = line[len(line) // 2]
-        raise GeometryError(
-            f"fault {draft.name!r} ends at {place(middle)}, and {word!r} is at none of the "
-            f"elevations of that end. Name another target: compartments={{{draft.name!r}: "
-            "'boundary'}.",
-            place=middle,
-            surfaces=(draft.name, word),
-        )
     if not is_tip:  # a part of the wall above or below, up to the fault at which its fault ends
         level = "up" if line[:, 2].max() > model.top else "down"
         for join in joins[:1]:
             if join.goes_on and _leads_out(draft, piece, level, at, join):
                 draft.mesh.join(at, join, model.margin)
                 draft.parts.append(_part(draft, level, join, LEVELS[level]))
-        return
+        return None
 
     # the shortest that does not lead back through the fault itself: of that one, another end
     for k, join in enumerate(joins):
         if not join.goes_on:  # the fault ends exactly there already
-            return
+            return None
         tip = join.facing
         pair: frozenset[tuple[str, int, str] | None] = frozenset(
             {(draft.name, piece, side), None if tip is None else tip.key}
         )
         if pair in done:
-            return
+            return k
         if tip is None:
             draft.mesh.join(at, join, model.margin)
         else:
@@ -475,7 +525,8 @@ def _join_path(
         if tip is not None:
             done.add(pair)
         draft.parts.append(_part(draft, side, join, join.target))
-        return
+        return k
+    return None
 
 
 def _part(draft: _Draft, side: str, join: Join, target: str) -> VirtualWall:
@@ -502,7 +553,17 @@ def _joins_of(
     if word == BOUNDARY:
         return [] if boundary is None else [boundary]
     if word != NEAREST:
-        return joins_by_length(line, inside, [one for one in targets if one.name == word], None)
+        found = joins_by_length(line, inside, [one for one in targets if one.name == word], None)
+        if not found and is_tip:
+            middle = line[len(line) // 2]
+            raise GeometryError(
+                f"fault {draft.name!r} ends at {place(middle)}, and {word!r} is at none of the "
+                f"elevations of that end. Name another target: compartments={{{draft.name!r}: "
+                "'boundary'}.",
+                place=middle,
+                surfaces=(draft.name, word),
+            )
+        return found
 
     # the vertical ends of a wall go to a fault at which its own one ends, a tip to any or to the
     # boundary
