@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
-from geosurf.conventions import area_text, counted, did_you_mean, is_number, place
+from geosurf.conventions import area_text, did_you_mean, is_number, place
 from geosurf.conventions.checks import are_points
 from geosurf.conventions.running import running
 from geosurf.errors import GeometryError, GeosurfError, GeosurfWarning, InputError
@@ -42,6 +42,7 @@ from geosurf.sheets.mesh.finish import (
     crs_among,
     fault_surfaces,
     faults_at,
+    largest_hole,
     lost_cutoffs,
     open_faults,
     remedy_of_overlap,
@@ -275,17 +276,12 @@ def _refuse(torn: Torn, faults: Sequence[TriSurface], search: Search) -> None:
     built, picks = closed.built, closed.picks
     seen, names = None, [faults[k].name for k in bad]
     if built.cut.holes:
-        worst = max(built.cut.holes, key=lambda hole: hole.length)
+        worst, what = largest_hole(built)
         at = worst.place
         # through the hole the sheet may be open at other faults, too: they are not its cause
         near = sorted(faults_at(worst, built))
         bad, names = [*near, *(set(bad) - set(near))], [faults[k].name for k in near]
         seen = close_up(picks, built, closed.faults, worst)
-        n = len(built.cut.holes)
-        what = (
-            f"{counted(n, 'hole')} {'stays' if n == 1 else 'stay'} open, the largest "
-            f"{worst.length:.0f} m long near {place(at)}"
-        )
     else:
         stations = torn.cuts[names[0]].stations
         at = stations[len(stations) // 2]

@@ -7,7 +7,7 @@ fault, the mesh never does: a tear that is longer than its fault is a hole.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -172,9 +172,7 @@ def is_torn(cuts: Cuts, untorn: Sequence[Part], traces: Sequence[Trace]) -> np.n
     """Cut links, bool (n,), outside of parts (trace, first, last) of traces [cells] left out."""
     out = np.ones(len(cuts.place), dtype=bool)
     for trace, first, last in untorn:
-        along = traces[trace].along
-        vertex = np.arange(len(along))
-        low, high = np.interp([first, last], along, vertex)
+        low, high = traces[trace].place_at([first, last])
         out &= (cuts.trace != trace) | (cuts.place < low) | (cuts.place > high)
     return out
 
@@ -221,10 +219,9 @@ def walls_of(
     for number, trace in enumerate(traces):
         rows = np.flatnonzero((every.trace == number) & (every.kind < RISING))
         cuts = every.take(rows[np.argsort(every.place[rows], kind="stable")])
-        vertex = np.arange(len(trace.line))
 
         # at each cut link: place [cells], height of the trace [m], normal of the fault
-        x, y, middle, nx, ny, nz = (np.interp(cuts.place, vertex, c) for c in trace.line.T)
+        x, y, middle, nx, ny, nz = trace.at(cuts.place).T
         at = np.stack([x, y], axis=1) / stretch
 
         # height of both sheets where the trace cuts each link [m]
@@ -311,7 +308,6 @@ def throw_beside(heights: np.ndarray, near: NearTrace, block: np.ndarray) -> flo
 
 CLEAR = 1e-4  # cells above and below a node within which it is still on its own side
 HALVINGS = 60  # of the way between both walls, until the fault is found
-AT_ONCE = 4  # halvings for which the fault is asked once
 
 
 def last_link(
@@ -349,34 +345,18 @@ def on_own_side(
     if above or below:
         return height + 2.0 * clear if above else height - 2.0 * clear
 
-    def own(z: np.ndarray) -> list[bool]:
-        """Whether the node is on its side at some elevations."""
-        found: list[bool] = (side_at(z) == side).tolist()
-        return found
+    def own(z: float) -> bool:
+        """Whether the node is on its side at an elevation."""
+        return bool(side_at(np.array([z]))[0] == side)
 
-    return _between(own, height, other, clear)
-
-
-def _between(
-    own: Callable[[np.ndarray], list[bool]], height: float, other: float, clear: float
-) -> float:
-    """The elevation nearest to a height, on the way to another one, that is on its own side."""
-    if not own(np.array([other]))[0]:
+    if not own(other):
         return height
 
     # bisection: the side changes once between both heights; 60 halvings reach the last digit
     good, bad = other, height
-    for _ in range(HALVINGS // AT_ONCE):
-        if 0.5 * (good + bad) in (good, bad):
+    for _ in range(HALVINGS):
+        middle = 0.5 * (good + bad)
+        if middle in (good, bad):
             break
-        # all elevations that the next halvings can come to; k is halved into 2 k + 1 and 2 k + 2
-        ends, middles = [(good, bad)], list[float]()
-        for one, two in ends:
-            middles.append(0.5 * (one + two))
-            if len(ends) < 2**AT_ONCE - 1:
-                ends += [(middles[-1], two), (one, middles[-1])]
-        is_own, k = own(np.array(middles)), 0
-        while k < len(middles):
-            good, bad = (middles[k], bad) if is_own[k] else (good, middles[k])
-            k = 2 * k + (1 if is_own[k] else 2)
+        good, bad = (middle, bad) if own(middle) else (good, middle)
     return good + float(np.clip(other - good, -2.0 * clear, 2.0 * clear))

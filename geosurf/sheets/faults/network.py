@@ -17,11 +17,19 @@ from geosurf.arrangement.threads import map_threads
 from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.kernels.sheets.fault_trace import block_bounds
 from geosurf.kernels.sheets.link_lines import UNIT, line_crossings
-from geosurf.sheets.faults.cut_edges import Cuts, Joint, Walls, cut_at_joints, cuts_of, whole_units
+from geosurf.sheets.faults.cut_edges import (
+    Cuts,
+    Joint,
+    Walls,
+    cut_at_joints,
+    cuts_of,
+    last_link,
+    whole_units,
+)
 from geosurf.sheets.faults.fault_distance import NearTrace, mesh_blocks, side_at_own_height
 from geosurf.sheets.faults.traces import FaultMesh, Trace, extended, sample, trace_lines
 from geosurf.sheets.lattice.picks import Frame
-from geosurf.sheets.lattice.solve import around, grounded, lattice_graph, smoothest, without_absent
+from geosurf.sheets.lattice.solve import draped
 
 EXTENSION = 3.0  # cells that every end is drawn out by, to see what it runs into
 TIP = 1.0  # cells past a free tip that the solve tears: less, and the last link may be whole
@@ -132,7 +140,8 @@ class Network:
         # places are vertex numbers, which shift by the vertices that are added and left out
         first, last = int(np.ceil(trace.start)), int(np.floor(trace.stop))
         line = trace.line[first:] if k == 0 else trace.line[: last + 1]
-        best = min(choice, key=lambda other: gap_to(line[0 if k == 0 else -1], other))
+        tip = line[0 if k == 0 else -1, :2]
+        best = min(choice, key=lambda other: float(other.far_from(tip).min()))
         longer = on_units(led_to(line, k, best), stretch)
         new = len(longer) - len(line)
         start = float(new) if k == 0 else trace.start
@@ -143,17 +152,15 @@ class Network:
     def _at_rims(self, drape: np.ndarray, stretch: np.ndarray) -> None:
         """An end that has no data within a cell beyond it leaves the data."""
         for i, trace in enumerate(self.traces):
-            along = trace.along
             for k in range(2):
                 if trace.ends[k] != "tip":
                     continue
-                real = np.interp((trace.start, trace.stop)[k], np.arange(len(along)), along)
-                beyond = real + (-1.0 if k == 0 else 1.0)
-                xy = [np.interp(beyond, along, trace.line[:, c]) / stretch[c] for c in (0, 1)]
+                beyond = trace.inside[k] + (-1.0 if k == 0 else 1.0)
+                xy = trace.at_length(beyond)[:2] / stretch
 
                 # no data a cell beyond: mesh and solve are torn to the end of the extension, so
                 # that the walls do not heal at the border
-                if np.isnan(sample(drape, np.array([xy]))[0]):
+                if np.isnan(sample(drape, xy[None])[0]):
                     trace.ends[k] = "rim"
                     self.mesh[i, k] = self.solve[i, k]
 
@@ -179,7 +186,8 @@ class Network:
             mains = [j for j, trace in enumerate(self.traces) if trace.fault == main]
             if mains:  # it ends exactly on the trace of its main fault, and crosses nothing
                 tip = self.traces[i].line[-k, :2]
-                (_, place), j = min((nearest(tip, self.traces[j]), j) for j in mains)
+                j = min(mains, key=lambda j: nearest(tip, self.traces[j])[:2])
+                place = nearest(tip, self.traces[j])[1]
                 self.joints.append((i, k, float(self.mesh[i, k]), j, place))
         # an end counts as a branch if it runs past the other fault by OVERSHOOT at most
         self._end([one for one in self._past() if one[-1] <= OVERSHOOT])
@@ -194,9 +202,9 @@ class Network:
             # the other trace is only an extension there
             if not two.start - 0.5 * EXTENSION <= q <= two.stop + 0.5 * EXTENSION:
                 continue
-            at, *ends = np.interp([q, two.start, two.stop], np.arange(len(two.along)), two.along)
+            at, *ends = two.length_at([q, two.start, two.stop])
             rest = float(np.abs(at - ends).min())
-            along = np.interp([p, one.start, one.stop], np.arange(len(one.along)), one.along)
+            along = one.length_at([p, one.start, one.stop])
             gap = along[1] - along[0], along[0] - along[2]  # beyond the real ends if positive
             for k in range(2):
                 if (i, k, two.fault) in self.on:
@@ -255,8 +263,7 @@ class Network:
             i, k, _, p, past = one
             trace, place = self.traces[i], walls[i].place
             # as far before the other fault as past it, or a few cells
-            far = np.interp(place, np.arange(len(trace.along)), trace.along)
-            far = (far - np.interp(p, np.arange(len(trace.along)), trace.along)) * (-1) ** k
+            far = (trace.length_at(place) - trace.length_at(p)) * (-1) ** k
             inside, beyond = (far > 0.0) & (far < max(past, OVERSHOOT)), far < 0.0
             if past > OVERSHOOT and inside.any() and beyond.any():
                 before, after = (np.median(walls[i].throw[some]) for some in (inside, beyond))
@@ -287,6 +294,15 @@ class Network:
         """All links that the traces cut, drawn out as they are."""
         return cut_at_joints(cuts_of(self.traces, self.frame), self.joints, self.traces, self.frame)
 
+    def last_nodes(self, limits: np.ndarray, rising: bool) -> Iterator[tuple[int, int]]:
+        """Traces, and nodes of the links at which their tears end within limits (n_trace, 2).
+
+        Only ends whose limits are not those of the network count.
+        """
+        for i, k in np.argwhere(limits != self.solve).tolist():
+            link = last_link(self.cuts, i, k, limits[i, k], rising, self.frame.shape[1])
+            yield from ((i, node) for node in link)
+
     @property
     def declared_tips(self) -> int:
         """Number of ends that are free."""
@@ -295,9 +311,7 @@ class Network:
 
 def beyond_tip(trace: Trace, end: int, place: float) -> float:
     """The place one cell past a tip at some place: throw dies there, not before."""
-    along = trace.along
-    real = np.interp(place, np.arange(len(along)), along)
-    return float(np.interp(real + (-TIP if end == 0 else TIP), along, np.arange(len(along))))
+    return float(trace.place_at(trace.length_at(place) + (-TIP if end == 0 else TIP)))
 
 
 def on_units(line: np.ndarray, stretch: np.ndarray) -> np.ndarray:
@@ -307,20 +321,16 @@ def on_units(line: np.ndarray, stretch: np.ndarray) -> np.ndarray:
     return out
 
 
-def gap_to(point: np.ndarray, trace: Trace) -> float:
-    """Distance of a point from a trace in the map [cells], to its vertices."""
-    return float(np.hypot(*(trace.line[:, :2] - point[:2]).T).min())
-
-
-def nearest(point: np.ndarray, trace: Trace) -> tuple[float, float]:
-    """Distance of a point from a trace in the map [cells], and the place that is nearest to it."""
+def nearest(point: np.ndarray, trace: Trace) -> tuple[float, float, np.ndarray]:
+    """Distance of a point from a trace in the map [cells], the nearest place, and where that is."""
     # foot of the perpendicular on each piece, clipped to the piece
     a, step = trace.line[:-1, :2], np.diff(trace.line[:, :2], axis=0)
     length = np.maximum((step**2).sum(axis=1), 1e-30)
     t = np.clip(((point - a) * step).sum(axis=1) / length, 0.0, 1.0)
-    far = np.hypot(*(a + t[:, None] * step - point).T)
+    foot = a + t[:, None] * step
+    far = np.hypot(*(foot - point).T)
     k = int(far.argmin())
-    return float(far[k]), k + float(t[k])
+    return float(far[k]), k + float(t[k]), foot[k]
 
 
 def crossings(one: Trace, two: Trace) -> list[tuple[float, float]]:
@@ -354,7 +364,7 @@ def contacts(traces: list[Trace], meshes: list[FaultMesh]) -> list[TraceContact]
         return []
 
     # rows 2 i and 2 i + 1: both ends of trace i
-    ends = np.concatenate([real_ends(trace) for trace in traces])
+    ends = np.concatenate([trace.at([trace.start, trace.stop])[:, :3] for trace in traces])
     far = [side_at_own_height(mesh, mesh_blocks(mesh, 1.0), ends, 1.0)[0] for mesh in meshes]
     return [
         (i, k, j)
@@ -364,13 +374,6 @@ def contacts(traces: list[Trace], meshes: list[FaultMesh]) -> list[TraceContact]
         for k in range(2)
         if far[j][2 * i + k] <= ON and trace.ends[k] != "closed"
     ]
-
-
-def real_ends(trace: Trace) -> np.ndarray:
-    """Where a trace really starts and stops (2, 3)."""
-    vertex = np.arange(len(trace.line))
-    ends = [[np.interp(p, vertex, c) for c in trace.line.T[:3]] for p in (trace.start, trace.stop)]
-    return np.array(ends)
 
 
 def mains_first(branches: dict[int, set[int]]) -> list[int]:
@@ -435,7 +438,11 @@ def wall_field(
     fill = fill[is_among(fill, nodes)]
     # nodes in no gap that the drape may fill stay absent
     fill = fill[np.isfinite(drape[fill])]
-    return _carried(out, fill, frame).reshape(frame.shape)
+
+    # carried on by the least bending
+    out[fill] = np.nan
+    out[fill] = draped(out, fill, frame.shape, frame.stretch, bend=1.0)
+    return out.reshape(frame.shape)
 
 
 def _side_of_trace(trace: Trace, main: FaultMesh) -> float:
@@ -465,42 +472,13 @@ def _side_of(branch: FaultMesh, main: FaultMesh) -> float:
     return 1.0 if side[far >= EVERY].sum() >= 0 else -1.0
 
 
-def _carried(heights: np.ndarray, fill: np.ndarray, frame: Frame) -> np.ndarray:
-    """Heights with the nodes of `fill` carried on by the least bending."""
-    heights[fill] = np.nan
-
-    # second differences reach two nodes: with these, the band holds all that fixes the fill
-    band = around(fill, frame.shape, 2)
-    graph = lattice_graph(band, frame.shape)
-    value = heights[band]
-    number = np.full(len(band), -1)
-    at = np.searchsorted(band, fill)
-    number[at] = np.arange(len(fill))
-    graph = without_absent(graph, np.isfinite(value) | (number >= 0))
-
-    # unknowns that no link ties to data would make the matrix singular: they stay NaN
-    tied = grounded(graph, number)
-    keep = np.full(len(band), -1)
-    keep[at[tied]] = np.arange(tied.sum())
-    graph = without_absent(graph, (np.isfinite(value) & (number < 0)) | (keep >= 0))
-    value = np.where(np.isfinite(value), value, 0.0)
-    heights[fill[tied]] = smoothest(graph, keep, value, frame.stretch, bend=1.0, third=0.0)
-    return heights
-
-
 def led_to(line: np.ndarray, end: int, main: Trace) -> np.ndarray:
     """A trace drawn out from one of its ends straight past the nearest point of another trace."""
     tip = line[0 if end == 0 else -1]
-    a, b = main.line[:-1, :2], main.line[1:, :2]
-    step = b - a
-    length = np.maximum((step**2).sum(axis=1), 1e-30)
-    t = np.clip(((tip[:2] - a) * step).sum(axis=1) / length, 0.0, 1.0)
-    foot = a + t[:, None] * step
-    foot = foot[np.hypot(*(foot - tip[:2]).T).argmin()]
+    far, _, foot = nearest(tip[:2], main)
     way = foot - tip[:2]
 
     # a trace that touches already needs no piece; otherwise one to the foot, and PAST beyond it
-    far = float(np.hypot(*way))
     if far < 1e-6:
         return line
     more = np.repeat(tip[None], 2, axis=0)

@@ -166,12 +166,11 @@ def tips_of(traces: Sequence[Trace], near: Sequence[NearTrace], cuts: Cuts) -> l
 
 def _line(trace: Trace, ends: tuple[float, float]) -> np.ndarray:
     """Places (n, 2) along a trace between two of its places [cells]."""
-    along = trace.along
-    first, last = np.interp(ends, np.arange(len(along)), along)
+    first, last = trace.length_at(ends)
 
     # steps of equal length, whatever the vertices of the trace are
     s = np.linspace(first, last, max(int((last - first) / STEP), 1) + 1)
-    return np.stack([np.interp(s, along, trace.line[:, c]) for c in (0, 1)], axis=1)
+    return trace.at_length(s)[:, :2]
 
 
 def _between(number: int, trace: Trace, near: NearTrace, ends: tuple[float, float]) -> Tips | None:
@@ -317,7 +316,7 @@ class _Vertices:
     def __init__(self, sheet: Sheet) -> None:
         self.frame, _ = frame_of_lattice(sheet.lattice, f"horizon {sheet.name!r}")
         points = sheet.surface.vertices
-        uv = self.frame.to_lattice(points[:, :2]) * self.frame.stretch
+        uv = self.frame.to_cells(points[:, :2])
         self._places = np.column_stack([uv, points[:, 2]])
         self.low, self.high = float(points[:, 2].min()), float(points[:, 2].max())
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -92,10 +93,31 @@ class Trace:
         step = np.hypot(*np.diff(self.line[:, :2], axis=0).T)
         return np.concatenate([[0.0], np.cumsum(step)])
 
+    def at(self, place: Any) -> np.ndarray:
+        """Points (..., 6) of the line at places, which are vertex numbers."""
+        return _read(place, np.arange(len(self.line)), self.line)
+
+    def at_length(self, length: Any) -> np.ndarray:
+        """Points (..., 6) of the line at some lengths along it [cells]."""
+        return _read(length, self.along, self.line)
+
+    def length_at(self, place: Any) -> Any:
+        """Lengths along the line [cells] of places."""
+        return np.interp(place, np.arange(len(self.line)), self.along)
+
+    def place_at(self, length: Any) -> Any:
+        """Places at some lengths along the line [cells]."""
+        return np.interp(length, self.along, np.arange(len(self.line)))
+
+    def far_from(self, at: np.ndarray) -> np.ndarray:
+        """Distance (n,) of each vertex from a point in the map [cells]."""
+        far: np.ndarray = np.hypot(*(self.line[:, :2] - at).T)
+        return far
+
     @property
     def inside(self) -> tuple[float, float]:
         """Lengths along the line between which the fault really is [cells]."""
-        first, last = np.interp([self.start, self.stop], np.arange(len(self.line)), self.along)
+        first, last = self.length_at([self.start, self.stop])
         return float(first), float(last)
 
     @property
@@ -103,6 +125,11 @@ class Trace:
         """Lengths along the line (n,), about a cell apart, where throw is read [cells]."""
         first, last = self.inside
         return np.linspace(first, last, max(int(last - first), 1) + 1)
+
+
+def _read(at: Any, over: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """Columns (..., n) of a table, linear between its rows."""
+    return np.stack([np.interp(at, over, column) for column in columns.T], axis=-1)
 
 
 def mesh_in_frame(surface: TriSurface, frame: Frame) -> FaultMesh:
@@ -131,7 +158,7 @@ class _Steps:
 def _in_frame(content: Content, steps: _Steps) -> FaultMesh:
     """A fault in the frame of a horizon."""
     surface, frame = content.surface, steps.frame
-    uv = frame.to_lattice(surface.vertices[:, :2]) * frame.stretch
+    uv = frame.to_cells(surface.vertices[:, :2])
     points = np.column_stack([uv, surface.vertices[:, 2]])
 
     # normals in cells, all three axes alike: their slope gives distances across strike in cells

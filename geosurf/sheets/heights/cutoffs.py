@@ -87,7 +87,7 @@ def walls_at(
 def _places_on(inputs: Inputs, trace: Trace, line: np.ndarray) -> np.ndarray:
     """Places (n, 3) along a line [cells, cells, m], where the trace is on its fault."""
     frame = inputs.picks.frame
-    points = np.column_stack([frame.to_lattice(line[:, :2]) * frame.stretch, line[:, 2]])
+    points = np.column_stack([frame.to_cells(line[:, :2]), line[:, 2]])
     along = np.r_[0.0, np.hypot(*np.diff(points[:, :2], axis=0).T).cumsum()]
     steps = np.linspace(0.0, along[-1], max(int(along[-1] / STEP), 1) + 1)
     places = np.stack([np.interp(steps, along, points[:, k]) for k in range(3)], axis=1)

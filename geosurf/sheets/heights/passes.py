@@ -677,13 +677,12 @@ def on_base_heights(solver: Solver, plan: TearPlan) -> Rebuilt | None:
 def _share(trace: Trace, place: np.ndarray) -> np.ndarray:
     """Places along a trace as shares of the part on its fault."""
     first, last = trace.inside
-    along: np.ndarray = np.interp(place, np.arange(len(trace.along)), trace.along)
-    return (along - first) / (last - first)
+    share: np.ndarray = (trace.length_at(place) - first) / (last - first)
+    return share
 
 
 def _place(trace: Trace, share: np.ndarray) -> np.ndarray:
     """The inverse of `_share`."""
     first, last = trace.inside
-    vertex = np.arange(len(trace.along))
-    found: np.ndarray = np.interp(first + share * (last - first), trace.along, vertex)
+    found: np.ndarray = trace.place_at(first + share * (last - first))
     return found

@@ -5,10 +5,8 @@ Points that sit on a lattice, rotated or not, are recognised; several may share 
 
 from __future__ import annotations
 
-from collections import OrderedDict
 from dataclasses import dataclass
-from hashlib import sha256
-from threading import Lock
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -303,8 +301,6 @@ OFF = 0.05  # cells from its node from which a point is not on the lattice
 SCATTERED = 0.2  # share of the points off the lattice from which they are scattered
 KEPT, MOST_KEPT = 12, 100_000  # lattices that are remembered, of so many points at most
 Found = tuple[Frame, np.ndarray] | None
-_known: OrderedDict[bytes, Found] = OrderedDict()
-_lock = Lock()
 
 
 def find_lattice(xy: np.ndarray, what: str) -> Found:
@@ -315,19 +311,13 @@ def find_lattice(xy: np.ndarray, what: str) -> Found:
     """
     if len(xy) < 9:
         raise HorizonError(f"{what}: {len(xy)} points do not make a lattice. Give more points.")
-    if len(xy) > MOST_KEPT:
-        return _find_lattice(xy, what)
-    key = sha256(np.ascontiguousarray(xy).data).digest()
-    with _lock:
-        if key in _known:
-            _known.move_to_end(key)
-            return _known[key]
-    found = _find_lattice(xy, what)
-    with _lock:
-        _known[key] = found
-        if len(_known) > KEPT:
-            _known.popitem(last=False)
-    return found
+    return _found_before(xy.tobytes(), what) if len(xy) <= MOST_KEPT else _find_lattice(xy, what)
+
+
+@lru_cache(maxsize=KEPT)
+def _found_before(xy: bytes, what: str) -> Found:
+    """The same for places as bytes."""
+    return _find_lattice(np.frombuffer(xy).reshape(-1, 2), what)
 
 
 def _find_lattice(xy: np.ndarray, what: str) -> Found:

@@ -73,6 +73,15 @@ class Frame:
         """Easting and northing (n, 2) [m] of columns and rows."""
         return self.corner + uv @ self.step
 
+    def to_cells(self, xy: np.ndarray) -> np.ndarray:
+        """Places (n, 2) in cells of places (n, 2) [m]."""
+        return self.to_lattice(xy) * self.stretch
+
+    def from_cells(self, points: np.ndarray) -> np.ndarray:
+        """Easting and northing [m] of points (n, 2 or more) in cells; other columns stay."""
+        xy = self.to_world(points[:, :2] / self.stretch)
+        return np.column_stack([xy, points[:, 2:]])
+
     def node_places(self, node: np.ndarray) -> np.ndarray:
         """Easting and northing (n, 2) of nodes, as they were given."""
         row, col = np.divmod(node, self.shape[1])

@@ -83,11 +83,18 @@ def narrow_gaps(present: np.ndarray, width: float) -> np.ndarray:
 
 
 def draped(
-    heights: np.ndarray, fill: np.ndarray, shape: tuple[int, int], stretch: np.ndarray
+    heights: np.ndarray,
+    fill: np.ndarray,
+    shape: tuple[int, int],
+    stretch: np.ndarray,
+    bend: float = 0.0,
 ) -> np.ndarray:
-    """Heights (n,) of the nodes of `fill` on a membrane through the others; NaN where none is."""
-    # first differences reach one node: a rim of one holds the fill
-    band = around(fill, shape, 1)
+    """Heights (n,) of the nodes of `fill` through the others; NaN where no link leads to any.
+
+    A membrane, which never overshoots; `bend` is the share of second differences.
+    """
+    # first differences reach one node, second ones two: a rim so wide holds the fill
+    band = around(fill, shape, 2 if bend else 1)
     graph = lattice_graph(band, shape)
     unknown = np.full(len(band), -1)
     at = np.searchsorted(band, fill)
@@ -101,10 +108,9 @@ def draped(
     keep[at[tied]] = np.arange(tied.sum())
     graph = without_absent(graph, np.isfinite(value) & (unknown < 0) | (keep >= 0))
 
-    # only first differences count: a membrane, which never overshoots
     value = np.where(np.isfinite(value), value, 0.0)
     out = np.full(len(fill), np.nan)
-    out[tied] = smoothest(graph, keep, value, stretch, bend=0.0, third=0.0)
+    out[tied] = smoothest(graph, keep, value, stretch, bend=bend, third=0.0)
     return out
 
 

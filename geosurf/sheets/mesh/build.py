@@ -10,11 +10,10 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from threading import Lock
 
 import numpy as np
 
-from geosurf.kernels.lattices.sets import distinct, is_among
+from geosurf.kernels.lattices.sets import is_among
 from geosurf.model import TriSurface
 from geosurf.sheets.faults.cut_edges import Cuts, Part, is_torn, within
 from geosurf.sheets.faults.fault_distance import mesh_blocks, side_at_own_height
@@ -136,7 +135,7 @@ def _plan_for(
 ) -> None:
     """Add to a plan what may close one hole."""
     repairs, state, frame = built.repairs, tears.state, tears.state.network.frame
-    at = frame.to_lattice(hole.place[None, :2])[0] * frame.stretch
+    at = frame.to_cells(hole.place[None, :2])[0]
     tried = _rings_near(repairs, frame, at)
 
     # an end of a tear that is near
@@ -441,11 +440,10 @@ def die_at_tips(state: Heights, repairs: Repairs, rising: bool, solve_again: Sol
 
 
 CLEARLY = 0.3  # cells from a fault at which a node's side is clear
-Ring = Collection[tuple[int, int]]
 
 
 class Attempts:
-    """Attempts to close one sheet: what stays the same in all, and what they have found out.
+    """Attempts to close one sheet: what stays the same in all.
 
     Parameters
     ----------
@@ -487,16 +485,6 @@ class Attempts:
         self.reach = int(np.ceil(max(widest, default=0.0))) + 3
         meshes = [mesh_in_frame(fault, picks.frame) for fault in faults]
         self.meshes = [(mesh, mesh_blocks(mesh, float(self.reach))) for mesh in meshes]
-        # what all of this follows from, besides links, rings and heights
-        self._state: Heights | None = None
-        # links that tear the last mesh, and the mesh without rings, with one, with two ..
-        self._cuts: Cuts | None = None
-        self._rings: list[Ring] = []
-        self._torn: list[Torn] = []
-        # heights at which nodes were asked for, NaN for others, and what came of it
-        self._height = np.full(picks.n_node, np.nan)
-        self._is_own = np.zeros(picks.n_node, dtype=bool)
-        self._lock = Lock()
 
     def cut(self, state: Heights, repairs: Repairs, n_cut: int) -> Built:
         """Cut the mesh with some repairs exactly."""
@@ -508,10 +496,12 @@ class Attempts:
         cuts = every.take(np.flatnonzero(torn_rows))
 
         # the mesh, with rings of ghosts where they are needed
-        torn = self.mesh(cuts, state, repairs.rings)
+        torn = grown_over(tear(cuts, triangles), triangles, state)
+        for ring in repairs.rings:
+            torn = grown_at(torn, triangles, ring)
         # Traces whose tears end before their faults: their ghosts do not bend at the tip.
         early = {trace for (trace, _), n_link in repairs.shortened.items() if n_link > 0}
-        ghosts = self.carry_on(torn, triangles, cuts.bits(len(self._height)), state, early)
+        ghosts = self.carry_on(torn, triangles, cuts.bits(torn.n_node), state, early)
         # ghosts go on from smooth heights: from data themselves they would take up their noise
         state = state if self.with_data is None else self.with_data(state)
         ghosts = levelled(torn, ghosts, state.values, repairs.level, frame)
@@ -522,51 +512,8 @@ class Attempts:
             state, triangles, torn, ghosts, found, cuts, band.outer, repairs, n_cut, self.walls
         )
 
-    def mesh(self, cuts: Cuts, state: Heights, rings: Sequence[Ring]) -> Torn:
-        """The mesh torn by some links, with rings of ghosts.
-
-        It starts from the last one, with as many of its rings as are the same.
-        """
-        self._forget_unless_like(state)
-        if self._cuts is None or not _same(cuts, self._cuts):
-            torn = grown_over(tear(cuts, self.triangles), self.triangles, state)
-            self._cuts, self._rings, self._torn = cuts, [], [torn]
-        pairs = zip(self._rings, rings, strict=False)
-        n = next((k for k, (old, new) in enumerate(pairs) if old != new), None)
-        n = min(len(self._rings), len(rings)) if n is None else n
-        del self._rings[n:], self._torn[n + 1 :]
-        for ring in rings[n:]:
-            self._torn.append(grown_at(self._torn[-1], self.triangles, ring))
-            self._rings.append(ring)
-        return self._torn[-1]
-
     def is_own(self, nodes: np.ndarray, state: Heights) -> np.ndarray:
-        """Whether nodes are clearly on their own side of all faults, at their solved heights.
-
-        `state` is that of the last mesh.
-        """
-        # islands ask side by side
-        with self._lock:
-            changed = nodes[state.values[nodes] != self._height[nodes]]
-            if len(changed):
-                changed = distinct(changed)
-                self._is_own[changed] = self._asked(changed, state)
-                self._height[changed] = state.values[changed]
-            return self._is_own[nodes]
-
-    def _forget_unless_like(self, state: Heights) -> None:
-        """Forget everything if traces or walls are others; their heights may change."""
-        old, self._state = self._state, state
-        if old is None or (
-            old.network is state.network
-            and old.walls is state.walls
-            and all(a is b for a, b in zip(old.near, state.near, strict=True))
-        ):
-            return
-        self._cuts = None
-        self._height[:] = np.nan
-
-    def _asked(self, nodes: np.ndarray, state: Heights) -> np.ndarray:
+        """Whether nodes are clearly on their own side of all faults, at their solved heights."""
         points = np.column_stack([self.frame.cells_of_node(nodes), state.values[nodes]])
         out = np.ones(len(nodes), dtype=bool)
         # Sides at the solved height: a fault that dips is elsewhere at another elevation.
@@ -585,12 +532,3 @@ class Attempts:
             inside &= (near.place[at] > limits[0]) & (near.place[at] < limits[1])
             out &= ~inside | ((side == near.side[at]) & (far > CLEARLY))
         return out
-
-
-def _same(one: Cuts, other: Cuts) -> bool:
-    """Whether the same links are cut, by the same traces at the same places."""
-    return (
-        np.array_equal(one.node, other.node)
-        and np.array_equal(one.kind, other.kind)
-        and np.array_equal(one.trace, other.trace)
-    )

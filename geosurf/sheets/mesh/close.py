@@ -17,7 +17,7 @@ from geosurf.errors import GeosurfError
 from geosurf.kernels.lattices.sets import distinct
 from geosurf.model import TriSurface, frozen
 from geosurf.model.sheets import DataUse, Extended, TearPlan
-from geosurf.sheets.faults.cut_edges import Part, last_link, on_own_side
+from geosurf.sheets.faults.cut_edges import Part, on_own_side
 from geosurf.sheets.faults.network import Network
 from geosurf.sheets.faults.traces import FaultMesh, mesh_in_frame
 from geosurf.sheets.heights.grid_solver import GridSolver, refuse_empty_blocks
@@ -73,22 +73,19 @@ def with_last_links(
 ) -> Heights:
     """Heights with which tears can end at the last links outside of limits (n_trace, 2).
 
-    Only ends whose limits are not those of the network count. `meshes` are the faults in the frame
-    of the lattice.
+    `meshes` are the faults in the frame of the lattice.
     """
     network, values = state.network, state.values.copy()
     frame = network.frame
-    for i, k in np.argwhere(limits != network.solve).tolist():
-        link = last_link(network.cuts, i, k, limits[i, k], rising, frame.shape[1])
-        row = state.near[i].look_up(np.array(link, dtype=np.int64))
-        for node, side in zip(link, state.near[i].side[row].tolist(), strict=True):
-            old = float(values[node])
-            # the side changes upwards or downwards, whichever wall the node was extrapolated from
-            for other in (old + NUDGE * frame.cell, old - NUDGE * frame.cell):
-                new = on_own_side(meshes[network.traces[i].fault], frame, node, side, old, other)
-                if new != old:
-                    values[node] = new
-                    break
+    for i, node in network.last_nodes(limits, rising):
+        near, old = state.near[i], float(values[node])
+        side = float(near.side[near.look_up(np.array([node]))[0]])
+        # the side changes upwards or downwards, whichever wall the node was extrapolated from
+        for other in (old + NUDGE * frame.cell, old - NUDGE * frame.cell):
+            new = on_own_side(meshes[network.traces[i].fault], frame, node, side, old, other)
+            if new != old:
+                values[node] = new
+                break
     return replace(state, values=values)
 
 
@@ -238,10 +235,8 @@ def _branch_ends(state: Heights) -> dict[int, np.ndarray]:
         # `start` and `stop` are places between vertices of the line.
         for end, place in zip(trace.ends, (trace.start, trace.stop), strict=True):
             if end.startswith("branch"):
-                vertex = np.arange(len(trace.line))
-                at = np.array([np.interp(place, vertex, trace.line[:, c]) for c in (0, 1)])
-                found.setdefault(trace.fault, []).append(at / frame.stretch)
-    return {fault: frame.to_world(np.array(places)) for fault, places in found.items()}
+                found.setdefault(trace.fault, []).append(trace.at(place)[:2])
+    return {fault: frame.from_cells(np.array(places)) for fault, places in found.items()}
 
 
 class Extensions:
@@ -536,8 +531,7 @@ def _at_branches(network: Network) -> list[frozenset[Pair]]:
     for trace, limits in zip(network.traces, network.mesh, strict=True):
         for end, place in zip(trace.ends, limits, strict=True):
             if end.startswith("branch"):
-                vertex = np.arange(len(trace.line))
-                places.append([np.interp(place, vertex, trace.line[:, c]) for c in (0, 1)])
+                places.append(trace.at(place)[:2])
     if not places:
         return []
     # the node next to each end, and those around it

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.sparse import csc_array, eye_array
 from scipy.sparse.linalg import splu
 
-from geosurf.conventions import place
+from geosurf.conventions import counted, place
 from geosurf.conventions.crs import crs_of, refuse_other_crs, warn_of_unclear_crs
 from geosurf.errors import GeometryError, InputError
 from geosurf.kernels.lattices.sets import distinct, is_among
@@ -271,23 +271,28 @@ def _walls(built: Built) -> dict[str, np.ndarray]:
 
 def refuse_leaks(picks: Picks, built: Built, faults: Sequence[TriSurface]) -> None:
     """Raise an error where a sheet does not end on its faults, with the place and a remedy."""
-    # Leaks first: they name the faults that cut them.
-    open_edges = built.cut.leaks or built.cut.dead_ends
-    if not open_edges:
+    if not built.is_open:
         return
-    state, names = built.state, _faults_at(built, faults)
-    # The place of the first open edge, at its solved height, for message and picture.
-    node = built.torn.node_of(np.array(open_edges[0][:1]))
-    at = np.append(picks.frame.node_places(node)[0], state.values[node])
+    worst, what = largest_hole(built)
+    names = [faults[k].name for k in sorted(faults_at(worst, built))]
     remedy = remedy_of_overlap(picks, built) or (
         "Leave that fault out, or end it on its main fault and tear with "
         "gs.truncate_faults(gs.rebuild_surfaces(faults), truncations).surfaces."
     )
     raise GeometryError(
-        f"horizon {picks.name!r} could not be cut at {faults_in_words(names)}: {len(open_edges)} "
-        f"edges do not end on a fault, the first at {place(at)}. {remedy}",
-        place=at,
+        f"horizon {picks.name!r} could not be cut at {faults_in_words(names)}: {what}. {remedy}",
+        place=worst.place,
         surfaces=(picks.name, *names),
+        close_up=close_up(picks, built, faults, worst),
+    )
+
+
+def largest_hole(built: Built) -> tuple[Hole, str]:
+    """The largest hole of a sheet that is open, and how many there are, in words."""
+    worst, n = max(built.cut.holes, key=lambda hole: hole.length), len(built.cut.holes)
+    return worst, (
+        f"{counted(n, 'hole')} {'stays' if n == 1 else 'stay'} open, the largest "
+        f"{worst.length:.0f} m long near {place(worst.place)}"
     )
 
 
@@ -320,30 +325,6 @@ def remedy_of_overlap(picks: Picks | Scattered, built: Built) -> str:
     )
 
 
-def _faults_at(built: Built, faults: Sequence[TriSurface]) -> list[str]:
-    """Names of the faults at the first open edge: those that cut it, and the nearest in the map."""
-    numbers: set[int] = set()
-    if built.cut.leaks:
-        one, two, cutting = built.cut.leaks[0]
-        numbers |= cutting
-    else:
-        one, two = built.cut.dead_ends[0]
-
-    # the nearest fault in the map, and those within a cell more
-    nodes = built.torn.node_of(np.array([one, two]))
-    far: dict[int, float] = {}
-    # Distance of the nearest of both ends from each trace; -1 marks nodes far away.
-    for trace, near in zip(built.state.network.traces, built.state.near, strict=True):
-        at = near.look_up(nodes)
-        if (at >= 0).any():
-            least = float(near.distance[at[at >= 0]].min())
-            far[trace.fault] = min(far.get(trace.fault, np.inf), least)
-    # Faults that are about as near may be the cause as well.
-    if far:
-        numbers |= {fault for fault, cells in far.items() if cells <= min(far.values()) + 1.0}
-    return [faults[k].name for k in sorted(numbers)]
-
-
 def open_faults(built: Built) -> set[int]:
     """Numbers of the faults next to the holes of a sheet that stayed open."""
     if not built.is_open:
@@ -356,8 +337,8 @@ def faults_at(hole: Hole, built: Built) -> set[int]:
     """Numbers of the faults at a hole: where they meet, any of those about as near may leave it."""
     network, frame = built.state.network, built.state.network.frame
     # In cells of the lattice, as traces are.
-    at = frame.to_lattice(hole.place[None, :2])[0] * frame.stretch
-    far = [float(np.hypot(*(t.line[:, :2] - at).T).min()) for t in network.traces]
+    at = frame.to_cells(hole.place[None, :2])[0]
+    far = [float(trace.far_from(at).min()) for trace in network.traces]
     pairs = zip(network.traces, far, strict=True)
     return {trace.fault for trace, cells in pairs if cells <= min(far) + 2.0}
 

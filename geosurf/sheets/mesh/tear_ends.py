@@ -14,7 +14,6 @@ from geosurf.faults.rim import find_rim
 from geosurf.model import TriSurface
 from geosurf.model.sheets import Extended
 from geosurf.sheets.faults.cut_edges import FALLING, RISING, Part, Walls
-from geosurf.sheets.faults.traces import Trace
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.mesh.cut import Hole
 
@@ -60,7 +59,7 @@ def early_parts(state: Heights, shortened: dict[End, int], rising: bool) -> list
         trace = state.network.traces[number]
         if n > USUAL:
             at = np.clip([limits[end][number], state.network.mesh[number, end]], 0, len(trace.line))
-            first, last = np.sort(np.interp(at, np.arange(len(trace.line)), trace.along))
+            first, last = np.sort(trace.length_at(at))
             found.append((number, float(first), float(last)))
     return found
 
@@ -95,18 +94,15 @@ class Ends:
         joined: Collection[End] = {(i, k) for i, k, _ in network.on}
         ends: list[End] = []
         words: list[str] = []
-        places: list[list[float]] = []
+        places: list[np.ndarray] = []
         for i, trace in enumerate(network.traces):
-            # Places along a trace are vertex numbers with fractions.
-            vertex = np.arange(len(trace.line))
             for k, end in enumerate(trace.ends):
                 # a branch that was led to its main fault ends there, and is not moved
                 if (i, k) in joined:
                     continue
                 ends.append((i, k))
                 words.append(end)
-                place = self.limits[k][i]
-                places.append([np.interp(place, vertex, trace.line[:, c]) for c in (0, 1)])
+                places.append(trace.at(self.limits[k][i])[:2])
         return ends, words, np.array(places).reshape(-1, 2)
 
 
@@ -127,9 +123,7 @@ def is_overlapping(state: Heights, at: np.ndarray) -> bool:
     """Whether the horizon overlaps at the trace that is nearest to a place [cells]."""
     # The nearest trace decides, as the hole belongs to it.
     traces = state.network.traces
-    nearest = min(
-        range(len(traces)), key=lambda i: float(np.hypot(*(traces[i].line[:, :2] - at).T).min())
-    )
+    nearest = min(range(len(traces)), key=lambda i: float(traces[i].far_from(at).min()))
     walls = state.walls[nearest]
     heave = walls.left + walls.right
     return bool(len(heave)) and float(np.median(heave)) < 0.0
@@ -149,7 +143,7 @@ def longer_part(
         if ends[1] - ends[0] > MOST_LEFT_OUT and throw_of(state, part) > NO_THROW * _cell(state):
             continue
         for k, end in enumerate(ends):
-            tip = [np.interp(end, trace.along, trace.line[:, c]) for c in (0, 1)]
+            tip = trace.at_length(end)[:2]
             # Ends of the trace itself cannot be moved further.
             inside = 0.0 < end < trace.along[-1]
             if inside and np.hypot(*(at - tip)) <= reach:
@@ -167,7 +161,7 @@ def with_part_at(untorn: tuple[Part, ...], state: Heights, at: np.ndarray) -> tu
     choice: list[tuple[float, int, float]] = []
     # Every trace near the place, with its throw there.
     for number, (trace, walls) in enumerate(zip(state.network.traces, state.walls, strict=True)):
-        far = np.hypot(*(trace.line[:, :2] - at).T)
+        far = trace.far_from(at)
         vertex = int(far.argmin())
         if far[vertex] <= NEAR_HOLE:
             choice.append((_throw_at(walls, vertex), number, float(trace.along[vertex])))
@@ -177,7 +171,8 @@ def with_part_at(untorn: tuple[Part, ...], state: Heights, at: np.ndarray) -> tu
         mine = [p for p in untorn if p[0] == number and p[1] - AGAIN <= place <= p[2] + AGAIN]
         if sum(last - first for _, first, last in mine) > MOST_LEFT_OUT:
             continue
-        first, last = _without_throw(state.network.traces[number], state.walls[number], place)
+        first, last = _between_throw(state, number, place, LITTLE * _largest(state, number))
+        first, last = min(first, place - LEFT_OUT), max(last, place + LEFT_OUT)
         for _, one, two in mine:  # it was not enough
             first, last = min(first, one - LEFT_OUT), max(last, two + LEFT_OUT)
         return (*(part for part in untorn if part not in mine), (number, first, last))
@@ -191,20 +186,17 @@ def without_throw(
 
     None if the heights on both sides of the nearest trace differ there, or it is left out already.
     """
-    traces, walls = state.network.traces, state.walls
-    apart = [np.hypot(*(trace.line[:, :2] - at).T) for trace in traces]
+    traces = state.network.traces
+    apart = [trace.far_from(at) for trace in traces]
     number = min(range(len(traces)), key=lambda i: float(apart[i].min()))
     trace, far = traces[number], apart[number]
     place = float(trace.along[int(far.argmin())])
     if far.min() > NEAR_HOLE or any(p[0] == number and p[1] <= place <= p[2] for p in untorn):
         return None
-    # Throw is known at places of the walls; distance along the trace compares them.
-    along = np.interp(walls[number].place, np.arange(len(trace.line)), trace.along)
-    high = along[np.abs(walls[number].throw) > NO_THROW * _cell(state)]
-    first = float(high[high < place].max(initial=trace.along[0]))
-    last = float(high[high > place].min(initial=trace.along[-1]))
+    least = NO_THROW * _cell(state)
+    first, last = _between_throw(state, number, place, least)
     # Throw close by: the fault does move the horizon here.
-    if min(place - first, last - place) < LEFT_OUT and len(high):
+    if min(place - first, last - place) < LEFT_OUT and _largest(state, number) > least:
         return None
     return (*untorn, (number, first, last))
 
@@ -213,7 +205,7 @@ def throw_of(state: Heights, part: Part) -> float:
     """Largest throw of a part of a trace [m]."""
     number, first, last = part
     trace, walls = state.network.traces[number], state.walls[number]
-    along = np.interp(walls.place, np.arange(len(trace.line)), trace.along)
+    along = trace.length_at(walls.place)
     return float(np.abs(walls.throw[(along >= first) & (along <= last)]).max(initial=0.0))
 
 
@@ -244,17 +236,18 @@ def _throw_at(walls: Walls, vertex: float) -> float:
     return float(np.interp(vertex, walls.place, np.abs(walls.throw)))
 
 
-def _without_throw(trace: Trace, walls: Walls, place: float) -> tuple[float, float]:
-    """The part of a trace around a place [cells] with next to no throw; a few cells if it has."""
-    along = np.interp(walls.place, np.arange(len(trace.line)), trace.along)
-    throw = np.abs(walls.throw)
+def _largest(state: Heights, number: int) -> float:
+    """Size of the largest throw of a trace [m]."""
+    return float(np.abs(state.walls[number].throw).max(initial=0.0))
 
-    # from the nearest place with throw on one side to that on the other
-    high = along[throw > LITTLE * throw.max(initial=0.0)]
-    before, after = high[high < place], high[high > place]
-    first = float(before.max()) if len(before) else float(trace.along[0])
-    last = float(after.min()) if len(after) else float(trace.along[-1])
-    return min(first, place - LEFT_OUT), max(last, place + LEFT_OUT)
+
+def _between_throw(state: Heights, number: int, place: float, least: float) -> tuple[float, float]:
+    """The part of a trace around a length along it [cells] whose throw is `least` at most [m]."""
+    # Throw is known at places of the walls; distance along the trace compares them.
+    trace, walls = state.network.traces[number], state.walls[number]
+    high = trace.length_at(walls.place)[np.abs(walls.throw) > least]
+    first = float(high[high < place].max(initial=trace.along[0]))
+    return first, float(high[high > place].min(initial=trace.along[-1]))
 
 
 # ---- too short ----------------------------------------

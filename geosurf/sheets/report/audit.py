@@ -133,8 +133,7 @@ def _strip(
     # its wall ends
     beside = NearTrace(picks.frame, trace, trim + 2.0 * LONGEST)
     row = beside.look_up(picks.nodes_of(near.rows))
-    vertex = np.arange(len(trace.line))
-    along = (np.interp(beside.place[row], vertex, trace.along) - stations[0]) / step
+    along = (trace.length_at(beside.place[row]) - stations[0]) / step
     cell = np.floor(near.far - trim)
     mine = (row >= 0) & (cell >= 0) & (cell < LONGEST) & (along > -0.5) & (along < n - 0.5)
     if closed.trims.use is not None:  # smear that another horizon has shown

@@ -174,8 +174,8 @@ def no_cuts(faults: Sequence[TriSurface]) -> dict[str, FaultCut]:
 def _stations(trace: Trace, frame: Frame) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Stations (n, 3), dip directions (n, 2) and distance along the trace (n,), in metres."""
     along = trace.stations
-    line = np.stack([np.interp(along, trace.along, c) for c in trace.line.T], axis=1)
-    xy = frame.to_world(line[:, :2] / frame.stretch)
+    line = trace.at_length(along)
+    xy = frame.from_cells(line[:, :2])
 
     # unit vectors of the lattice turn the horizontal part of normals into world directions
     axes = frame.step / frame.spacing[:, None]

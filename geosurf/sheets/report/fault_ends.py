@@ -156,9 +156,9 @@ def _at_tip(
     known = last < len(jumps) and bool(np.isfinite(jumps[last]))
 
     # the tip and that end in world coordinates [m]
-    level = float(np.interp(place_of, np.arange(len(trace.line)), trace.line[:, 2]))
+    level = float(trace.at(place_of)[2])
     cells = np.stack([ahead.tip, ahead.tip + last * ahead.along])
-    xy = frame.to_world(cells / frame.stretch)
+    xy = frame.from_cells(cells)
     first = float(jumps[np.isfinite(jumps)][0])
     far = f"{last * frame.cell:.0f} m" if known else f"at least {last * frame.cell:.0f} m"
     side = end_at(fault, np.array([*xy[0], level]))
@@ -186,12 +186,8 @@ def _median(values: np.ndarray) -> float:
 
 def _ahead(trace: Trace, end: int, trim: float, heave: float) -> Ahead:
     """The continuation of a trace past one of its ends."""
-    vertex, forward = np.arange(len(trace.line)), -1.0 if end == 0 else 1.0
-    stop = float(np.interp((trace.start, trace.stop)[end], vertex, trace.along))
-    tip, back = (
-        np.array([np.interp(s, trace.along, trace.line[:, k]) for k in (0, 1)])
-        for s in (stop, stop - forward * CHORD)
-    )
+    forward, stop = -1.0 if end == 0 else 1.0, trace.inside[end]
+    tip, back = trace.at_length([stop, stop - forward * CHORD])[:, :2]
 
     # the direction of the last cells; the first data aside are beyond trim and half the heave
     along = (tip - back) / max(float(np.hypot(*(tip - back))), 1e-9)

@@ -19,7 +19,7 @@ from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.picks import Frame
 from geosurf.sheets.mesh.build import LEVEL_REACH, Built
 from geosurf.sheets.mesh.close import Closed
-from geosurf.sheets.mesh.tear_ends import LATERAL, NO_THROW, USUAL, distance_to
+from geosurf.sheets.mesh.tear_ends import LATERAL, NO_THROW, USUAL, distance_to, throw_of
 
 # ---- lengthening ----------------------------------------
 # What to type so that a fault is continued: for scripts and for scenarios.
@@ -166,18 +166,15 @@ def _ended_at_others(
     """
     network = state.network
     for trace, limits in zip(network.traces, network.mesh, strict=True):
-        vertex = np.arange(len(trace.line))
-        real = np.interp([trace.start, trace.stop], vertex, trace.along)
-        torn = np.interp(limits, vertex, trace.along)
-        for end, (whole, last) in enumerate(zip(real, torn, strict=True)):
+        torn = trace.length_at(limits)
+        for end, (whole, last) in enumerate(zip(trace.inside, torn, strict=True)):
             past = (last - whole) * (-1) ** end
             if not trace.ends[end].startswith("branch of ") or past <= OVERSHOOT:
                 continue
             name, main = names[trace.fault], trace.ends[end].removeprefix("branch of ")
             if name in longer or (end and limits[0] == np.inf):  # all of it is past: once
                 continue
-            x, y, z = (float(np.interp(whole, trace.along, c)) for c in trace.line[:, :3].T)
-            at = (*frame.to_world(np.array([[x, y]]) / frame.stretch)[0], z)
+            at = tuple(frame.from_cells(trace.at_length([whole])[:, :3])[0].tolist())
             yield GeosurfWarning(
                 "fault ends at another",
                 name,
@@ -204,10 +201,8 @@ def _early_ends(closed: Closed, names: Sequence[str]) -> Iterator[GeosurfWarning
 
         # where the tear ends, and where its fault does: both as lengths along the trace
         last = float(places.max() if end else places.min())
-        vertex = np.arange(len(trace.line))
-        x, y, z = (float(np.interp(last, vertex, column)) for column in trace.line[:, :3].T)
-        along, whole = np.interp([last, network.mesh[number][end]], vertex, trace.along)
-        at = (*frame.to_world(np.array([[x, y]]) / frame.stretch)[0], z)
+        along, whole = trace.length_at([last, network.mesh[number][end]])
+        at = tuple(frame.from_cells(trace.at([last])[:, :3])[0].tolist())
         name = names[trace.fault]
         which = "" if is_tip else f", {trace.ends[end]},"
         lost = abs(whole - along) * frame.cell
@@ -258,14 +253,12 @@ def _parts_left_out(
     """Parts of faults at which the horizon is not torn."""
     state = built.state
     for number, first, last in built.repairs.untorn:
-        trace, walls = state.network.traces[number], state.walls[number]
+        trace = state.network.traces[number]
 
         # ends of the part in world coordinates, and the largest throw along it
         ends = np.clip([first, last], 0.0, trace.along[-1])
-        xyz = np.stack([np.interp(ends, trace.along, c) for c in trace.line[:, :3].T], axis=1)
-        world = np.column_stack([frame.to_world(xyz[:, :2] / frame.stretch), xyz[:, 2]])
-        along = np.interp(walls.place, np.arange(len(trace.line)), trace.along)
-        lost = np.abs(walls.throw[(along >= first) & (along <= last)]).max(initial=0.0)
+        world = frame.from_cells(trace.at_length(ends)[:, :3])
+        lost = throw_of(state, (number, first, last))
         name = names[trace.fault]
         length = (ends[1] - ends[0]) * frame.cell
         if lost <= NO_THROW * frame.cell:
@@ -303,7 +296,7 @@ def _level_places(
             continue
         seen.append(cells)
         fault = _nearest_fault(built.state, cells)
-        xy = frame.to_world(cells[None] / frame.stretch)[0]
+        xy = frame.from_cells(cells[None])[0]
         node = np.rint(cells / frame.stretch).astype(np.int64)[::-1]
         node = np.clip(node, 0, np.array(frame.shape) - 1)
         at = (*xy, float(np.nan_to_num(built.state.values.reshape(frame.shape)[tuple(node)])))
@@ -321,5 +314,5 @@ def _level_places(
 
 def _nearest_fault(state: Heights, cells: np.ndarray) -> int:
     """The fault with the trace nearest to a place [cells]."""
-    far = [np.hypot(*(trace.line[:, :2] - cells).T).min() for trace in state.network.traces]
+    far = [trace.far_from(cells).min() for trace in state.network.traces]
     return state.network.traces[int(np.argmin(far))].fault

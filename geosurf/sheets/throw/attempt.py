@@ -14,7 +14,7 @@ from geosurf.conventions import place
 from geosurf.errors import GeometryError
 from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.sheets.torn_links import uncut_steps
-from geosurf.sheets.faults.cut_edges import Cuts, Part, last_link, on_own_side, within
+from geosurf.sheets.faults.cut_edges import Cuts, Part, on_own_side, within
 from geosurf.sheets.faults.fault_distance import NearTrace, near_traces
 from geosurf.sheets.faults.network import Network
 from geosurf.sheets.faults.traces import Trace, mesh_in_frame
@@ -214,18 +214,15 @@ class Attempt:
         """Heights with which tears can end at the last links outside of limits (n_trace, 2)."""
         movement, network = self.movement, state.network
         frame, values = movement.frame, self.state.values.copy()
-        for i, k in np.argwhere(limits != network.solve).tolist():
-            fault = network.traces[i].fault
-            mesh = mesh_in_frame(movement.faults[fault], frame)
-            link = last_link(network.cuts, i, k, limits[i, k], movement.rising, frame.shape[1])
-            for node in link:
-                # the height that the node would have in the other wall of this fault
-                flipped = self.walls[:, [node]]
-                side = 2.0 * flipped[fault, 0] - 1.0
-                flipped[fault] = 1.0 - flipped[fault]
-                other = movement.heights(self.branches, movement.xy[[node]], flipped)[0].item()
-                if np.isfinite(other):
-                    values[node] = on_own_side(mesh, frame, node, side, values[node].item(), other)
+        for i, node in network.last_nodes(limits, movement.rising):
+            # the height that the node would have in the other wall of this fault
+            fault, flipped = network.traces[i].fault, self.walls[:, [node]]
+            side = 2.0 * flipped[fault, 0] - 1.0
+            flipped[fault] = 1.0 - flipped[fault]
+            other = movement.heights(self.branches, movement.xy[[node]], flipped)[0].item()
+            if np.isfinite(other):
+                mesh = mesh_in_frame(movement.faults[fault], frame)
+                values[node] = on_own_side(mesh, frame, node, side, values[node].item(), other)
         return replace(state, values=values)
 
 
