@@ -13,6 +13,7 @@ import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -198,7 +199,7 @@ def fluids_rule(fluids: Any) -> Factor:
     return Factor.of("fluids", {} if fluids is None else fluids, check)
 
 
-def fluid_of(unit: Unit, words: set[str], rule: Factor) -> str:
+def fluid_of(unit: Unit | SimpleNamespace, words: set[str], rule: Factor) -> str:
     """Return the fluid of a unit: as users say, else by the names of contacts; '' if unknown."""
     key = rule.key_of(unit.name, words)
     if key:
@@ -212,6 +213,15 @@ def fluid_of(unit: Unit, words: set[str], rule: Factor) -> str:
         sides += [OF_CONTACTS[letters[1].lower()][side] if letters else ""] if name else []
     known = sides[0] if len(set(sides)) == 1 else ""
     return known or str(rule.entries.get(frozenset(), ""))
+
+
+def unknown_fluid(what: str, word: str) -> InputError:
+    """Return the error for what has no fluid; `word` names it in ``fluids``."""
+    return InputError(
+        f"the fluid of {what} is not known. Name contacts OWC, GOC or GWC, or give oil, gas or "
+        f'water: fluids={{"{word}": "oil"}}; in a scenario, fluids = {{"{word}" = "oil"}} in '
+        "[volumetrics]."
+    )
 
 
 def fluids_in_place(
@@ -301,10 +311,7 @@ def _chain(unit: Unit, factors: Sequence[Factor], words: set[str], fluid: str) -
     chain: list[Any] = []
     for factor in factors:
         if factor.name in ARGUMENTS[2:] and not fluid:
-            raise InputError(
-                f"the fluid of unit {unit.name!r} is not known. Name contacts OWC, GOC or GWC, or "
-                f'give oil, gas or water: fluids={{"{unit.contact or unit.zone}": "oil"}}.'
-            )
+            raise unknown_fluid(f"unit {unit.name!r}", unit.contact or unit.zone)
         if factor.name in ARGUMENTS[2:] and fluid == "water":
             chain.append(0.0)
             continue

@@ -15,12 +15,12 @@ from types import SimpleNamespace
 from typing import Any
 
 from geosurf.carve.column import reservoir_of
-from geosurf.carve.fluids import parse_sides
+from geosurf.carve.fluids import interval, parse_sides
 from geosurf.conventions import did_you_mean, shared_name
 from geosurf.errors import InputError, ScenarioError
 from geosurf.faults.rules import Rule, faults_at, halves_of, read_truncations
 from geosurf.measure.seal import vshale_of
-from geosurf.measure.volumetrics import factors_of, fluids_rule
+from geosurf.measure.volumetrics import factors_of, fluid_of, fluids_rule, unknown_fluid
 from geosurf.model.column import ELSEWHERE, in_column, names_of_zones, read_compartments, zones_of
 from geosurf.model.expected import path_of
 from geosurf.model.network import filling_by_horizon
@@ -615,7 +615,24 @@ def _check_volumetrics(scenario: Scenario, at: KeyPath) -> None:
         return
     with at.of("volumetrics").noting():
         factors_of(vars(scenario.volumetrics), lambda *_: None)
-        fluids_rule(scenario.volumetrics.fluids)
+        rule = fluids_rule(scenario.volumetrics.fluids)
+        if scenario.volumetrics.water_saturation is None or scenario.model is not None:
+            return
+
+        # what units will be called; if fluids name regions or blocks, only the model can tell
+        all_zones = names_of_zones([entry.name for entry in scenario.horizons])
+        intervals: dict[str, list[tuple[str, ...]]] = {}
+        for zone in reservoir_of(all_zones, scenario.reservoir):
+            above = [one.name for one in scenario.contacts if zone in (one.zones or (zone,))]
+            names = list(dict.fromkeys(above))
+            intervals[zone] = [(interval(names, k), *names[:k]) for k in range(len(names) + 1)]
+        known = {*intervals, *(part[0] for parts in intervals.values() for part in parts)}
+        if set().union(*rule.entries) <= known:
+            for zone, parts in intervals.items():
+                for contact, *beneath in parts:
+                    unit = SimpleNamespace(name=zone, contact=contact, beneath=beneath)
+                    if not fluid_of(unit, {zone, contact}, rule):
+                        raise unknown_fluid(f"{zone!r} {contact}".strip(), contact or zone)
 
 
 def _check_seal(scenario: Scenario, at: KeyPath) -> None:

@@ -147,3 +147,22 @@ def test_a_line_that_is_not_toml_is_named(tmp_path, row, line):
     assert (number, "is not TOML" in sentence) == (row, True)
     with pytest.raises(ScenarioError, match=rf"scenario.toml, line {row}: "):
         read_scenario(path)
+
+
+@pytest.mark.parametrize(
+    ("zones", "fluids", "unknown"),
+    [
+        ('["Top/Base"]', "", "above Level"),
+        ('["Top/Base"]', 'fluids = {"above Level" = "oil"}', "below Level"),
+        ('["Top/Base"]', 'fluids = {"above Level" = "oil", "below Level" = "water"}', ""),
+        ('["Top/Base"]', 'fluids = {"F1+" = "oil"}', ""),  # only the model knows its blocks
+        ('["below Base"]', "", "Top/Base"),
+        ('["below Base"]', 'fluids = "oil"', ""),
+    ],
+)
+def test_a_unit_without_a_fluid_costs_no_run(tmp_path, zones, fluids, unknown):
+    values = "net_to_gross = 1\nporosity = 0.2\nwater_saturation = 0.3"
+    volumetrics = f"[volumetrics]\n{values}\n{fluids}"
+    rows = [(19, 'name = "Level"', ""), (21, f"zones = {zones}", ""), (25, volumetrics, "")]
+    found = found_in(wrong(tmp_path, rows))
+    assert [f'"{unknown}" = "oil"' in sentence for _, sentence in found] == [True] * bool(unknown)
