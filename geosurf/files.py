@@ -20,7 +20,7 @@ import stat
 import sys
 import time
 from collections.abc import Iterable, Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
@@ -167,23 +167,37 @@ def write_into_folder(path: Path, data: bytes, what: str) -> Path:
     OutputError
         If the folder or the file cannot be written.
     """
-    try:
+    remedy = "Choose a folder that you can write to."
+    with refused_writing(f"{path}: {what}", path.parent, remedy):
         path.parent.mkdir(parents=True, exist_ok=True)
         write_whole(path, data)
-    except OSError as error:
-        raise OutputError(
-            f"{path}: {what} cannot be written ({reason_of(error, path.parent)}). Choose a folder "
-            "that you can write to."
-        ) from error
     return path
 
 
-def reason_of(error: OSError, folder: Path) -> str:
-    """Return why nothing can be written into a folder, in a few words."""
-    file = next((one for one in (folder, *folder.parents) if one.is_file()), None)
-    if file is not None:
-        return f"{file} is a file, not a folder"
-    return error.strerror or type(error).__name__
+@contextmanager
+def refused_writing(what: str, folder: Path, remedy: str) -> Iterator[None]:
+    """
+    Say why something cannot be written into a folder, and what to do.
+
+    Parameters
+    ----------
+    what : str
+        Beginning of the sentence: ``"out/report.html: the report"``.
+    folder : pathlib.Path
+    remedy : str
+
+    Raises
+    ------
+    OutputError
+        For each OSError of the ``with`` block.
+    """
+    try:
+        yield
+    except OSError as error:
+        file = next((one for one in (folder, *folder.parents) if one.is_file()), None)
+        reason = error.strerror or type(error).__name__
+        reason = reason if file is None else f"{file} is a file, not a folder"
+        raise OutputError(f"{what} cannot be written ({reason}). {remedy}") from error
 
 
 def write_beside(folder: Path, data: bytes, mode: int = 0o666) -> Path:

@@ -53,6 +53,24 @@ def undone(action: Callable[[], Any]) -> Iterator[None]:
 
 
 @contextmanager
+def in_the_end(action: Callable[[], Any]) -> Iterator[None]:
+    """Do something at the end of the ``with`` block, be it an error or a signal.
+
+    Examples
+    --------
+    >>> with in_the_end(lambda: print("removed")):
+    ...     print("made")
+    made
+    removed
+    """
+    with undone(action):
+        try:
+            yield
+        finally:
+            action()
+
+
+@contextmanager
 def interrupted_later() -> Iterator[None]:
     """Let Ctrl-C wait for the end of the ``with`` block: a library in it makes other errors of it.
 
@@ -83,11 +101,8 @@ def temporary_folder() -> Iterator[str]:
     import tempfile
 
     folder = tempfile.mkdtemp(prefix="geosurf-")
-    with undone(lambda: _remove(folder)):
-        try:
-            yield folder
-        finally:
-            _remove(folder)
+    with in_the_end(lambda: _remove(folder)):
+        yield folder
 
 
 def _remove(folder: str) -> None:

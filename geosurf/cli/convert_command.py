@@ -181,9 +181,9 @@ def _read(path: Path, suffix: str, options: argparse.Namespace) -> Source:
     words = otherwise({"positive": options.positive or "up", "length_unit": options.length_unit})
     with collected() as notes:
         if key == "netcdf" and options.read_as is None:
-            source.function = _of_netcdf(path)
+            source.function = "read_fault" if holds_fault(path) else "read_horizon"
         if key == "resqml" and options.read_as is None:
-            source.function = _of_resqml(path, options.name, suffix)
+            source.function = function_of(path, options.name, suffix in WRITERS["Units"])
         # which one, where a file has several; elsewhere the name of what is written
         several = (*MESH_FORMATS, "resqml", "netcdf", "zarr")
         named = source.function == "read_fault" or key in several
@@ -256,14 +256,6 @@ def _function(path: Path, functions: str, suffix: str, read_as: str | None) -> s
     if "read_polygons" in names and suffix not in WRITERS["list of lines"]:
         return "read_fault"
     return names[-1] if names[0] == "read_horizon" else names[0]
-
-
-def _of_resqml(path: Path, name: str | None, suffix: str) -> str:
-    return function_of(path, name, suffix in WRITERS["Units"])
-
-
-def _of_netcdf(path: Path) -> str:
-    return "read_fault" if holds_fault(path) else "read_horizon"
 
 
 def _attributes(source: Source) -> None:

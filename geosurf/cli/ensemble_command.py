@@ -14,8 +14,7 @@ from geosurf.conventions.machine import missing_sentence
 from geosurf.ensemble import run_ensemble
 from geosurf.ensemble.results import quantile_csv, quantile_text, realisations_csv
 from geosurf.ensemble.run import console_line
-from geosurf.errors import OutputError
-from geosurf.files import write_whole
+from geosurf.files import refused_writing, write_whole
 from geosurf.scenario.output import input_files
 
 EVERY = 30.0  # s between two lines of progress in a log file
@@ -25,10 +24,8 @@ def ensemble_command(options: argparse.Namespace) -> Answer:
     """Build many realisations of a scenario, and write quantiles of volumes."""
     out, start = Path(options.out), time.perf_counter()
     scenario = scenario_of(options)  # before a folder is made
-    try:
+    with refused_writing(f"{out}: results", out, "Choose another folder."):
         out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"{out}: {error.strerror}. Choose another folder.") from error
     ensemble = run_ensemble(
         scenario,
         options.n,

@@ -307,6 +307,11 @@ def numbers(words: Sequence[str]) -> np.ndarray | None:
     return values
 
 
+def with_point(word: str, decimal: str) -> str:
+    """Return a word of a file with that decimal sign as Python takes it."""
+    return word.replace(",", ".", 1) if decimal == "," else word
+
+
 def is_number(word: str) -> bool:
     """Return whether a word of a file is a plain number, or infinite, or not-a-number.
 
@@ -348,7 +353,7 @@ def integer(token: str, path: Path, line: int, what: str) -> int:
 def number_rows(words: Sequence[str], lines: Sequence[int], path: Path, what: str) -> np.ndarray:
     """Return the words of some lines, as many of each, as finite float64 (n_line, n_column)."""
     # All at once: a hundred times as fast as one by one.
-    values, width = numbers(words), len(words) // len(lines)
+    values, width = numbers(words), len(words) // max(len(lines), 1)
     if values is None:  # something is wrong: go word by word and name the first that is
         found = (number(word, path, lines[k // width], what) for k, word in enumerate(words))
         values = np.array(list(found))

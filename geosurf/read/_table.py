@@ -23,7 +23,7 @@ from geosurf.conventions import did_you_mean
 from geosurf.conventions.axes import USUAL
 from geosurf.errors import FormatError, InputError
 from geosurf.model.expected import listed
-from geosurf.read._common import COMMA, TextBlocks, is_number, noted, number_rows
+from geosurf.read._common import COMMA, TextBlocks, is_number, noted, number_rows, with_point
 from geosurf.read._guard import damaged
 
 # ---- columns ----------------------------------------
@@ -182,7 +182,7 @@ def checked_decimal(decimal: Any) -> str:
 
 def is_value(draft: Draft, word: str) -> bool:
     """Whether a word is a number with the decimal sign of this file."""
-    return is_number(word.replace(",", ".", 1) if draft.decimal == "," else word)
+    return is_number(with_point(word, draft.decimal))
 
 
 def three_words(draft: Draft, words: list[str], i: int) -> list[str]:

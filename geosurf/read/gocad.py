@@ -30,7 +30,15 @@ from geosurf.errors import FormatError, GeosurfWarning, InputError
 from geosurf.lazy import xarray as xr
 from geosurf.model import FaultSticks, TriSurface
 from geosurf.model.base import in_crs_of
-from geosurf.read._common import Request, check_name, integer, is_looking, noted, number, read_text
+from geosurf.read._common import (
+    Request,
+    check_name,
+    integer,
+    is_looking,
+    noted,
+    number_rows,
+    read_text,
+)
 from geosurf.read._gocad import Draft, Header, Line, bodies, fill, row_of
 from geosurf.read._guard import damaged, read_bytes, refuse_large
 from geosurf.read._placed import fault_dataset, points_dataset
@@ -417,18 +425,21 @@ def _nodes_of_file(grid: SGrid, expected: int) -> np.ndarray:
 
 def _text_points(path: Path, expected: int) -> np.ndarray:
     """Points of text: x y z first on each line; ``*`` and ``#`` begin comments."""
-    rows: list[list[float]] = []
+    found: list[str] = []
+    lines: list[int] = []
     for i, line in enumerate(read_text(path).split("\n"), start=1):
         words = line.split()
         if not words or words[0][0] in "*#":
             continue
         if len(words) < 3:
             raise damaged(f"{path}, line {i}: found {len(words)} values, expected x y z")
-        rows.append([number(word, path, i, "x, y or z") for word in words[:3]])
-    if len(rows) != expected:
-        raise damaged(f"{path}: found {len(rows)} points, expected {expected}")
+        found += words[:3]
+        lines.append(i)
+    points = number_rows(found, lines, path, "x, y or z")
+    if len(points) != expected:
+        raise damaged(f"{path}: found {len(points)} points, expected {expected}")
     noted("kind", "points in text")
-    return np.array(rows)
+    return points
 
 
 def _warn_of_flags(grid: SGrid, expected: int) -> None:

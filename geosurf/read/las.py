@@ -18,7 +18,7 @@ import numpy as np
 from geosurf.conventions import metres_per_unit
 from geosurf.errors import FormatError, InputError
 from geosurf.lazy import xarray as xr
-from geosurf.read._common import Request, is_number, noted, number, read_text
+from geosurf.read._common import Request, noted, number, number_rows, read_text
 from geosurf.read._guard import damaged
 from geosurf.read._placed import points_dataset
 from geosurf.read._table import checked_columns, first_column
@@ -47,12 +47,11 @@ class Section:
 
 @dataclass
 class WellPath:
-    """The path of a well: name, measured depths (n,), points (n, 3) and how many were left out."""
+    """The path of a well: name, measured depths (n,) and points (n, 3)."""
 
     well: str
     md: np.ndarray
     points: np.ndarray
-    left_out: int
 
 
 def read_las_points(path: Path, request: Request) -> xr.Dataset:
@@ -237,7 +236,7 @@ def _well_path(path: Path, sections: dict[str, Section], request: Request) -> We
     noted("columns", f"{taken}; other curves are not read")
     noted("names", f"well {title}")
     noted("left out", f"{int(left_out.sum())} stations with {null:g}")
-    return WellPath(title, md, points, int(left_out.sum()))
+    return WellPath(title, md, points)
 
 
 def _value(words: dict[str, tuple[str, str]], name: str) -> str:
@@ -267,15 +266,11 @@ def _values(
     path: Path, rows: list[tuple[int, list[str]]], width: int, places: list[int]
 ) -> np.ndarray:
     """Numbers (n, 4) of x, y, z and measured depth."""
-    found = np.empty((len(rows), len(places)))
-    for k, (line, words) in enumerate(rows):
+    for line, words in rows:
         if len(words) != width:
             raise damaged(
                 f"{path}, line {line}: found {len(words)} values, expected {width}, one for each "
                 "curve"
             )
-        taken = [words[place] for place in places]
-        if not all(is_number(word) for word in taken):
-            raise damaged(f"{path}, line {line}: found {' '.join(taken)!r}, expected four numbers")
-        found[k] = [number(word, path, line, "x, y, z or measured depth") for word in taken]
-    return found
+    flat = [words[place] for _, words in rows for place in places]
+    return number_rows(flat, [line for line, _ in rows], path, "x, y, z or measured depth")

@@ -26,8 +26,10 @@ from geosurf.read._common import (
     is_number,
     noted,
     number,
+    number_rows,
     read_text,
     warn_of_end,
+    with_point,
 )
 from geosurf.read._guard import damaged
 from geosurf.read._placed import points_dataset
@@ -167,13 +169,9 @@ def _table(path: Path, columns: Any, decimal: Any) -> tuple[Layout, Table]:
     if not layout.rows:
         raise damaged(f"{path}: the file has no points below its header")
     places = _places(path, layout, columns)
-    points = np.empty((len(layout.rows), 3))
-    for k, (line, words) in enumerate(layout.rows):
-        found = [words[place] for place in places]
-        if sign == ",":
-            found = [word.replace(",", ".", 1) for word in found]
-        points[k] = [number(word, path, line, "x, y or z") for word in found]
-    lines = np.array([line for line, _ in layout.rows])
+    lines = [line for line, _ in layout.rows]
+    flat = [with_point(words[place], sign) for _, words in layout.rows for place in places]
+    points = number_rows(flat, lines, path, "x, y or z")
     header = [word.lower() for word in layout.header or ()]
     more: list[list[str] | None] = []
     for usual in (LABELS, NAMES):
@@ -181,7 +179,7 @@ def _table(path: Path, columns: Any, decimal: Any) -> tuple[Layout, Table]:
         more.append(None if place is None else [_word(words, place) for _, words in layout.rows])
     noted("columns", f"easting, northing, z are columns {', '.join(str(k + 1) for k in places)}")
     noted("attributes", ", ".join((layout.header or [])[3:]) or "none")
-    return layout, Table(points, lines, *more)
+    return layout, Table(points, np.array(lines), *more)
 
 
 def _word(words: list[str], place: int) -> str:

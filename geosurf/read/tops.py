@@ -18,7 +18,6 @@ from geosurf.errors import FormatError, GeosurfWarning, InputError
 from geosurf.lazy import xarray as xr
 from geosurf.model.expected import path_of
 from geosurf.read._common import (
-    COMMA,
     Otherwise,
     Request,
     agreed_scale,
@@ -28,6 +27,7 @@ from geosurf.read._common import (
     number,
     otherwise,
     read_text,
+    with_point,
 )
 from geosurf.read._guard import damaged
 from geosurf.read._table import checked_columns, checked_decimal, one_column
@@ -362,8 +362,7 @@ def _value(path: Path, line: int, word: str, decimal: str) -> float | None:
     """A number, or None where it is undefined."""
     if word.strip().lower() in UNDEFINED_WORDS:
         return None
-    if decimal == "," and COMMA.search(word):
-        word = word.replace(",", ".", 1)
+    word = with_point(word, decimal)
     if is_number(word) and (float(word) in UNDEFINED or abs(float(word)) >= HUGE):
         return None
     return number(word, path, line, "x, y or z")

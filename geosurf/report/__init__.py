@@ -34,7 +34,7 @@ from geosurf.model.protocols import ReportedModel, missing_members
 from geosurf.model.units import left_out
 from geosurf.report import page, tables
 from geosurf.report.page import NOTHING, Section, Table, number, viewer_part
-from geosurf.report.tables import InputFile, input_files
+from geosurf.report.tables import InputFile, described_files
 from geosurf.warning import warn
 
 __all__ = ["report_scene"]
@@ -135,7 +135,7 @@ def report_scene(
     how = "give {caption: path of a PNG file}"
     expect(pictures, Mapping, "pictures takes a mapping", how)
     files = {str(key): path_of(path, f"picture {key!r}") for key, path in pictures.items()}
-    sources = input_files(scene, inputs, relative_to)
+    sources = described_files(scene.input_files if inputs is None else inputs, relative_to)
 
     # last: the check of a large model is the most expensive step of the page
     certificate = certificate or getattr(scene, "certificate", None) or scene.check()

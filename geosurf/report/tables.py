@@ -336,32 +336,20 @@ class InputFile:
     digest: str
 
 
-def input_files(
-    scene: ReportedModel,
-    inputs: Mapping[str, Any] | None,
-    relative_to: str | os.PathLike[str] | None,
+def described_files(
+    inputs: Mapping[str, Any], relative_to: str | os.PathLike[str] | None
 ) -> tuple[InputFile, ...]:
-    """Return the files of a model, hashed.
+    """Return files by name, hashed.
 
     Parameters
     ----------
-    scene : Scene
-    inputs : mapping of str to path-like, optional
-        Default: the inputs of the scene that are paths.
+    inputs : mapping of str to path-like
     relative_to : path-like, optional
         Folder that printed paths start from. Default: the current folder.
 
     Returns
     -------
     tuple of InputFile
-    """
-    return described_files(scene.input_files if inputs is None else inputs, relative_to)
-
-
-def described_files(
-    inputs: Mapping[str, Any], relative_to: str | os.PathLike[str] | None
-) -> tuple[InputFile, ...]:
-    """Return files by name, hashed; see `input_files`.
 
     Examples
     --------

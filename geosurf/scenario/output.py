@@ -12,7 +12,7 @@ import re
 import shutil
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -31,7 +31,7 @@ from geosurf.files import (
     discard_twins,
     finish,
     random_digits,
-    reason_of,
+    refused_writing,
     remove_abandoned,
     replace_files,
     replace_folder,
@@ -44,7 +44,7 @@ from geosurf.read.file_info import kind_of_file
 from geosurf.scenario.keys import Scenario, SealInput
 from geosurf.scenario.output_keys import FORMATS, GridInput, OutputSettings
 from geosurf.scene import Scene
-from geosurf.stopping import undone
+from geosurf.stopping import in_the_end
 from geosurf.warning import collected, warn
 from geosurf.write import write
 
@@ -396,40 +396,29 @@ def new_results(out: str | os.PathLike[str]) -> Iterator[Path]:
 
     # taken first and released last: two runs into one folder would mix their results
     lock = Lock(out / LOCK)
-    try:
+    with in_the_end(lock.release):
         _claim(out, lock)
 
         # inside `out`, so that the final rename stays on one file system
-        with undone(lock.release):
-            stage = _open_stage(out)
-            with undone(lambda: shutil.rmtree(stage, ignore_errors=True)):
-                try:
-                    yield stage
-                    _replace(out, stage)
-                finally:
-                    shutil.rmtree(stage, ignore_errors=True)
-    finally:
-        lock.release()
+        stage = _open_stage(out)
+        with in_the_end(lambda: shutil.rmtree(stage, ignore_errors=True)):
+            yield stage
+            _replace(out, stage)
 
 
 def require_writable(out: str | os.PathLike[str]) -> None:
     """Create a folder if needed, and raise `OutputError` if nothing can be written there."""
-    try:
+    # A real file: permissions alone do not show full or read-only disks.
+    with _refused(Path(out)):
         Path(out).mkdir(parents=True, exist_ok=True)
-        # A real file: permissions alone do not show full or read-only disks.
-        with tempfile.TemporaryFile(dir=out):
-            pass
-    except OSError as error:
-        raise _refusal(Path(out), error) from error
+        tempfile.TemporaryFile(dir=out).close()
 
 
 def _claim(out: Path, lock: Lock) -> None:
     """Be the only run that writes into a folder."""
-    try:
+    with _refused(out):
         out.mkdir(parents=True, exist_ok=True)
         taken = lock.take()
-    except OSError as error:
-        raise _refusal(out, error) from error
     if not taken:
         raise OutputError(
             f"{out}: another run is writing there. Wait until it has ended, or choose another "
@@ -439,7 +428,7 @@ def _claim(out: Path, lock: Lock) -> None:
 
 def _open_stage(out: Path) -> Path:
     """Finish or remove what killed runs have left, and make a folder for new results."""
-    try:
+    with _refused(out):
         # refuse before anything is computed what would fail at the end
         for name in FOLDERS:
             # a link would let a run write outside of its folder
@@ -463,14 +452,12 @@ def _open_stage(out: Path) -> Path:
                 shutil.rmtree(path, ignore_errors=True)
         stage = out / f"{PREFIX}{random_digits()}"
         stage.mkdir()
-    except OSError as error:
-        raise _refusal(out, error) from error
     return stage
 
 
 def _replace(out: Path, stage: Path) -> None:
     """Swap the folders, or move files one by one with a mark that it is not finished."""
-    try:
+    with _refused(out):
         for path in stage.glob(f"{LOCK}-*"):  # of a writer that could not remove its own
             path.unlink()
         if replace_folder(out, stage, OURS, LOCK):
@@ -479,12 +466,9 @@ def _replace(out: Path, stage: Path) -> None:
         # not every system can swap folders: files move one by one, under a mark
         (stage / MARK).write_text(_MARK_TEXT, encoding="utf-8")
         replace_files(out, stage, OURS.found_in(out), OURS, JOURNAL)
-    except OSError as error:
-        raise _refusal(out, error) from error
 
 
-def _refusal(out: Path, error: OSError) -> OutputError:
-    return OutputError(
-        f"{out}: results cannot be written there ({reason_of(error, out)}). Choose another folder "
-        "with out= (on the command line: -o)."
-    )
+def _refused(out: Path) -> AbstractContextManager[None]:
+    """Say why results cannot be written."""
+    remedy = "Choose another folder with out= (on the command line: -o)."
+    return refused_writing(f"{out}: results", out, remedy)

@@ -18,7 +18,8 @@ from typing import Any
 
 from geosurf.conventions import did_you_mean
 from geosurf.conventions.machine import need_plots
-from geosurf.errors import GeometryError, GeosurfError, GeosurfWarning, InputError, OutputError
+from geosurf.errors import GeometryError, GeosurfError, GeosurfWarning, InputError
+from geosurf.files import refused_writing
 from geosurf.measure.section import check_line
 from geosurf.model.expected import listed, path_of
 from geosurf.model.protocols import MeasuredModel
@@ -321,13 +322,9 @@ def draw_pictures(
         If the folder cannot be created.
     """
     folder = path_of(folder, "the folder of pictures") / "pictures"
-    try:
+    remedy = "Choose a folder that you may write to."
+    with refused_writing(f"{folder}: pictures", folder, remedy):
         folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(
-            f"{folder}: pictures cannot be written there ({error.strerror}). "
-            "Choose a folder that you may write to."
-        ) from error
 
     # without a driver one warning stands for all views, and maps are still drawn
     if any(picture.needs_opengl for picture in pictures):

@@ -7,8 +7,8 @@ import hashlib
 import os
 import re
 import shutil
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import AbstractContextManager, suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path, PurePath, PurePosixPath
 from typing import Any
@@ -24,13 +24,14 @@ from geosurf.files import (
     exchange,
     finish,
     make_stage,
+    refused_writing,
     replace_files,
     sync_folder,
     sync_tree,
     write_whole,
 )
 from geosurf.model.base import Noun
-from geosurf.stopping import undone
+from geosurf.stopping import in_the_end
 
 # ---- files ----------------------------------------
 # Bytes to files, all or nothing.
@@ -89,17 +90,14 @@ def commit_set(
     # lock, stage and journal belong to this index: two indexes in one folder do not wait
     mine = hashlib.sha256(index.name.encode(errors="surrogateescape")).hexdigest()[:N_RANDOM]
     lock, stage = Lock(folder / f"{PREFIX}lock-{mine}"), folder / f"{PREFIX}new-{mine}"
-    with _refused(index), undone(lambda: _leave(lock, stage)):
-        try:
-            # in turn: claim, finish what a killed writer left, stage all files, then replace
-            lock.take(wait=True)
-            if parts.is_symlink():
-                raise OSError(errno.ELOOP, f"{parts.name} next to it is a link")
-            finish(folder, names, f"{PREFIX}commit-{mine}")
-            _fill_stage(stage, files)
-            replace_files(folder, stage, _named_by(index, names), names, f"{PREFIX}commit-{mine}")
-        finally:
-            _leave(lock, stage)
+    with _refused(index), in_the_end(lambda: _leave(lock, stage)):
+        # in turn: claim, finish what a killed writer left, stage all files, then replace
+        lock.take(wait=True)
+        if parts.is_symlink():
+            raise OSError(errno.ELOOP, f"{parts.name} next to it is a link")
+        finish(folder, names, f"{PREFIX}commit-{mine}")
+        _fill_stage(stage, files)
+        replace_files(folder, stage, _named_by(index, names), names, f"{PREFIX}commit-{mine}")
     return [folder / name for name in files]
 
 
@@ -130,19 +128,16 @@ def commit_folder(
     mine = hashlib.sha256(folder.name.encode(errors="surrogateescape")).hexdigest()[:N_RANDOM]
     lock = Lock(folder.parent / f"{PREFIX}lock-{mine}")
     stage, aside = (folder.parent.resolve() / f"{PREFIX}{word}-{mine}" for word in ("new", "old"))
-    with _refused(folder), undone(lambda: _leave(lock, stage)):
-        try:
-            lock.take(wait=True)
-            # a writer was killed between two renames: its old folder comes back first
-            if aside.is_dir() and not aside.is_symlink() and not os.path.lexists(folder):
-                aside.rename(folder)
-            _refuse_stranger(folder, is_ours)
-            _fill_stage(stage, files)
-            sync_tree(stage)
-            _swap_in(folder, stage, aside)
-            sync_folder(folder.parent)
-        finally:
-            _leave(lock, stage)
+    with _refused(folder), in_the_end(lambda: _leave(lock, stage)):
+        lock.take(wait=True)
+        # a writer was killed between two renames: its old folder comes back first
+        if aside.is_dir() and not aside.is_symlink() and not os.path.lexists(folder):
+            aside.rename(folder)
+        _refuse_stranger(folder, is_ours)
+        _fill_stage(stage, files)
+        sync_tree(stage)
+        _swap_in(folder, stage, aside)
+        sync_folder(folder.parent)
     return [folder]
 
 
@@ -203,18 +198,10 @@ def _named_by(index: Path, names: Names) -> list[PurePosixPath]:
     return [PurePosixPath(index.name), *sorted(found)]
 
 
-@contextmanager
-def _refused(path: Path) -> Iterator[None]:
-    """Say why something cannot be written."""
-    try:
-        yield
-    except OSError as error:
-        # the system's own words, and what a user can check
-        reason = error.strerror or type(error).__name__
-        raise OutputError(
-            f"{path}: cannot be written ({reason}). Check that the folder exists, that you may "
-            "write there and that the disk has room."
-        ) from error
+def _refused(path: Path) -> AbstractContextManager[None]:
+    """Say why something cannot be written, and what a user can check."""
+    remedy = "Check that the folder exists, that you may write there and that the disk has room."
+    return refused_writing(f"{path}:", path.parent, remedy)
 
 
 # ---- prj ----------------------------------------

@@ -210,7 +210,7 @@ def test_a_folder_that_cannot_be_written_is_found_before_anything_is_read(
     path = tmp_path / obstacle
     path.parent.mkdir(exist_ok=True)
     path.write_text("a file where a folder should be")
-    with pytest.raises(OutputError, match=r"out: results cannot be written there .*Choose another"):
+    with pytest.raises(OutputError, match=r"out: results cannot be written .*Choose another"):
         run_scenario(scenario(), tmp_path / "out")
     assert path.read_text().startswith("a file")
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from geosurf.conventions import did_you_mean, metres_per_unit, real_numbers
 from geosurf.errors import FormatError, InputError
-from geosurf.read._common import COMMA, is_number, noted, number, read_text
+from geosurf.read._common import is_number, noted, number, number_rows, read_text, with_point
 from geosurf.read._guard import damaged
 from geosurf.read._table import one_column
 from geosurf.read.registry import detect
@@ -313,7 +313,8 @@ def heads_of(heads: Any, decimal: str) -> Heads:
     scale = [metres_per_unit(unit or "m", f"{path.name}: heads of wells") for unit in units]
     result: Heads = {}
     for line, row in layout.rows:
-        x, y, z = (number(row[k].replace(decimal, "."), path, line, "x, y or KB") for k in at[1:])
+        place = (with_point(row[k], decimal) for k in at[1:])
+        x, y, z = (number(word, path, line, "x, y or KB") for word in place)
         if row[at[0]] in result:
             raise FormatError(f"{path}, line {line}: well {row[at[0]]!r} is there twice. Keep one.")
         result[row[at[0]]] = (x * scale[1], y * scale[2], z * scale[3])
@@ -474,14 +475,8 @@ def check_kind(path: Path, trace: Trace, places: dict[str, int]) -> None:
 
 def column_of(path: Path, trace: Trace, place: int, key: str, decimal: str) -> np.ndarray:
     """Numbers of one column, all of them finite."""
-    what = f"{key} of a well"
-    words = [(line, row[place]) for line, row in trace.rows]
-    if decimal == ",":
-        words = [
-            (line, word.replace(",", ".", 1) if COMMA.search(word) else word)
-            for line, word in words
-        ]
-    return np.array([number(word, path, line, what) for line, word in words])
+    words = [with_point(row[place], decimal) for _, row in trace.rows]
+    return number_rows(words, [line for line, _ in trace.rows], path, f"{key} of a well").ravel()
 
 
 def rows_of_wells(path: Path, trace: Trace, places: dict[str, int]) -> dict[str, np.ndarray]:

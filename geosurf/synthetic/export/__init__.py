@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 
 from geosurf.conventions import check_word
-from geosurf.errors import InputError, OutputError
-from geosurf.files import write_whole
+from geosurf.errors import InputError
+from geosurf.files import refused_writing, write_whole
 from geosurf.model.expected import path_of
 from geosurf.synthetic.export.geology import (
     ORIGIN,
@@ -433,12 +433,10 @@ def field_export(
 
     # formulas only: nothing is computed until a file needs it
     truth = _truth_of(path, variant)
-    try:
+    with refused_writing(f"{path}: the field", path, "Choose another folder."):
         (path / "truth").mkdir(parents=True, exist_ok=True)
         for name, data in _contents(truth, smear):
             write_whole(path / name, data)
-    except OSError as error:
-        raise OutputError(f"{path}: the field cannot be written: {error.strerror}.") from error
     return truth
 
 
