@@ -18,6 +18,7 @@ from geosurf.report.tables import left_out_table
 from geosurf.scenario.execute import contacts_left_out
 from geosurf.triangulate import build_contacts
 from tests import laws
+from tests.grids import gridded
 from tests.strategies import BOX, faulted_worlds, grid, level, sheet, upright
 
 
@@ -64,13 +65,7 @@ def test_a_contact_may_be_a_grid_and_may_tilt():
     surface = tilted("whatever", 2, 3)
     found = volumes(scene_of({"OWC": surface}, ()))
     assert found["whole", "below OWC"] == pytest.approx(4 * 4 * 1.5, rel=1e-12)
-    import xarray as xr
-
-    array = xr.DataArray(
-        surface.vertices[:, 2].reshape(2, 2), dims=("northing", "easting"),
-        coords={"northing": [-1.0, 5.0], "easting": [-1.0, 5.0]},
-        attrs={"units": "m", "positive": "up"},
-    )  # fmt: skip
+    array = gridded(surface.vertices[:, 2].reshape(2, 2), [-1.0, 5.0])
     assert volumes(scene_of({"OWC": {"F1-": array}})) == pytest.approx(
         volumes(scene_of({"OWC": {"F1-": surface}}))
     )

@@ -25,6 +25,7 @@ from geosurf.ensemble.run import planned
 from geosurf.ensemble.uncertain import shifted, turned
 from geosurf.errors import InputError
 from tests.ensemble.worlds import AREA, fault, layer_cake, plane
+from tests.grids import gridded
 
 
 class Result:
@@ -142,10 +143,7 @@ def test_throw_is_the_one_that_is_drawn():
 
 FORMS = {
     "profile": np.array([[0.0, 20.0], [9000.0, 20.0]]),
-    "map": xr.DataArray(
-        np.full((2, 2), 20.0), {"northing": [-9e3, 9e3], "easting": [-9e3, 9e3]},
-        ("northing", "easting"), attrs={"units": "m"},
-    ),
+    "map": gridded(np.full((2, 2), 20.0), [-9e3, 9e3]),
 }  # fmt: skip
 
 

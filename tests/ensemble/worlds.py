@@ -6,9 +6,9 @@ import hashlib
 from pathlib import Path
 
 import numpy as np
-import xarray as xr
 
 import geosurf as gs
+from tests.grids import gridded
 
 AREA = 2000.0 * 1500.0  # m2
 
@@ -16,10 +16,7 @@ AREA = 2000.0 * 1500.0  # m2
 def plane(elevation, east=0.0, n=7):
     """A horizon over 2000 m x 1500 m, level or rising to the east [m per m]."""
     x, y = np.linspace(0.0, 2000.0, n), np.linspace(0.0, 1500.0, n)
-    values = elevation + east * x[None, :] + 0.0 * y[:, None]
-    attrs = {"units": "m", "positive": "up"}
-    coords = {"northing": y, "easting": x}
-    return xr.DataArray(values, coords=coords, dims=("northing", "easting"), attrs=attrs)
+    return gridded(elevation + east * x[None, :] + 0.0 * y[:, None], x, y)
 
 
 def layer_cake(**more):

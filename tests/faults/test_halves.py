@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import GeometryError, InputError, ScenarioError
 from geosurf.scenario import build_scene, read_scenario
 from tests.faults.worlds import BOX, across, antithetic, dipping, upright, volumes
+from tests.grids import gridded
 from tests.planes import INPUTS, write_grids
 
 X = {"F1": dipping(), "F2": across(4, "F2")}
@@ -129,10 +129,7 @@ def test_halves_offset_each_its_own_side(turn: float, picked_apart: bool) -> Non
         )
 
     x = np.arange(0.0, 2001.0, 50.0)
-    grid = xr.DataArray(
-        np.full((41, 41), -1000.0), {"northing": x, "easting": x}, ("northing", "easting"),
-        attrs={"units": "m", "positive": "up"},
-    )  # fmt: skip
+    grid = gridded(np.full((41, 41), -1000.0), x)
     given = {"F1": plane("F1", 0.0, 70.0), "F2": plane("F2", 90.0 + turn, 75.0)}
     box = (0.0, 2000.0, 0.0, 2000.0, -1400.0, -600.0)
     rules = {"F2": ("F1", "both")}

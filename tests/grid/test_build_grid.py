@@ -7,20 +7,15 @@ import geosurf as gs
 from geosurf.errors import InputError
 from geosurf.grid.follow import Below
 from geosurf.grid.pillars import limited
+from tests.grids import gridded
 
 SIZE = 4000.0
 BOX = (0, SIZE, 0, SIZE, -2200, -1800)
 
 
 def plane(z0: float, east: float = 0.0, north: float = 0.0):
-    import xarray as xr
-
     x = np.linspace(0.0, SIZE, 41)
-    z = z0 + east * x[None, :] + north * x[:, None]
-    return xr.DataArray(
-        z, coords={"northing": x, "easting": x}, dims=("northing", "easting"),
-        attrs={"positive": "up", "units": "m"},
-    )  # fmt: skip
+    return gridded(z0 + east * x[None, :] + north * x[:, None], x)
 
 
 def fault(at: float, dip: float = 90.0):

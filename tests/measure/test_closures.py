@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +11,7 @@ from scipy.ndimage import label
 
 import geosurf as gs
 from geosurf.errors import InputError
+from tests.grids import gridded
 
 X = np.arange(0.0, 2001.0, 100.0)
 Y = np.arange(-600.0, 601.0, 200.0)
@@ -19,10 +19,9 @@ AT = 950.0  # of the fault, between two nodes
 BOX = (0.0, 2000.0, -600.0, 600.0, -2600.0, -1400.0)
 
 
-def grid(values: Any, x: np.ndarray = X, y: np.ndarray = Y) -> xr.DataArray:
+def grid(values: np.ndarray, x: np.ndarray = X, y: np.ndarray = Y) -> xr.DataArray:
     """A gridded horizon."""
-    attrs = {"positive": "up", "units": "m"}
-    return xr.DataArray(values, {"northing": y, "easting": x}, ("northing", "easting"), attrs=attrs)
+    return gridded(values, x, y)
 
 
 def upright(at: float = AT) -> xr.Dataset:
@@ -313,10 +312,7 @@ def test_a_truncation_trap_closes_where_the_unconformity_holds():
         return -1900.0 - 5e-5 * (y - 2000.0) ** 2
 
     horizons = {
-        name: xr.DataArray(
-            z, {"northing": axis, "easting": axis}, ("northing", "easting"),
-            attrs={"units": "m", "positive": "up"},
-        )
+        name: gridded(z, axis)
         for name, z in (("U", eroded(y) + 0.0 * x), ("Top", top(x, y)), ("Base", top(x, y) - 60.0))
     }  # fmt: skip
     box = (0, 4000, 0, 4000, -2600, -1700)

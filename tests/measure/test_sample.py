@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 import geosurf as gs
 from geosurf.errors import GeometryError, InputError
 from geosurf.measure.locate import locator_of
+from tests.grids import gridded
 from tests.measure.rays import unit_by_rays
 from tests.strategies import BOX, UTM, faulted_worlds, sheet
 
@@ -66,13 +67,8 @@ def gridded_worlds(draw):
     for k in range(draw(st.integers(1, 3))):
         some = draw(st.lists(st.integers(0, 2), min_size=13, max_size=13))
         z = np.array(some)[(np.arange(13)[:, None] * 5 + np.arange(13) * 3) % 13] - 2.0 * k
-        of = {"easting": (("row", "col"), x + shift[0]), "northing": (("row", "col"), y + shift[1])}
-        if turn == (1, 0):
-            of = {"easting": x[0] + shift[0], "northing": y[:, 0] + shift[1]}
-        dims = ("row", "col") if turn != (1, 0) else ("northing", "easting")
-        horizons[f"H{k}"] = xr.DataArray(
-            z + shift[2], of, dims, attrs={"positive": "up", "units": "m"}
-        )
+        axes = (x[0], y[:, 0]) if turn == (1, 0) else (x, y)
+        horizons[f"H{k}"] = gridded(z + shift[2], axes[0] + shift[0], axes[1] + shift[1])
     faults = {}
     if draw(st.booleans()):
         at, lean = draw(st.integers(1, 3)), draw(st.integers(-1, 1))
@@ -132,9 +128,7 @@ def test_one_question_in_many_words(scene):
     grid = scene.sample(xr.Dataset(coords=axes))
     assert grid.unit.dims == ("elevation", "northing", "easting")
     assert (grid.unit.values.ravel() == names).all()
-    level = xr.DataArray(
-        np.full((5, 4), z[2]), {"northing": y, "easting": x}, ("northing", "easting")
-    )
+    level = gridded(np.full((5, 4), z[2]), x, y).drop_attrs()
     assert (scene.sample(level).unit.values == grid.unit.values[2]).all()
     inner = slice(1, 5)  # the floor and the top move by rounding of feet
     of = scene.sample(deep).unit.values.reshape(6, 5, 4)
@@ -239,10 +233,7 @@ class TestWells:
     def test_a_well_straight_down_a_fault(self, scene):
         """Inside of an upright fault, the well is on the side of the middle, all the way."""
         world = gs.Scene(
-            {"Top": xr.DataArray(
-                np.zeros((3, 3)), {"northing": [0.0, 5, 10], "easting": [0.0, 5, 10]},
-                ("northing", "easting"), attrs={"positive": "up", "units": "m"},
-            )},
+            {"Top": gridded(np.zeros((3, 3)), [0.0, 5, 10])},
             {"F1": sheet("F1", [(3, -1, -9), (3, 11, -9), (3, 11, 9), (3, -1, 9)])},
             (0, 10, 0, 10, -5, 5),
         )  # fmt: skip

@@ -10,6 +10,7 @@ import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import InputError
+from tests.grids import gridded
 
 NUMBERS = {"net_to_gross": 0.8, "porosity": 0.25, "water_saturation": 0.3}
 ALL = {**NUMBERS, "formation_volume_factor": {"oil": 1.25, "gas": 0.005}}
@@ -19,7 +20,7 @@ VOLUMES = ("bulk", "net", "pore", "hydrocarbon_pore", "stoiip", "giip")
 def given(values: Any, x: np.ndarray, y: np.ndarray) -> xr.DataArray:
     """A map over easting and northing; values may be a function of both."""
     found = values(x[None, :], y[:, None]) if callable(values) else values
-    return xr.DataArray(found, {"northing": y, "easting": x}, ("northing", "easting"))
+    return gridded(found, x, y).drop_attrs()
 
 
 def rotated(values: Any, angle: float, n: int = 40) -> xr.DataArray:
@@ -27,8 +28,7 @@ def rotated(values: Any, angle: float, n: int = 40) -> xr.DataArray:
     c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
     u, v = np.meshgrid(np.linspace(-3000.0, 3000.0, n), np.linspace(-3100.0, 2900.0, n + 3))
     x, y = 2000.0 + c * u - s * v, 1500.0 + s * u + c * v
-    coords = {"easting": (("row", "column"), x), "northing": (("row", "column"), y)}
-    return xr.DataArray(values(x, y), coords, ("row", "column"))
+    return gridded(values(x, y), x, y).drop_attrs()
 
 
 @pytest.fixture(scope="module")

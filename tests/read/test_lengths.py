@@ -6,9 +6,9 @@ import json
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import geosurf as gs
+from tests.grids import gridded
 
 METRES = {"m": 1.0, "ft": 0.3048, "km": 1000.0, "ftUS": 1200.0 / 3937.0}
 PATH = [  # md, easting, northing, elevation; with a station given twice
@@ -111,9 +111,7 @@ def test_grids_in_every_unit_and_sign(tmp_path, suffix, unit, positive):
     """Also with values of both signs: absent nodes are those of the file's mark, no others."""
     values = np.array([[-1200.0, -999.0, 12.0], [-1300.0, -9.0, np.nan], [-8.0, -99.0, -999.5]])
     axis = np.array([0.0, 100.0, 200.0])
-    coords = {"northing": axis, "easting": axis + 5000.0}
-    attrs = {"units": "m", "positive": "up"}
-    horizon = xr.DataArray(values, coords, ("northing", "easting"), "elevation", attrs)
+    horizon = gridded(values, axis + 5000.0, axis).rename("elevation")
     turned = 1.0 if positive == "up" else -1.0
     stored = (horizon * turned / METRES[unit]).assign_attrs(units="m", positive="up")
     file = tmp_path / f"h.{suffix}"
@@ -138,12 +136,9 @@ def test_arrays_declare_the_unit_of_each_coordinate(where, unit):
     x, y = np.linspace(0.0, 3000.0, 7), np.linspace(0.0, 2000.0, 5)
     scale = {key: size if key == where else 1.0 for key in ("elevation", "easting", "northing")}
     z = np.full((5, 7), -1000.0) + 0.01 * x
-    top = xr.DataArray(
-        z / scale["elevation"],
-        {"northing": y / scale["northing"], "easting": x / scale["easting"]},
-        ("northing", "easting"),
-        attrs={"units": unit if where == "elevation" else "m", "positive": "up"},
-    )
+    axes = x / scale["easting"], y / scale["northing"]
+    said = unit if where == "elevation" else "m"
+    top = gridded(z / scale["elevation"], *axes, units=said)
     for key in ("easting", "northing"):
         top[key].attrs["units"] = unit if key == where else "m"
     box = (0.0, 3000.0, 0.0, 2000.0, -1200.0, -900.0)

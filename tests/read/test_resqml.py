@@ -9,10 +9,10 @@ import zipfile
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import FormatError, InputError
+from tests.grids import gridded
 from tests.messages import refused
 
 h5py = pytest.importorskip("h5py")
@@ -84,9 +84,7 @@ def test_any_grid_survives(tmp_path):
         x = 461e3 + np.cos(turn) * step[0] * j - np.sin(turn) * step[1] * i
         y = 5.9e6 + np.sin(turn) * step[0] * j + np.cos(turn) * step[1] * i
         z = np.where(rng.random(shape) < 0.2, np.nan, rng.normal(-1500, 50, shape))
-        dims = ("row", "column")
-        coords = {"easting": (dims, x), "northing": (dims, y)}
-        top = xr.DataArray(z, dims=dims, coords=coords, attrs={"positive": "up", "units": "m"})
+        top = gridded(z, x, y)
         path = gs.write(top, tmp_path / "t.epc", name="Top")[0]
         np.testing.assert_array_equal(nodes(gs.read_horizon(path)), nodes(top))
 

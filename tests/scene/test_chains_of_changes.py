@@ -17,7 +17,7 @@ from geosurf.errors import GeometryError, GeosurfError, InputError, InvariantErr
 from geosurf.model import Lattice, Sheet
 from geosurf.rebuild import assemble, repair
 from tests import laws
-from tests.strategies import BOX, grid, sheet, soup
+from tests.strategies import BOX, grid, sheet, soup, upright
 
 # horizons cross and lie in the wrong order here, on purpose
 pytestmark = pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
@@ -31,12 +31,8 @@ def level(z, slope=0.0):
     return grid("H", heights, spacing=2.0, corner=(-1.0, -1.0))
 
 
-def upright(x, low=-5):
-    return sheet("F", [(x, -1, low), (x, 5, low), (x, 5, 9), (x, -1, 9)])
-
-
 HORIZONS = (level(3), level(1), level(1, 0.5), level(2, -0.25), None)
-FAULTS = (upright(1), upright(2), upright(2, low=2), None)
+FAULTS = (upright("F", 1), upright("F", 2), upright("F", 2, z=(2, 9)), None)
 CHOICES = {
     "horizons": [{n: one} for n in ("Top", "Base", "Deep") for one in HORIZONS],
     "faults": [{n: one} for n in ("F1", "F2") for one in FAULTS],
@@ -52,7 +48,7 @@ CHOICES = {
 def start():
     return {
         "horizons": {"Top": level(2, -0.25), "Base": level(1, 0.5)},
-        "faults": {"F1": upright(1)},
+        "faults": {"F1": upright("F", 1)},
         "box": BOX, "column": {}, "contacts": {}, "aoi": None, "extend": (),
         "self_intersections": False,
     }  # fmt: skip
@@ -72,10 +68,6 @@ def changed(given, key, value):
     keep = {n for n in (extend if extend else ()) if n in after["faults"]}
     after["extend"] = {n: extend[n] for n in keep} if isinstance(extend, dict) else sorted(keep)
     return after
-
-
-def made(given):
-    return gs.Scene(**given)
 
 
 def result(scene):
@@ -98,20 +90,20 @@ def result(scene):
 def test_a_chain_of_replacements_is_the_scene_made_afresh(seed):
     """After each change; every third one goes back to an earlier scene of the family."""
     rng = np.random.default_rng([81, seed])
-    family = [(start(), made(start()))]
+    family = [(start(), gs.Scene(**start()))]
     for step in range(14):
         inputs, scene = family[rng.integers(len(family)) if step % 3 == 2 else -1]
         key = str(rng.choice(list(CHOICES)))
         value = CHOICES[key][rng.integers(len(CHOICES[key]))]
         try:
             after = changed(inputs, key, value)
-            made(after)
+            gs.Scene(**after)
         except InputError:
             with pytest.raises(InputError):
                 scene.replace(**{key: value})
             continue
         twin = scene.replace(**{key: value})
-        assert result(twin) == result(made(after)), (key, value)
+        assert result(twin) == result(gs.Scene(**after)), (key, value)
         family.append((after, twin))
 
 
@@ -123,9 +115,9 @@ def test_a_body_that_crosses_itself_and_was_not_split_is_refused_with_the_remedy
     )
     inputs = start() | {"faults": {"F3": both}}
     with pytest.raises(GeometryError, match=r"crosses itself.*self_intersections=True") as caught:
-        made(inputs).units  # noqa: B018
+        gs.Scene(**inputs).units  # noqa: B018
     assert caught.value.surfaces == ("F3",)
-    split = made(inputs | {"self_intersections": True})
+    split = gs.Scene(**inputs | {"self_intersections": True})
     assert split.check().ok
     with pytest.raises(GeometryError, match="crosses itself"):  # what is remembered is another
         split.replace(self_intersections=False).units  # noqa: B018
@@ -133,7 +125,7 @@ def test_a_body_that_crosses_itself_and_was_not_split_is_refused_with_the_remedy
 
 def test_a_sheet_is_not_remembered_with_other_faults():
     """Its fault was exchanged, and the sheet that ends on the old one came from memory."""
-    one, two = upright(1).renamed("F1"), upright(2).renamed("F1")
+    one, two = upright("F", 1).renamed("F1"), upright("F", 2).renamed("F1")
     x, none = np.array([-1.0, 5.0]), np.empty((0, 3))
     torn = Sheet(
         "Top", gs.Lattice(x, x, np.full((2, 2), 3.0)), none[:, 0].astype(int), none.astype(int),
@@ -230,8 +222,7 @@ def results(seed, step):
     """Bytes of a scene, and of scenes in which a fault, then a horizon has moved."""
     rng = np.random.default_rng([98, seed])
     horizons = {name: horizon(rng, z, step) for name, z in (("Top", 4), ("Mid", 2), ("Base", 0))}
-    faults = {"F1": sheet("F1", [(1.5, -1, -5), (1.5, 5, -5), (1.5, 5, 9), (1.5, -1, 9)])}
-    faults["F2"] = fault(rng, step)
+    faults = {"F1": upright("F1", 1.5), "F2": fault(rng, step)}
     scene = gs.Scene(horizons, faults, BOX)
     found = [result(scene)]
     for change in (

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import HorizonError
 from geosurf.model import Lattice, TriSurface
 from geosurf.triangulate.spikes import MARKS, check_spikes, mark_of
+from tests.grids import gridded
 from tests.scene.conftest import level, upright
 from tests.strategies import BOX
 
@@ -152,9 +152,7 @@ FIELD = (0.0, 900.0, 0.0, 900.0, -3000.0, -1000.0)
 
 def plane(level, slope=0.0):
     axis = np.arange(0.0, 901.0, 100.0)
-    heights = level + slope * (axis[None] + 0.0 * axis[:, None])
-    axes = {"northing": axis, "easting": axis}
-    return xr.DataArray(heights, axes, attrs={"units": "m", "positive": "up"})
+    return gridded(level + slope * (axis[None] + 0.0 * axis[:, None]), axis)
 
 
 @pytest.mark.filterwarnings("ignore:Horizon 'H2'")

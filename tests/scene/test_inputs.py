@@ -12,6 +12,7 @@ import geosurf as gs
 from geosurf import Lattice, Scene, TriSurface, synthetic
 from geosurf.conventions.crs import are_same, crs_of
 from geosurf.errors import GeometryError, InputError
+from tests.grids import gridded
 from tests.messages import refused
 from tests.scene.conftest import level
 from tests.strategies import BOX, sheet
@@ -20,10 +21,7 @@ from tests.strategies import BOX, sheet
 def test_a_gridded_contact_takes_the_options_of_the_scene(scene):
     """As horizons do: depths in feet, where the array itself does not say."""
     x = np.array([-1.0, 5.0])
-    owc = xr.DataArray(
-        np.full((2, 2), -2.0 / 0.3048), dims=("northing", "easting"),
-        coords={"northing": x, "easting": x},
-    )  # fmt: skip
+    owc = gridded(np.full((2, 2), -2.0 / 0.3048), x).drop_attrs()
     split = scene.replace(contacts={"OWC": {"F1+": owc}}, positive="down", length_unit="ft")
     assert "Top/Base F1+ below OWC" in split.units
     above = split.units["Top/Base F1+ above OWC"].vertices[:, 2]
@@ -192,49 +190,26 @@ def test_contacts_of_zones_and_blocks_that_there_are_not(world):
 # ---- One unit of elevations for every format, and one coordinate reference system in a scene.
 FT = 0.3048
 BOX_CRS_AND_UNITS = (0, 150, 0, 100, -300, 0)
-LINES = [[(3000.0, v, -4000.0), (3000.0, v, -10000.0)] for v in (-900.0, 0.0, 900.0)]
-POINTS = np.array(LINES).reshape(-1, 3)
+POINTS = np.array([(3000.0, y, z) for y in (-900.0, 0.0, 900.0) for z in (-4000.0, -10000.0)])
 FACES = [f for i in (0, 2) for f in ((i, i + 1, i + 2), (i + 1, i + 3, i + 2))]
 
 
-def in_feet(kind, folder):
-    """One fault, heights in feet, in a format that does not declare units."""
-    path = folder / f"F1.{kind}"
-    nodes = [" ".join(map(str, p)) for p in POINTS.tolist()]
-    if kind == "ts":
-        body = [f"VRTX {i} {node}" for i, node in enumerate(nodes)]
-        body += [f"TRGL {a} {b} {c}" for a, b, c in FACES]
-        path.write_text(
-            "\n".join(["GOCAD TSurf 1", "HEADER {", "name:F1", "}", "TFACE", *body, "END\n"])
-        )
-    elif kind == "obj":
-        body = [f"v {node}" for node in nodes] + [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in FACES]
-        path.write_text("\n".join(body) + "\n")
-    elif kind == "pol":
-        rows = [" ".join(map(str, p)) + "\n" for line in LINES for p in [*line, (999, 999, 999)]]
-        path.write_text("".join(rows))
-    elif kind == "vtp":
-        gs.write(gs.TriSurface("F1", "fault", POINTS, FACES), path)
-    elif kind == "nc":
-        rows = np.array(LINES).transpose(1, 0, 2)
-        names = ("easting", "northing", "elevation")
-        dims = ("down_dip", "along_strike")
-        table = {name: (dims, rows[..., i]) for i, name in enumerate(names)}
-        xr.Dataset(table).to_netcdf(path, engine="h5netcdf")
-    else:
-        return POINTS, FACES
-    return path
+def tsurf(folder):
+    """A GOCAD file that does not state a unit."""
+    nodes = [f"VRTX {i} {x} {y} {z}" for i, (x, y, z) in enumerate(POINTS.tolist())]
+    faces = [f"TRGL {a} {b} {c}" for a, b, c in FACES]
+    head = ["GOCAD TSurf 1", "HEADER {", "name:F1", "}", "TFACE"]
+    (folder / "F1.ts").write_text("\n".join([*head, *nodes, *faces, "END\n"]))
+    return folder / "F1.ts"
 
 
-@pytest.mark.parametrize("kind", ["ts", "obj", "pol", "vtp", "nc", "arrays"])
-def test_units_are_those_of_elevations(kind, tmp_path):
-    """Whatever the format: heights are scaled, easting and northing stay metres."""
-    given = in_feet(kind, tmp_path)
-    scene = gs.Scene({}, {"F1": given}, (0, 9000, -9, 9, -9, 9), length_unit="ft", positive="up")
-    wall = scene.surface("F1").vertices
-    assert set(wall[:, 0]) == {3000.0}
-    assert (wall[:, 1].min(), wall[:, 1].max()) == (-900.0, 900.0)
-    np.testing.assert_allclose([wall[:, 2].min(), wall[:, 2].max()], [-10000 * FT, -4000 * FT])
+@pytest.mark.parametrize("make", [tsurf, lambda _: (POINTS, FACES)], ids=["file", "arrays"])
+def test_units_are_those_of_elevations(make, tmp_path):
+    """Heights are scaled, easting and northing stay metres."""
+    fault = {"F1": make(tmp_path)}
+    scene = gs.Scene({}, fault, (0, 9000, -9, 9, -9, 9), length_unit="ft", positive="up")
+    low, high = -10000 * FT, -4000 * FT
+    assert scene.surface("F1").bounds == pytest.approx((3000, 3000, -900, 900, low, high))
 
 
 # ---- coordinate reference systems ----------------------------------------------------------
@@ -274,11 +249,8 @@ def test_codes_are_found_in_all_their_spellings(text):
 
 
 def grid(**attrs):
-    coords = {"northing": [0.0, 50, 100], "easting": [0.0, 50, 100, 150]}
-    attrs = {"units": "m", "positive": "up", **attrs}
-    return xr.DataArray(
-        np.full((3, 4), -100.0), coords, ("northing", "easting"), "elevation", attrs
-    )
+    axes = [0.0, 50, 100, 150], [0.0, 50, 100]
+    return gridded(np.full((3, 4), -100.0), *axes, **attrs).rename("elevation")
 
 
 def declared(how, text):

@@ -7,28 +7,32 @@ import re
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import geosurf as gs
 from geosurf import Lattice, Scene, TriSurface, synthetic, tear_horizon
 from geosurf.errors import GeometryError, GeosurfWarning, InputError, OpenUnitError, SurfaceError
 from geosurf.triangulate.stored import check_horizon_mesh
 from tests import laws
+from tests.grids import gridded
+from tests.grids import turned as places_of
 from tests.messages import refused
 from tests.scene.conftest import level
+from tests.strategies import sheet
 
 
 def test_the_default_box_is_where_all_horizons_are():
     world = synthetic.tilted_planes(n=5)
     top, base = world.horizons["Top"], world.horizons["Base"].isel(easting=slice(1, None))
     scene = Scene({"Top": top, "Base": base}, world.faults)
-    with pytest.warns(GeosurfWarning, match="covers 75 % of horizon 'Top'"):
+    with pytest.warns(GeosurfWarning, match=r"covers 75 % of horizon 'Top' \(9 km² of 12 km²\)"):
         west, east, south, north, bottom, high = scene.box
     assert (west, east, south, north) == (1000.0, 4000.0, 0.0, 3000.0)
     assert bottom < float(base.min()) < float(top.max()) < high
     assert "default: where all horizons are" in scene.explain()
     laws.assert_volumes_add_up(scene.units, scene.box)
     assert {u.zone for u in scene.units.values()} == {"above Top", "Top/Base", "below Base"}
+    assert [warning.subject for warning in scene.warnings] == ["Top"]
+    assert scene.replace(box=scene.box).warnings == ()
 
 
 def test_a_hole_is_refused_by_name_and_the_remedies_work():
@@ -76,8 +80,8 @@ def test_the_default_area_of_a_mesh_is_inside_its_rim():
 def torn():
     """A horizon torn by a fault that cuts right through, and this fault."""
     world = synthetic.torn("through", 41)
-    sheet = tear_horizon(world.truth["points"], world.faults, name="Top", positive="up")
-    return {"Top": sheet}, {fault.name: fault for fault in sheet.faults}
+    top = tear_horizon(world.truth["points"], world.faults, name="Top", positive="up")
+    return {"Top": top}, {fault.name: fault for fault in top.faults}
 
 
 @pytest.mark.parametrize("words", [{"extend": ["F1"]}, {"truncations": {"F1": ("X", "+")}}])
@@ -105,19 +109,10 @@ def test_the_default_area_of_torn_horizons_is_closed(torn):
 BOX = (0.0, 5000.0, 0.0, 4000.0, -2600.0, -1800.0)
 
 
-def turned(degrees, n=(31, 61), cell=50.0, hole=None):
-    """A grid turned by an angle, with a hole."""
-    i, j = np.meshgrid(np.arange(n[0]) * cell, np.arange(n[1]) * cell)
-    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-    coords = {
-        "easting": (("row", "column"), i * c - j * s),
-        "northing": (("row", "column"), i * s + j * c),
-    }
-    heights = -1700 + 0.02 * i
-    if hole is not None:
-        heights[hole] = np.nan
-    attrs = {"units": "m", "positive": "up"}
-    return xr.DataArray(heights, coords, ("row", "column"), attrs=attrs)
+def turned(degrees, n=(31, 61), cell=50.0):
+    """A grid turned by an angle."""
+    east, north, i, _ = places_of(degrees, n[::-1], cell)
+    return gridded(-1700 + 0.02 * i, east, north)
 
 
 @pytest.mark.parametrize("degrees", [3, 20, 45, 77, 140, 250])
@@ -130,16 +125,6 @@ def test_the_default_area_of_a_turned_grid_is_all_of_it(degrees):
     assert 0.9995 < scene.units.footprint / (1500.0 * 3000.0) < 1.0
     height = scene.box[5] - scene.box[4]
     assert float(scene.volumes.sum()) == pytest.approx(scene.units.footprint * height)
-
-
-def test_an_upright_grid_that_loses_much_is_named_with_the_share():
-    world = gs.synthetic.tilted_planes(n=5)
-    base = world.horizons["Base"].isel(easting=slice(1, None))
-    scene = gs.Scene({**world.horizons, "Base": base})
-    with pytest.warns(GeosurfWarning, match=r"covers 75 % of horizon 'Top' \(9 km² of 12 km²\)"):
-        assert len(scene.units) == 3
-    assert [warning.subject for warning in scene.warnings] == ["Top"]
-    assert gs.Scene({**world.horizons, "Base": base}, box=scene.box).warnings == ()
 
 
 # ---- faults beside the model -----------------------------------------------------------------
@@ -203,9 +188,9 @@ def variants():
     wound = rng.random(len(faces)) < 0.5
     yield "wound at random", vertices, np.where(wound[:, None], faces[:, ::-1], faces)
     yield "not welded", vertices[faces].reshape(-1, 3), np.arange(3 * len(faces)).reshape(-1, 3)
-    sheet = np.array([(-400.0, -400, -100), (400, -400, -100), (400, 400, -100)])
+    beside = np.array([(-400.0, -400, -100), (400, -400, -100), (400, 400, -100)])
     n = len(vertices)
-    yield "beside a sheet", np.vstack([vertices, sheet]), np.vstack([faces, [n, n + 1, n + 2]])
+    yield "beside a sheet", np.vstack([vertices, beside]), np.vstack([faces, [n, n + 1, n + 2]])
 
 
 @pytest.mark.parametrize("variant", list(variants()), ids=lambda variant: variant[0])
@@ -243,48 +228,44 @@ def test_the_share_of_a_fault_inside_counts_heights(scene):
 BOX_OPEN_RIMS = (0, 1000, 0, 1000, -2500, -500)
 
 
-def sheet(z, x=(-50, 1050), y=(-50, 1050), steps=9):
-    """Vertices and triangles of a level sheet."""
-    xs, ys = np.meshgrid(np.linspace(*x, steps), np.linspace(*y, steps))
-    rows = np.arange(steps * steps).reshape(steps, steps)
-    a, b, c, d = rows[:-1, :-1], rows[:-1, 1:], rows[1:, 1:], rows[1:, :-1]
-    faces = np.concatenate([np.stack([a, b, c], -1), np.stack([a, c, d], -1)]).reshape(-1, 3)
-    return np.stack([xs.ravel(), ys.ravel(), np.full(xs.size, float(z))], axis=1), faces
+def flat(z, west=-50, east=1050):
+    """A level horizon."""
+    corners = [(west, -50, z), (east, -50, z), (east, 1050, z), (west, 1050, z)]
+    return sheet("H", corners, (8, 8), role="horizon")
 
 
 def halves(z, gap):
     """A horizon that stops before a fault at x = 500, on both sides."""
-    (v, t), (w, u) = sheet(z, (-50, 500 - gap)), sheet(z - 100, (500 + gap, 1050))
-    return np.concatenate([v, w]), np.concatenate([t, u + len(v)])
+    one, two = flat(z, east=500 - gap), flat(z - 100, west=500 + gap)
+    faces = np.concatenate([one.triangles, two.triangles + one.n_vertex])
+    return np.concatenate([one.vertices, two.vertices]), faces
 
 
-def wall_open_rims(y=(-60, 1060), z=(-3000, 0), steps=9):
+def fault_to(north):
     """A vertical fault at x = 500."""
-    v, t = sheet(500, y, z, steps)
-    return v[:, [2, 0, 1]], t
+    corners = [(500, -60, -3000), (500, north, -3000), (500, north, 0), (500, -60, 0)]
+    return {"F1": sheet("F1", corners, (8, 8))}
 
 
-HORIZONS = {"Top": sheet(-1000), "Base": sheet(-1500)}
+HORIZONS = {"Top": flat(-1000), "Base": flat(-1500)}
 
 
 @pytest.mark.parametrize(
     ("horizon", "place", "gap"),
     [
         (halves(-1000, 5), r"\(E 495, ", "ends 5 m before fault 'F1' there"),
-        (sheet(-1000, (30, 1050)), r"\(E 30, ", "ends 30 m before the west side of the model"),
+        (flat(-1000, west=30), r"\(E 30, ", "ends 30 m before the west side of the model"),
     ],
 )
 def test_a_horizon_that_stops_short_is_named_with_its_gap(horizon, place, gap):
-    scene = gs.Scene(
-        {"Top": horizon, "Base": sheet(-1500)}, {"F1": wall_open_rims()}, BOX_OPEN_RIMS
-    )
+    scene = gs.Scene({**HORIZONS, "Top": horizon}, fault_to(1060), BOX_OPEN_RIMS)
     refused(OpenUnitError, rf"leak around horizon 'Top': .*{place}.*It {gap}", lambda: scene.units)
 
 
 @pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
 @pytest.mark.parametrize("gap", [0.5, 12])
 def test_a_fault_that_stops_short_of_a_side_is_named_with_its_gap(gap):
-    scene = gs.Scene(HORIZONS, {"F1": wall_open_rims((-60, 1000 - gap))}, BOX_OPEN_RIMS)
+    scene = gs.Scene(HORIZONS, fault_to(1000 - gap), BOX_OPEN_RIMS)
     (found,) = (one for one in scene.warnings if one.kind == "rim")
     assert found.subject == "F1"
     assert f"ends {gap:g} m before the north side of the model box" in found.effect

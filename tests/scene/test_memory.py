@@ -15,7 +15,8 @@ from geosurf import FaultSticks, Lattice, Scene, TriSurface
 from geosurf.errors import InputError
 from geosurf.scene.memory import CHOICE, Memory, Store, budget_of_family, buffers_of, fingerprint
 from tests import laws
-from tests.scene.conftest import level
+from tests.grids import gridded
+from tests.scene.conftest import level, upright
 from tests.strategies import BOX, sheet
 
 AXIS = np.array([-1.0, 1.0, 3.0, 5.0])
@@ -23,18 +24,11 @@ STEPS = np.array([[1.0, 2, 0, 1], [2, 1, 1, 0], [0, 1, 2, 2], [1, 0, 2, 1]])
 
 
 def array(values=STEPS, **attrs):
-    return xr.DataArray(
-        np.array(values), dims=("northing", "easting"), coords={"northing": AXIS, "easting": AXIS},
-        attrs=attrs,
-    )  # fmt: skip
+    return gridded(np.array(values), AXIS).drop_attrs().assign_attrs(attrs)
 
 
 def lattice(rising=True, reverse=False, step=0.0):
     return TriSurface("Top", "horizon", lattice=Lattice(AXIS, AXIS, STEPS + step, rising, reverse))
-
-
-def wall():
-    return sheet("F1", [(1.5, -1, -5), (1.5, 5, -5), (1.5, 5, 9), (1.5, -1, 9)])
 
 
 # two horizons that differ in one thing only, which is what their names are
@@ -49,9 +43,11 @@ PAIRS = {
 
 
 def seen(scene):
-    """Heights, curves and volumes of a scene."""
+    """Heights, curves, maps and volumes of a scene."""
     volumes = {name: unit.volume for name, unit in scene.units.items()}
-    return scene.surface("Top").vertices.tobytes(), laws.curve_bytes(scene.curves), volumes
+    zones = [zone for zone in scene.reservoir if "/" in zone]
+    maps = [scene.thickness(zone, 500.0).values.tobytes() for zone in zones]
+    return scene.surface("Top").vertices.tobytes(), laws.curve_bytes(scene.curves), *maps, volumes
 
 
 @pytest.mark.parametrize("kind", PAIRS)
@@ -59,20 +55,20 @@ def test_horizons_that_differ_in_one_thing(kind):
     one, two = PAIRS[kind]
     words = {"positive": None if kind == "what is up" else "up", "length_unit": "m"}
     words["length_unit"] = None if kind == "unit of the heights" else "m"
-    family = Scene({"Top": one}, {"F1": wall()}, BOX, **words)
+    family = Scene({"Top": one}, {"F1": upright(1.5)}, BOX, **words)
     found = [seen(family.replace(horizons={"Top": top})) for top in (one, two, one)]
-    assert found[1] == seen(Scene({"Top": two}, {"F1": wall()}, BOX, **words))
+    assert found[1] == seen(Scene({"Top": two}, {"F1": upright(1.5)}, BOX, **words))
     assert found[0] == found[2] != found[1]
 
 
 def test_areas_with_the_same_bounds():
     """The box around them is one; half of it is in either area."""
     areas = [(0, 0), (4, 0), (0, 4)], [(4, 0), (4, 4), (0, 4)], None
-    family = Scene({"Top": array()}, {"F1": wall()}, BOX, positive="up", length_unit="m")
+    family = Scene({"Top": array()}, {"F1": upright(1.5)}, BOX, positive="up", length_unit="m")
     found = [seen(family.replace(aoi=aoi)) for aoi in areas]
     for aoi, one in zip(areas, found, strict=True):
         again = Scene(
-            {"Top": array()}, {"F1": wall()}, BOX, aoi=aoi, positive="up", length_unit="m"
+            {"Top": array()}, {"F1": upright(1.5)}, BOX, aoi=aoi, positive="up", length_unit="m"
         )
         assert one == seen(again)
     halves = [sum(volumes.values()) for *_, volumes in found]
@@ -102,11 +98,11 @@ def test_a_file_that_was_written_anew_is_read_anew(tmp_path):
     path = tmp_path / "Top.nc"
     words = {"positive": "up", "units": "m"}
     gs.write(array(**words), path)
-    first = Scene({"Top": path}, {"F1": wall()}, BOX)
+    first = Scene({"Top": path}, {"F1": upright(1.5)}, BOX)
     before = seen(first)
     gs.write(array(STEPS + 1.0, **words), path)
     after = seen(first.replace(horizons={"Top": path}))
-    assert after == seen(Scene({"Top": array(STEPS + 1.0, **words)}, {"F1": wall()}, BOX))
+    assert after == seen(Scene({"Top": array(STEPS + 1.0, **words)}, {"F1": upright(1.5)}, BOX))
     assert seen(first) == before != after
 
 
@@ -158,36 +154,31 @@ def test_fingerprints_of_large_arrays_know_every_number():
     assert fingerprint(flat) != fingerprint(np.zeros(2**18))
 
 
-def test_fingerprints_know_shapes_masks_and_turns():
-    square, row = np.zeros((2, 2)), np.zeros((1, 4))
-    assert fingerprint(square) != fingerprint(row) != fingerprint(row.view(np.int64))
-    masks = [np.ma.array(row, mask=row > limit) for limit in (-1, 1)]
-    assert fingerprint(masks[0]) != fingerprint(masks[1]) != fingerprint(row)
-    assert fingerprint(lattice()) != fingerprint(lattice(reverse=True))
-    assert fingerprint(lattice()) == fingerprint(lattice())
+# ---- Which inputs count as the same, and which do not: of some, one was once taken for the other.
+SQUARE, ROW = np.zeros((2, 2)), np.zeros((1, 4))
+QUAD = np.array([(1.0, -1, 9), (1, -1, -5), (1, 5, 9), (1, 5, -5)])
+FACES = [(0, 1, 2), (1, 3, 2)]
+LINE = np.vstack([QUAD[:2], QUAD[:1] + 3.0, QUAD[2:]])
+MAP = gridded(SQUARE, [0.0, 9.0])
+DIFFERENT = {
+    "shapes": (SQUARE, ROW),
+    "types": (ROW, ROW.view(np.int64)),
+    "masks": [np.ma.array(ROW, mask=limit < ROW) for limit in (-1, 1)],
+    "a mask and none": (np.ma.array(ROW, mask=ROW > 1), ROW),
+    "turns": (lattice(), lattice(reverse=True)),
+    "units of an axis": (MAP, MAP.assign_coords(easting=MAP.easting.assign_attrs(units="ft"))),
+    "sticks": [FaultSticks("F1", (LINE[:n], LINE[n:])) for n in (2, 3)],
+    "vertices": ((QUAD, FACES), (QUAD + 1.0, FACES)),
+    "stick of a vertex": [TriSurface("F1", "fault", QUAD, FACES, vertex_data={"stick": of})
+                          for of in ([0, 0, 1, 1], [0, 1, 2, 3])],
+}  # fmt: skip
 
 
-# ---- Which inputs count as the same, and which do not.
-@pytest.mark.parametrize("kind", ["units of an axis", "sticks", "vertices", "stick of a vertex"])
+@pytest.mark.parametrize("kind", DIFFERENT)
 def test_inputs_that_differ_in_little_are_not_one(kind):
-    """Each of these was once taken for an input that a scene had seen before."""
-    quad = np.array([(1.0, -1, 9), (1, -1, -5), (1, 5, 9), (1, 5, -5)])
-    faces = [(0, 1, 2), (1, 3, 2)]
-    if kind == "units of an axis":
-        one = xr.DataArray(
-            np.zeros((2, 2)), dims=("northing", "easting"),
-            coords={"northing": [0.0, 9.0], "easting": [0.0, 9.0]},
-        )  # fmt: skip
-        two = one.assign_coords(easting=one.easting.assign_attrs(units="ft"))
-    elif kind == "sticks":
-        line = np.vstack([quad[:2], quad[:1] + 3.0, quad[2:]])
-        one, two = (FaultSticks("F1", (line[:n], line[n:])) for n in (2, 3))
-    elif kind == "vertices":
-        one, two = (quad, faces), (quad + 1.0, faces)
-    else:
-        sticks = [{"stick": [0, 0, 1, 1]}, {"stick": [0, 1, 2, 3]}]
-        one, two = (TriSurface("F1", "fault", quad, faces, vertex_data=d) for d in sticks)
+    one, two = DIFFERENT[kind]
     assert fingerprint(one) != fingerprint(two)
+    assert fingerprint(lattice()) == fingerprint(lattice())
 
 
 def test_an_answer_is_never_that_of_another_question():
@@ -265,16 +256,6 @@ def test_what_is_no_budget_is_one_sentence(said, monkeypatch):
         gs.Scene(world.horizons, world.faults, world.box)
 
 
-def seen_store(scene):
-    """All that can be compared of a scene."""
-    volumes = {name: unit.volume for name, unit in scene.units.items()}
-    return (
-        volumes,
-        laws.curve_bytes(scene.curves),
-        scene.thickness("Top/Middle", 500.0).values.tobytes(),
-    )
-
-
 def test_what_none_of_the_last_scenes_has_used_goes():
     """A loop over `replace` kept all results, up to a quarter of the memory."""
     world = gs.synthetic.tilted_planes(n=5)
@@ -296,15 +277,14 @@ def test_no_result_depends_on_the_budget(budget, monkeypatch):
     moved = {"Top": world.horizons["Top"] + 1.0}
     moved["Top"].attrs = world.horizons["Top"].attrs
     fresh = [
-        seen_store(gs.Scene(h, world.faults, world.box))
-        for h in (world.horizons, world.horizons | moved)
+        seen(gs.Scene(h, world.faults, world.box)) for h in (world.horizons, world.horizons | moved)
     ]
     monkeypatch.setenv(CHOICE, budget)
     first = gs.Scene(world.horizons, world.faults, world.box)
     second = first.replace(horizons=moved)
-    assert [seen_store(first), seen_store(second)] == fresh
-    assert seen_store(second.replace(horizons={"Top": world.horizons["Top"]})) == fresh[0]
-    assert seen_store(first) == fresh[0]
+    assert [seen(first), seen(second)] == fresh
+    assert seen(second.replace(horizons={"Top": world.horizons["Top"]})) == fresh[0]
+    assert seen(first) == fresh[0]
     store = first._graph.memory.store
     assert store.bytes_stored() <= store.budget
 
@@ -326,11 +306,13 @@ def test_nothing_waits_for_the_garbage_collector():
 
     def chain(n):
         """Some scenes, each gone when the next is there."""
-        scene = gs.Scene(world.horizons, world.faults, world.box, contacts={"OWC": -2150.0})
+        words = {"contacts": {"OWC": -2150.0}, "extend": ["F1"]}
+        scene = gs.Scene(world.horizons, world.faults, world.box, **words)
         for step in range(n):
             top = (world.horizons["Top"] + 0.5 * step).assign_attrs(world.horizons["Top"].attrs)
             scene = scene.replace(horizons={"Top": top})
             _ = scene.units, scene.curves, scene.thickness("Top/Middle", 500.0), scene.warnings
+            _ = scene.fault_actions, scene.throw("Top", "F1"), scene.propose_fault_network()
 
     chain(5)  # the same work before: what is loaded on the way leaves rings behind
     gc.collect()

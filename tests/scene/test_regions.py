@@ -8,13 +8,13 @@ import pickle
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import InputError, ScenarioError
 from geosurf.report import report_scene
 from geosurf.report.tables import volume_table
 from geosurf.scenario.validate import find_mistakes, read_scenario
+from tests.grids import gridded
 from tests.messages import refused
 
 SIZE, N_ZONE = 1000.0, 3
@@ -24,9 +24,7 @@ CONTACT = {"OWC": -260.0}
 
 def horizon(level, dice, n=6):
     x = np.linspace(-10.0, SIZE + 10.0, n)
-    z = level + 12.0 * dice.random((n, n))
-    return xr.DataArray(z, {"northing": x, "easting": x}, ("northing", "easting"),
-                        attrs={"positive": "up", "units": "m"})  # fmt: skip
+    return gridded(level + 12.0 * dice.random((n, n)), x)
 
 
 def wall(name, start, end, low, high, lean=0.0):

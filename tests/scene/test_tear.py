@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -12,7 +10,7 @@ from geosurf.errors import GeometryError
 from geosurf.faults import lengthen_fault
 from geosurf.faults.rules import Rule
 from geosurf.scene import tearing as passed_faults
-from geosurf.scene.tearing import same, sheets_on, warnings_of_passed_faults
+from geosurf.scene.tearing import same, warnings_of_passed_faults
 from geosurf.sheets.faults.tips import is_unchanged
 from geosurf.sheets.mesh import tear_ends
 from geosurf.sheets.tear import tear_from
@@ -119,23 +117,6 @@ def lowered(horizon, by):
     return lower
 
 
-def make_sheets(horizons, log):
-    """A function that tears horizons, and lists them; those that were torn before in brackets."""
-
-    def make(tear):
-        log.append(f"({tear.name})" if tear.before is not None else tear.name)
-        words = {"name": tear.name, "trim": 2, "fill_empty_blocks": tear.fill}
-        words["before"] = tear.before
-        return tear_from(None, horizons[tear.name], [*tear.faults.values()], **words)
-
-    return make
-
-
-def untorn(horizons):
-    """What gives a horizon without tears."""
-    return lambda name: gs.triangulate_horizon(horizons[name], name=name)
-
-
 @pytest.mark.parametrize("side", ["up", "down"])
 def test_a_fault_that_is_longer_far_away_gives_the_same_sheet(world, whole, side):
     """The law that spares a tear."""
@@ -185,20 +166,16 @@ def test_what_two_horizons_need_far_from_each_other_adds_up(world, fault, monkey
     """Each is torn at the fault as given; where the second cannot add to the first, it is again."""
     top = world.horizons["Top"]
     horizons = {"Top": lowered(top, -40.0), "Base": lowered(top, 40.0)}
+    scene = gs.Scene(horizons, {"F1": fault}, BOX, tear=2)
 
     def refuse(*_):
         raise GeometryError("it folds over")
 
     if not can_grow:
         monkeypatch.setattr(tear_ends, "extended", refuse)
-    log = []
-    sheets, faults = sheets_on(
-        {"F1": fault}, dict.fromkeys(horizons, False), make_sheets(horizons, log), untorn(horizons)
-    )
-    assert log[:2] == ["Top", "Base"]
-    assert set(log[2:]) <= {"(Top)", "(Base)"}
-    assert all(same(sheet.faults[0], faults["F1"]) for sheet in sheets.values())
-    low, high = faults["F1"].bounds[4:]
+    one, two = (sheet.faults[0] for sheet in scene.sheets.values())
+    assert same(one, two)
+    low, high = one.bounds[4:]
     assert low < fault.bounds[4]
     assert high > fault.bounds[5]
 
@@ -214,26 +191,6 @@ def test_what_closed_a_horizon_closes_it_at_a_longer_fault(world, fault):
     for wall in "+-":
         for one, two in zip(*(x.cuts["F1"].cutoffs[wall] for x in (first, again)), strict=True):
             assert np.abs(one[[0, -1]] - two[[0, -1]]).max() < 1e-3
-
-
-def test_a_horizon_is_torn_again_where_the_longer_fault_comes_near(world, whole, fault):
-    top = world.horizons["Top"]
-    horizons, log = dict.fromkeys(("Top", "Middle", "Base"), top), []
-    tear = make_sheets(horizons, log)
-
-    def make(one):
-        """Middle makes the fault longer near all horizons, once."""
-        sheet = tear(one)
-        if one.name != "Middle" or one.faults["F1"].n_vertex > short.n_vertex:
-            return sheet
-        return replace(sheet, faults=(lengthen_fault(one.faults["F1"], {"down": 30.0}).surface,))
-
-    short = _between(whole, fault.bounds[4] + 10.0, fault.bounds[5])
-    sheets, faults = sheets_on(
-        {"F1": short}, dict.fromkeys(horizons, False), make, untorn(horizons)
-    )
-    assert log == ["Top", "Base", "Middle", "(Top)", "(Base)"]
-    assert all(same(sheet.faults[0], faults["F1"]) for sheet in sheets.values())
 
 
 # ---- Faults that tears take past the faults that they end at: a warning with the area, on pap

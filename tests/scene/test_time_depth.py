@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 
 import geosurf as gs
+from tests.grids import gridded
 
 X = np.linspace(0.0, 4000.0, 81)
 Y = np.linspace(0.0, 2000.0, 41)
@@ -47,8 +48,7 @@ def times(z: np.ndarray, velocity: Any) -> np.ndarray:
 
 
 def grid(values: np.ndarray, **attrs: str) -> xr.DataArray:
-    coords = {"northing": Y, "easting": X}
-    return xr.DataArray(values, coords, ("northing", "easting"), attrs=attrs)
+    return gridded(values, X, Y).drop_attrs().assign_attrs(attrs)
 
 
 def in_time(law: Any, levels: dict[str, float], **words: Any) -> gs.Scene:

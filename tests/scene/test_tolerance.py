@@ -15,28 +15,7 @@ from geosurf.errors import InputError
 from geosurf.model import Lattice
 from geosurf.report.tables import accuracy
 from geosurf.triangulate.decimate import Frame, kept_nodes, measure_differences
-
-
-def test_simplified_horizons_count_in_the_bound_and_in_reports():
-    world = synthetic.waves(n=301)
-    exact = Scene(world.horizons, world.faults, world.box)
-    few = {
-        name: gs.triangulate_horizon(horizon, name=name, tolerance=8.0)
-        for name, horizon in world.horizons.items()
-    }
-    quick = exact.replace(horizons=few)
-    assert quick.surface("Top").n_triangle < exact.surface("Top").n_triangle / 4
-    off = float(abs(quick.volumes - exact.volumes).max())
-    assert 0.0 < off <= quick.volume_error_bound < 0.1 * exact.units.box_volume
-    assert exact.volume_error_bound == 0.0
-    assert quick.check().ok
-    (line,) = accuracy(quick)
-    assert line.startswith("Horizons have fewer nodes than their grids, and are at most ")
-    assert accuracy(exact) == []
-
-    # the same nodes as of a scene with this tolerance
-    scene = exact.replace(tolerance=8.0)
-    assert scene.surface("Top").vertices.tobytes() == quick.surface("Top").vertices.tobytes()
+from tests.grids import gridded
 
 
 @pytest.mark.parametrize("tolerance", [-1.0, 0.0, np.nan, np.inf, "5 m", True])
@@ -65,12 +44,8 @@ FAULT = gs.TriSurface(
 N = 201  # nodes along a side of 200 m: the smallest grid of which every second node is enough
 
 
-def grid_of(z, axis=None):
-    axis = np.linspace(0.0, 200.0, len(z)) if axis is None else axis
-    attrs = {"units": "m", "positive": "up"}
-    return xarray.DataArray(
-        z, {"northing": axis, "easting": axis}, ("northing", "easting"), attrs=attrs
-    )
+def grid_of(z):
+    return gridded(z, np.linspace(0.0, 200.0, len(z)))
 
 
 def waves(level, n=N, phase=0.0):
@@ -177,6 +152,18 @@ def test_a_model_of_fewer_nodes_is_within_its_bound_and_certified():
     assert 0.0 < off <= quick.volume_error_bound < 2 * 0.5 * 200.0**2
     assert quick.check().ok
     assert "decimate" in quick.explain()
+    assert (exact.volume_error_bound, accuracy(exact)) == (0.0, [])
+
+    # the same nodes as those of horizons that were made with this tolerance
+    few = {
+        name: gs.triangulate_horizon(grid_of(z), name=name, tolerance=0.5)
+        for name, z in horizons.items()
+    }
+    other = exact.replace(horizons=few)
+    assert other.surface("Top").vertices.tobytes() == quick.surface("Top").vertices.tobytes()
+    assert other.volume_error_bound == pytest.approx(quick.volume_error_bound, rel=1e-9)
+    (line,) = accuracy(other)
+    assert line.startswith("Horizons have fewer nodes than their grids, and are at most ")
 
     # curves are those of the model
     alone = gs.intersect_surfaces([quick.surface("Top"), quick.surface("F1")])
@@ -203,12 +190,6 @@ def test_a_changed_horizon_is_looked_at_again():
 # ---- The bound of volumes of models with fewer nodes: no sum of units differs by more.
 
 
-def grid_of_volume_bound(z, east, north):
-    axes = {"northing": north, "easting": east}
-    attrs = {"units": "m", "positive": "up"}
-    return xarray.DataArray(z, axes, ("northing", "easting"), attrs=attrs)
-
-
 def horizon(rng, level, uneven=0.0, shift=0.0):
     """A horizon of a few waves; `uneven` moves nodes along both axes."""
     east, north = (np.linspace(shift, 200.0 - shift, N) for _ in range(2))
@@ -218,7 +199,7 @@ def horizon(rng, level, uneven=0.0, shift=0.0):
     for _ in range(3):
         size, *k = rng.uniform(1, 6), *rng.uniform(-1, 1, 2) / 15
         z += size * np.sin(k[0] * east + k[1] * north[:, None] + rng.uniform(0, 6))
-    return grid_of_volume_bound(z, east, north)
+    return gridded(z, east, north)
 
 
 def fault(rng, name, lattice=False):
@@ -252,7 +233,7 @@ def test_no_sum_of_units_differs_by_more_than_the_bound(seed):
     frame = np.random.default_rng(100 + seed)  # the same axes for two horizons
     top, base = (horizon(frame, level, uneven) for level in (-300.0, -310.0 - 20 * (seed % 2)))
     if uneven:
-        base = grid_of_volume_bound(base.values, top.easting.values, top.northing.values)
+        base = gridded(base.values, top.easting.values, top.northing.values)
     horizons = {"Top": top, "Base": base}
     if seed % 4 == 1:  # a frame of its own
         horizons["Deep"] = horizon(rng, -360.0, shift=-3.0)

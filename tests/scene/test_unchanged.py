@@ -6,12 +6,10 @@ import copy
 import gc
 import pickle
 import warnings
-import weakref
 
 import numpy as np
 import pandas as pd
 import pytest
-import xarray as xr
 
 import geosurf as gs
 from geosurf.cli.console import printed_warnings
@@ -19,6 +17,7 @@ from geosurf.errors import InputError
 from geosurf.scene.inputs import INPUTS
 from geosurf.scene.memory import Memory
 from geosurf.warning import warn
+from tests.grids import gridded
 
 
 @pytest.fixture(scope="module")
@@ -66,27 +65,27 @@ def test_copies_are_scenes_of_their_own(scene, again):
         other.box = None
 
 
-def test_a_torn_scene_travels_with_its_results(tmp_path):
+def torn_scene():
     world = gs.synthetic.torn("normal", n=41)
-    box = (100, 900, 100, 900, -2050, -1550)
-    scene = gs.Scene(world.horizons, world.faults, box, tear=True)
-    assert scene.check().ok
-    for other in (pickle.loads(pickle.dumps(scene)), copy.deepcopy(scene)):
-        assert (other.volumes == scene.volumes).all()
-        assert other.replace(contacts={"OWC": -1800.0}).check().ok
+    return gs.Scene(world.horizons, world.faults, (100, 900, 100, 900, -2050, -1550), tear=True)
 
 
-def test_a_scene_of_turned_grids_travels_with_its_results():
+def scene_of_turned_grids():
     world = gs.synthetic.tilted_planes(n=5)
     turned = {}
-    for name, grid in world.horizons.items():
-        x, y = np.meshgrid(grid.easting, grid.northing)
-        coords = {"easting": (("r", "c"), 0.8 * x - 0.6 * y), "northing": (("r", "c"), 0.6 * x + y)}
-        turned[name] = xr.DataArray(grid.values, coords, ("r", "c"), attrs=grid.attrs)
-    scene = gs.Scene(turned, {}, (-500, 500, 1500, 2500, -2400, -1900))
+    for name, one in world.horizons.items():
+        x, y = np.meshgrid(one.easting, one.northing)
+        turned[name] = gridded(one.values, 0.8 * x - 0.6 * y, 0.6 * x + y)
+    return gs.Scene(turned, {}, (-500, 500, 1500, 2500, -2400, -1900))
+
+
+@pytest.mark.parametrize("make", [torn_scene, scene_of_turned_grids])
+def test_a_scene_travels_with_its_results(make):
+    scene = make()
     assert len(scene.units) > 1
     for other in (pickle.loads(pickle.dumps(scene)), copy.deepcopy(scene)):
         assert (other.volumes == scene.volumes).all()
+        assert other.replace(contacts={"OWC": -1950.0}).check().ok
 
 
 @pytest.mark.parametrize("of", ["horizon", "arrays of a fault", "file", "area", "tops"])
@@ -176,27 +175,6 @@ def test_what_a_setting_means_is_kept_as_it_was_given():
         assert back._inputs.compartments == fresh._inputs.compartments
         assert "F2" not in less.extend
         assert less.replace(extend=None).replace(faults={"F2": fault}).extend == {}
-
-
-def test_a_scene_ends_with_its_last_name():
-    """Without waiting for the garbage collector: what it holds may be large."""
-    world = gs.synthetic.graben(n=9)
-    scene = gs.Scene(world.horizons, world.faults, world.box, extend=["F1"])
-    _ = (
-        scene.units,
-        scene.curves,
-        scene.warnings,
-        scene.fault_actions,
-        scene.thickness("Top/Middle"),
-    )
-    _ = scene.throw("Top", "F1"), scene.propose_fault_network()
-    gone = weakref.ref(scene)
-    gc.disable()
-    try:
-        del scene
-        assert gone() is None
-    finally:
-        gc.enable()
 
 
 # ---- What a scene warns of: kept with results, issued once, listed whatever was asked for fir

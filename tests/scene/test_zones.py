@@ -6,22 +6,21 @@ import pickle
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.scenario import build_scene, read_scenario
+from tests.grids import gridded
 
 X = np.linspace(0.0, 2000.0, 21)
 BOX = (100.0, 1900.0, 100.0, 1900.0, -2600.0, -1500.0)
 
 
-def grid(z, attrs=None):
+def grid(z, **attrs):
     """A grid over 2 km; `z` is a number, an array, or a function of easting and northing."""
     x, y = np.meshgrid(X, X)
     values = z(x, y) if callable(z) else np.broadcast_to(np.asarray(z, dtype=float), x.shape)
-    attrs = {"positive": "up", "units": "m"} if attrs is None else attrs
-    return xr.DataArray(values, {"northing": X, "easting": X}, ("northing", "easting"), attrs=attrs)
+    return gridded(values, X, **attrs)
 
 
 TOP = grid(lambda x, y: -1900.0 + 0.1 * x - 0.05 * y)
@@ -70,7 +69,7 @@ def test_random_networks_fill_what_is_between_two_horizons_and_are_never_negativ
         zones, before = {}, "Top"
         for name in names:
             thick = np.maximum(rng.normal(10.0, 12.0, (21, 21)), 0.0) * (rng.random() < 0.9)
-            zones[name] = {"below": before, "thickness": grid(thick, {})}
+            zones[name] = {"below": before, "thickness": grid(thick).drop_attrs()}
             before = name
         zones[names[-1]]["base"] = "Base"
         scene = gs.Scene(horizons, box=BOX, zones=zones)
@@ -95,7 +94,7 @@ def heights_of(scene, name):
 
 
 def test_zero_pinches_out_maps_below_zero_are_warned_of_and_wells_count_by_distance():
-    thick = grid(lambda x, y: np.where(x > 1000.0, 0.0, 20.0) - 1.0 * (y > 1950.0), {"units": "m"})
+    thick = grid(lambda x, y: np.where(x > 1000.0, 0.0, 20.0) - 1.0 * (y > 1950.0))
     scene = gs.Scene({"Top": TOP}, box=BOX, zones={"P": {"below": "Top", "thickness": thick}})
     with pytest.warns(GeosurfWarning, match="below 0 at 10 of 441"):
         base = heights(scene, "base P")
@@ -174,8 +173,8 @@ def test_ties_and_ensembles_count_for_made_horizons():
 
 
 def test_a_scenario_has_the_same_zones(tmp_path):
-    for name, one in (("Top", TOP), ("Base", BASE), ("sand", grid(20.0, {"units": "m"}))):
-        gs.write(one.assign_attrs(positive="up"), tmp_path / f"{name}.nc")
+    for name, one in (("Top", TOP), ("Base", BASE), ("sand", grid(20.0))):
+        gs.write(one, tmp_path / f"{name}.nc")
     path = tmp_path / "scenario.toml"
     files = "".join(f'[[horizons]]\nname = "{n}"\nfile = "{n}.nc"\n' for n in ("Top", "Base"))
     path.write_text(

@@ -8,9 +8,9 @@ the line in which they meet, so that no fault stops short of it by a rounding.
 from __future__ import annotations
 
 import numpy as np
-import xarray as xr
 
 import geosurf as gs
+from tests.grids import gridded
 
 CELL = 40.0
 KINDS = ("half planes", "bent main fault", "straight main fault")
@@ -38,7 +38,7 @@ def junction(kind: str, rng: np.random.Generator):
     px, py = np.meshgrid(x, y)
     turn = (np.degrees(np.arctan2(px - middle[0], py - middle[1])) - first) % 360.0
     z = -1600.0 + np.select([turn < turns[0], turn < turns[1]], level[:2], level[2])
-    grid = xr.DataArray(z, {"northing": y, "easting": x}, attrs={"units": "m", "positive": "up"})
+    grid = gridded(z, x, y)
     a, b, c = (
         middle + 4000.0 * np.array([np.sin(np.radians(t)), np.cos(np.radians(t))]) for t in azimuth
     )

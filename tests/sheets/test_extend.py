@@ -10,23 +10,16 @@ import geosurf as gs
 from geosurf.errors import GeosurfWarning
 from geosurf.render.compose import plotted
 from geosurf.render.map import draw_map
+from tests.grids import gridded, turned
 
 E0, N0 = 460000.0, 5930000.0
 
 
 def grid(function, degrees=30.0, shape=(41, 31), cell=50.0):
     """A turned grid of some elevations."""
-    i, j = np.meshgrid(np.arange(shape[1]) * cell, np.arange(shape[0]) * cell)
-    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-    east, north = E0 + i * c - j * s, N0 + i * s + j * c
-    attrs = {"units": "m", "positive": "up"}
-    if degrees == 0:
-        coords = {"northing": north[:, 0], "easting": east[0]}
-        return xr.DataArray(
-            function(east - E0, north - N0), coords, ("northing", "easting"), attrs=attrs
-        )
-    coords = {"easting": (("row", "column"), east), "northing": (("row", "column"), north)}
-    return xr.DataArray(function(east - E0, north - N0), coords, ("row", "column"), attrs=attrs)
+    east, north, *_ = turned(degrees, shape, cell, (E0, N0))
+    axes = (east[0], north[:, 0]) if degrees == 0 else (east, north)
+    return gridded(function(east - E0, north - N0), *axes)
 
 
 def error(function, wide):

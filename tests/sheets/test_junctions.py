@@ -9,7 +9,6 @@ from itertools import product
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import GeometryError, OpenUnitError
@@ -17,6 +16,7 @@ from geosurf.faults import lengthen_fault
 from geosurf.sheets import tear as attempts
 from geosurf.sheets.mesh import build, close
 from geosurf.synthetic.torn_horizon import Fault
+from tests.grids import gridded
 from tests.sheets.junctions import KINDS, junction, misses
 from tests.sheets.table import measure
 
@@ -193,11 +193,7 @@ def fault(name, level):
 def sheet(depth, throws, hanging_wall=0.5, cell=40.0, first=-200.0, order=("F1", "F2"), up=0):
     """A horizon at LEVEL and some metres up, thrown by faults that cross some way below LEVEL."""
     x, y = np.arange(first, 3201.0 + cell, cell), np.arange(-200.0, 601.0, 100.0)
-    flat = xr.DataArray(
-        np.full((len(y), len(x)), float(LEVEL + up)),
-        {"northing": y, "easting": x}, ("northing", "easting"),
-        attrs={"positive": "up", "units": "m"},
-    )  # fmt: skip
+    flat = gridded(np.full((len(y), len(x)), float(LEVEL + up)), x, y)
     faults = {name: fault(name, LEVEL - depth) for name in ("F1", "F2")}
     return gs.throw_horizon(
         flat, faults, {name: throws[name] for name in order}, name="Top", hanging_wall=hanging_wall

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import GeometryError, GeosurfWarning, InputError, ScenarioError
 from geosurf.scenario import build_scene, read_scenario
+from tests.grids import gridded
 
 CELL = 40.0
 X, Y = np.arange(-200.0, 4201.0, CELL), np.arange(-200.0, 1801.0, CELL)
@@ -26,8 +26,7 @@ def wall(name, east, lean=-0.5):
 
 def level_where(there):
     """A level grid with data at some eastings only."""
-    z = np.where(there, -1700.0, np.nan) + 0.0 * Y[:, None]
-    return xr.DataArray(z, {"northing": Y, "easting": X}, attrs={"units": "m", "positive": "up"})
+    return gridded(np.where(there, -1700.0, np.nan) + 0.0 * Y[:, None], X, Y)
 
 
 @pytest.mark.parametrize("west", [True, False])
@@ -80,10 +79,7 @@ def stepped(level, there=None, lean=-0.5, throw=30.0):
     """A horizon that F1 moves down to the east by a throw, and nothing where it is missing."""
     at = 2003.0 + (level + 1700.0) * lean
     z = np.where(at > X, level, level - throw) + 0.01 * Y_PINCH_OUT[:, None]
-    z = z if there is None else np.where(there, z, np.nan)
-    return xr.DataArray(
-        z, {"northing": Y_PINCH_OUT, "easting": X}, attrs={"units": "m", "positive": "up"}
-    )
+    return gridded(z if there is None else np.where(there, z, np.nan), X, Y_PINCH_OUT)
 
 
 def world(there, lean=-0.5):

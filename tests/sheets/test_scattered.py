@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -16,6 +15,7 @@ from geosurf.sheets.heights.passes import PointSolver, rebuild
 from geosurf.sheets.heights.state import Trims, inputs_of
 from geosurf.sheets.lattice.data import proposed_spacing, scattered
 from geosurf.sheets.mesh.finish import fault_surfaces
+from tests.grids import gridded
 from tests.sheets import held_out
 from tests.sheets.table import measure
 
@@ -311,10 +311,9 @@ def test_an_overlap_that_is_too_wide_is_refused_by_name():
 @pytest.mark.parametrize("cells", [9.0, 26.0])
 def test_throw_that_is_given_may_overlap_by_any_width(cells):
     """Wider than 24 cells, no wall had a cut-off, and throw was not a number anywhere."""
-    coords = {"northing": Y, "easting": X}
-    flat = xr.DataArray(np.full((len(Y), len(X)), LEVEL), coords, attrs={"units": "m"})
+    flat = gridded(np.full((len(Y), len(X)), LEVEL), X, Y)
     throw = cells * CELL / RUN
-    sheet = gs.throw_horizon(flat, thrust(), {"T": -throw}, name="H", positive="up")
+    sheet = gs.throw_horizon(flat, thrust(), {"T": -throw}, name="H")
     np.testing.assert_allclose(sheet.cuts["T"].throw, -throw, rtol=1e-6)
 
 

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import geosurf as gs
 from benchmarks.random_networks import heights, random_network
@@ -15,6 +14,7 @@ from geosurf.sheets.lattice.picks import noise_of, weight_of
 from geosurf.sheets.report import describe
 from geosurf.sheets.report.describe import holdout_misfit
 from geosurf.synthetic.torn_horizon import Fault
+from tests.grids import gridded
 from tests.sheets import held_out
 from tests.sheets.table import CELL, WORLDS, measure, open_edges
 
@@ -296,9 +296,7 @@ def two_walls(apart: float, z):
     x, y = np.meshgrid(np.arange(n) * CELL, np.arange(n) * CELL)
     at = [CELL * (20.0 + sign * 0.5 * apart) for sign in (-1, 1)]
     grid = z(x, y) - 20.0 * (x > at[0]) - 30.0 * (x > at[1])
-    horizon = xr.DataArray(
-        grid, {"northing": y[:, 0], "easting": x[0]}, attrs={"units": "m", "positive": "up"}
-    )
+    horizon = gridded(grid, x[0], y[:, 0])
     faults = {}
     for name, here in zip(("F1", "F2"), at, strict=True):
         corners = [[here, y0, z0] for y0 in (-100.0, 1100.0) for z0 in (-2300.0, -1200.0)]

@@ -10,6 +10,7 @@ import geosurf as gs
 from geosurf.errors import GeometryError, HorizonError, InputError
 from geosurf.synthetic.torn_horizon import relief
 from geosurf.synthetic.world import make_fault, make_horizon
+from tests.grids import gridded
 
 BOX = (0.0, 1000.0, 0.0, 1000.0, -2200.0, -1400.0)
 KINDS = ["normal", "reverse", "vertical", "graben", "X", "Y"]
@@ -179,10 +180,7 @@ def test_a_profile_in_any_form_is_met_along_the_strike(form):
 
 
 def test_a_map_of_throw_is_read_where_the_rock_was():
-    axis = np.array([-500.0, 1500.0])
-    grid = xr.DataArray(
-        [[20.0, 40.0], [20.0, 40.0]], {"northing": axis, "easting": axis}, ("northing", "easting")
-    )
+    grid = gridded([[20.0, 40.0], [20.0, 40.0]], [-500.0, 1500.0]).drop_attrs()
     sheet = gs.throw_horizon(horizon(), {"F1": wall(90.0)}, {"F1": grid})
     cut = sheet.cuts["F1"]
     assert cut.throw == pytest.approx(25.0 + cut.stations[:, 0] / 100.0, abs=1e-6)
@@ -405,12 +403,7 @@ PEAK = 40.0
 
 def flat(n=41):
     axis = CELL * np.arange(n)
-    return xr.DataArray(
-        np.full((n, n), LEVEL),
-        dims=("northing", "easting"),
-        coords={"northing": axis, "easting": axis},
-        attrs={"units": "m", "positive": "up"},
-    )
+    return gridded(np.full((n, n), LEVEL), axis)
 
 
 def wall_throw_on_nodes(at, azimuth=90.0, dip=60.0, half=HALF, name="F1"):

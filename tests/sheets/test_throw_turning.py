@@ -6,13 +6,13 @@ import re
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import GeometryError
 from geosurf.measure import separation
 from geosurf.sheets.faults.fault_profile import dip_lines, section_of, to_level
 from geosurf.synthetic.world import make_fault
+from tests.grids import gridded
 from tests.sheets.test_throw import BOX, along, horizon, wall
 
 AXIS = np.array([-400.0, 500.0])  # of the cones
@@ -215,10 +215,7 @@ def test_parts_of_a_fault_that_no_wall_reaches_may_lie_flat_or_turn_back(beyond)
     points = np.stack([px, py, np.repeat(z[:, None], len(y), 1)], -1).reshape(-1, 3)
     fault = gs.TriSurface("L", "fault", points, np.concatenate([np.c_[a, b, c], np.c_[a, c, d]]))
     east, north = np.arange(200.0, 3801.0, 40.0), np.arange(0.0, 1001.0, 40.0)
-    flat = xr.DataArray(
-        np.full((len(north), len(east)), -1500.0), {"northing": north, "easting": east},
-        attrs={"units": "m", "positive": "up"},
-    )  # fmt: skip
+    flat = gridded(np.full((len(north), len(east)), -1500.0), east, north)
     sheet = gs.throw_horizon(flat, {"L": fault}, {"L": 50.0}, name="H")
     np.testing.assert_allclose(sheet.cuts["L"].throw, 50.0, atol=1e-6)
 

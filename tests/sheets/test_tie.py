@@ -12,6 +12,7 @@ from geosurf.sheets.tie import data_to_tie, tie_horizon
 from geosurf.sheets.tie.controls import cut_horizon
 from geosurf.sheets.tie.tie_horizon import map_distances
 from geosurf.synthetic.torn_horizon import side_of
+from tests.grids import gridded
 
 REACH = 300.0
 
@@ -27,13 +28,7 @@ def plane(n=41, step=25.0):
     """A dipping plane as a grid."""
     axis = step * np.arange(n)
     x, y = np.meshgrid(axis, axis)
-    import xarray as xr
-
-    return xr.DataArray(
-        -1800.0 + 0.05 * x - 0.02 * y,
-        dims=("northing", "easting"), coords={"northing": axis, "easting": axis}, name="Top",
-        attrs={"units": "m", "positive": "up"},
-    )  # fmt: skip
+    return gridded(-1800.0 + 0.05 * x - 0.02 * y, axis).rename("Top")
 
 
 def on_plane(x, y):

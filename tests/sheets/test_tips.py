@@ -8,7 +8,6 @@ from ast import literal_eval
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import GeosurfWarning
@@ -19,6 +18,7 @@ from geosurf.sheets.heights.state import Heights, Trims
 from geosurf.sheets.lattice.data import picks_or_points
 from geosurf.sheets.lattice.picks import Picks, scale_of
 from geosurf.sheets.lattice.solve import lattice_graph, smoothest
+from tests.grids import gridded
 from tests.sheets import held_out
 from tests.sheets.table import measure
 
@@ -107,8 +107,7 @@ def torn(end, died, largest=50.0, **options):
     x, y = np.meshgrid(X, Y)
     throw = largest * np.clip((died - y) / (died - 1700.0), 0, 1)
     throw *= np.maximum(0.0, 1.0 - np.abs(x - EAST) / 800.0)
-    z = -1600.0 + np.where(x < EAST, 0.5, -0.5) * throw
-    grid = xr.DataArray(z, {"northing": Y, "easting": X}, attrs={"units": "m", "positive": "up"})
+    grid = gridded(-1600.0 + np.where(x < EAST, 0.5, -0.5) * throw, X, Y)
     corners = [(EAST, y, z) for y, z in ((-900, -2100), (end, -2100), (end, -1300), (-900, -1300))]
     fault = gs.TriSurface("F", "fault", np.array(corners, float), [[0, 1, 2], [0, 2, 3]])
     return gs.tear_horizon(grid, {"F": fault}, name="H", **options)

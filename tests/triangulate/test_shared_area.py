@@ -7,7 +7,6 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-import xarray as xr
 from scipy.ndimage import label
 
 import geosurf as gs
@@ -17,18 +16,17 @@ from geosurf.model import Lattice
 from geosurf.triangulate.footprint import footprint_of
 from geosurf.triangulate.outline import off_the_rims, signed_area, with_fewer_corners
 from geosurf.triangulate.shared_area import shared_area
+from tests.grids import gridded
+from tests.grids import turned as places_of
 
 
 def grid(degrees, there, cell=50.0, corner=(460000.0, 5930000.0), flip=False):
     """A grid turned about its corner, with nodes where `there` is set."""
-    i, j = np.meshgrid(np.arange(there.shape[1]) * cell, np.arange(there.shape[0]) * cell)
-    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-    east, north = corner[0] + i * c - j * s, corner[1] + i * s + j * c
+    east, north, i, j = places_of(degrees, there.shape, cell, corner)
     values = np.where(there, -1700 + 0.02 * i + 0.01 * j, np.nan)
     if flip:
         east, north, values = east[::-1], north[::-1], values[::-1]
-    coords = {"easting": (("row", "column"), east), "northing": (("row", "column"), north)}
-    return xr.DataArray(values, coords, ("row", "column"), attrs={"units": "m", "positive": "up"})
+    return gridded(values, east, north)
 
 
 def blob(seed, n=14):
@@ -141,7 +139,7 @@ def test_an_upright_grid_with_an_empty_rim_keeps_all_its_cells():
     there[2:11, 3:15] = True
     x, y = 460000.1 + np.arange(17) * 50.0, 5930000.3 + np.arange(13) * 50.0
     values = np.where(there, -1700.0, np.nan)
-    array = xr.DataArray(values, {"northing": y, "easting": x}, ("northing", "easting"))
+    array = gridded(values, x, y).drop_attrs()
     scene = gs.Scene({"T": array}, positive="up", length_unit="m")
     assert scene.aoi is None
     assert scene.box[:4] == (x[3], x[14], y[2], y[10])
@@ -197,13 +195,8 @@ def test_a_polygon_only_shrinks_and_stays_simple(seed):
 # ---- Areas whose sides run along the rim of a horizon: closed, and what that leaves out is st
 def turned(degrees, shape=(9, 7)):
     """A grid turned about its corner, and its four corner nodes."""
-    i, j = np.meshgrid(np.arange(shape[1]) * 50.0, np.arange(shape[0]) * 50.0)
-    turn = np.radians(degrees)
-    east = 460000 + i * np.cos(turn) - j * np.sin(turn)
-    north = 5930000 + i * np.sin(turn) + j * np.cos(turn)
-    values = -1700 + 0.02 * i + 0.01 * j
-    coords = {"easting": (("row", "column"), east), "northing": (("row", "column"), north)}
-    grid = xr.DataArray(values, coords, ("row", "column"), attrs={"units": "m", "positive": "up"})
+    east, north, i, j = places_of(degrees, shape, 50.0, (460000.0, 5930000.0))
+    grid = gridded(-1700 + 0.02 * i + 0.01 * j, east, north)
     corners = np.array([[east[a], north[a]] for a in ((0, 0), (0, -1), (-1, -1), (-1, 0))])
     return grid, corners
 
@@ -241,9 +234,7 @@ def area_of(ring):
 
 def test_an_area_exactly_on_the_rim_stays_as_it_is():
     x, y = np.arange(0, 301, 50.0) + 460000.1, np.arange(0, 201, 50.0) + 5930000.3
-    coords = {"northing": y, "easting": x}
-    attrs = {"units": "m", "positive": "up"}
-    grid = xr.DataArray(np.full((5, 7), -1700.0), coords, ("northing", "easting"), attrs=attrs)
+    grid = gridded(np.full((5, 7), -1700.0), x, y)
     box = (x[0], x[-1], y[0], y[-1], -1800.0, -1600.0)
     scene = gs.Scene({"T": grid}, {}, box)
     assert scene.box == box
@@ -340,11 +331,8 @@ def survey_of(seed, n=3):
     x, y = coordinates(rng, "rotated")
     found = {}
     for k in range(n):
-        coords = {"easting": (("row", "col"), x.copy()), "northing": (("row", "col"), y.copy())}
-        found[f"H{k}"] = xr.DataArray(
-            rng.normal(-1000.0 - 300.0 * k, 5.0, x.shape), dims=("row", "col"), coords=coords,
-            attrs={"positive": "up", "units": "m"},
-        )  # fmt: skip
+        heights = rng.normal(-1000.0 - 300.0 * k, 5.0, x.shape)
+        found[f"H{k}"] = gridded(heights, x.copy(), y.copy())
     return found
 
 

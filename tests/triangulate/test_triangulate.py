@@ -17,6 +17,7 @@ from geosurf.errors import HorizonError, InputError
 from geosurf.model import Lattice, TriSurface
 from geosurf.triangulate import build_walls, triangulate_horizon
 from geosurf.triangulate.mesh import find_zero_area, map_turns
+from tests.grids import gridded
 
 UP = {"positive": "up", "units": "m"}
 
@@ -24,23 +25,11 @@ UP = {"positive": "up", "units": "m"}
 def horizon(values, **attrs) -> xr.DataArray:
     values = np.asarray(values, dtype=float)
     n_row, n_col = values.shape
-    return xr.DataArray(
-        values,
-        dims=("northing", "easting"),
-        coords={"northing": 50.0 * np.arange(n_row), "easting": 25.0 * np.arange(n_col)},
-        name="Top",
-        attrs=UP | attrs,
-    )
+    return curvilinear(values, 25.0 * np.arange(n_col), 50.0 * np.arange(n_row), **attrs)
 
 
 def curvilinear(values, easting, northing, **attrs) -> xr.DataArray:
-    return xr.DataArray(
-        values,
-        dims=("row", "col"),
-        coords={"easting": (("row", "col"), easting), "northing": (("row", "col"), northing)},
-        name="Top",
-        attrs=UP | attrs,
-    )
+    return gridded(values, easting, northing, **attrs).rename("Top")
 
 
 def rotated(degrees: float, n_row: int = 5, n_col: int = 4, origin=(456000.0, 6780000.0)):
@@ -129,8 +118,7 @@ def test_the_volume_under_a_dome_converges_with_order_two():
     def error(n):
         x = np.linspace(-1.0, 1.0, n)
         dome = 1.0 - x[None, :] ** 2 - x[:, None] ** 2
-        da = xr.DataArray(dome, dims=("northing", "easting"), coords={"northing": x, "easting": x})
-        surface = triangulate_horizon(da, positive="up", length_unit="m")
+        surface = triangulate_horizon(gridded(dome, x))
         heights = surface.vertices[surface.triangles][:, :, 2].mean(axis=1)
         return abs((normals(surface)[:, 2] * heights).sum() - 4.0 / 3.0)
 

@@ -23,6 +23,7 @@ from geosurf.triangulate import (
 )
 from geosurf.triangulate.mesh import find_zero_area
 from geosurf.triangulate.sticks import sorted_along
+from tests.grids import gridded
 from tests.triangulate.test_triangulate import in_the_world, normals
 
 DIMS = ("down_dip", "along_strike")
@@ -363,10 +364,7 @@ def test_grids_in_metres_are_not_copied(rng):
     for kept, key in zip(lattice.coordinates, ("easting", "northing", "elevation"), strict=True):
         assert np.shares_memory(kept, ds[key].values)
         assert not kept.flags.writeable
-    da = xr.DataArray(
-        i + 1.0, dims=("northing", "easting"), attrs={"units": "m", "positive": "up"},
-        coords={"northing": 5.0 * np.arange(9), "easting": 5.0 * np.arange(7)},
-    )  # fmt: skip
+    da = gridded(i + 1.0, 5.0 * np.arange(7), 5.0 * np.arange(9))
     assert np.shares_memory(triangulate_horizon(da).lattice.coordinates[2], da.values)
 
 

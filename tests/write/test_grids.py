@@ -6,13 +6,13 @@ import math
 
 import numpy as np
 import pytest
-import xarray as xr
 from hypothesis import example, given
 from hypothesis import strategies as st
 
 import geosurf as gs
 from geosurf.errors import OutputError
 from geosurf.write.text_grids import fixed_lines_text, n_fixed, rows_text
+from tests.grids import gridded
 
 UPRIGHT = (".zmap", ".cps3", ".asc")
 ROTATED = (".irapasc", ".gri", ".nc")
@@ -21,19 +21,14 @@ ROTATED = (".irapasc", ".gri", ".nc")
 def grid(values, rotation=0.0, x=0.0, y=0.0, dx=10.0, dy=20.0, **attrs):
     """A regular grid; unrotated ones have one coordinate for each axis."""
     values = np.array(values, dtype=float)
-    attrs = {"units": "m", "positive": "up"} | attrs
     row, column = np.indices(values.shape)
     if rotation == 0.0:
-        coords = {"northing": y + dy * row[:, 0], "easting": x + dx * column[0]}
-        return xr.DataArray(values, dims=("northing", "easting"), coords=coords, attrs=attrs)
+        return gridded(values, x + dx * column[0], y + dy * row[:, 0], **attrs)
     quarter = {90.0: (0.0, 1.0), 180.0: (-1.0, 0.0), 270.0: (0.0, -1.0)}
     turn = math.radians(rotation)
     cos, sin = quarter.get(rotation, (math.cos(turn), math.sin(turn)))
-    coords = {
-        "easting": (("row", "column"), x + dx * column * cos - dy * row * sin),
-        "northing": (("row", "column"), y + dx * column * sin + dy * row * cos),
-    }
-    return xr.DataArray(values, dims=("row", "column"), coords=coords, attrs=attrs)
+    easting = x + dx * column * cos - dy * row * sin
+    return gridded(values, easting, y + dx * column * sin + dy * row * cos, **attrs)
 
 
 def nodes(horizon):

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 import geosurf as gs
 from geosurf.errors import InputError, OutputError
+from tests.grids import gridded
 
 EXACT = (".ts", ".vtp", ".vtu", ".vtk", ".obj", ".ply")
 
@@ -75,20 +76,14 @@ def units():
 
 def horizon(values=((1.5, np.nan), (2.5, 1 / 3)), rotated=False, **attrs):
     values = np.array(values, dtype=float)
-    attrs = {"units": "m", "positive": "up", "long_name": "Top"} | attrs
-    if not rotated:
-        coords = {
-            "northing": 6_000_000.1 + 20.0 * np.arange(values.shape[0]),
-            "easting": 500_000.2 + 10.0 * np.arange(values.shape[1]),
-        }
-        return xr.DataArray(values, dims=("northing", "easting"), coords=coords, attrs=attrs)
+    attrs = {"long_name": "Top"} | attrs
     row, column = np.indices(values.shape)
+    if not rotated:
+        axes = 500_000.2 + 10.0 * column[0], 6_000_000.1 + 20.0 * row[:, 0]
+        return gridded(values, *axes, **attrs)
     cos, sin = math.cos(0.4), math.sin(0.4)
-    coords = {
-        "easting": (("row", "column"), 500.2 + 10 * column * cos - 20 * row * sin),
-        "northing": (("row", "column"), 700.1 + 10 * column * sin + 20 * row * cos),
-    }
-    return xr.DataArray(values, dims=("row", "column"), coords=coords, attrs=attrs)
+    easting = 500.2 + 10 * column * cos - 20 * row * sin
+    return gridded(values, easting, 700.1 + 10 * column * sin + 20 * row * cos, **attrs)
 
 
 @pytest.mark.parametrize("suffix", [*EXACT, ".stl"])
@@ -293,8 +288,7 @@ def test_a_grid_that_is_nearly_square_is_written_with_the_loss(tmp_path, turn, o
     skew = i + off * j / j.max()
     x = np.round(461_000 + cos * skew - sin * j, 3)
     y = np.round(5_931_000 + sin * skew + cos * j, 3)
-    nodes = {"easting": (("row", "column"), x), "northing": (("row", "column"), y)}
-    top = xr.DataArray(i + j, dims=("row", "column"), coords=nodes, attrs={"positive": "up"})
+    top = gridded(i + j, x, y)
     if off > 0.1:
         with pytest.raises(OutputError, match="not on a regular rectangular grid"):
             gs.write(top, tmp_path / "top.irapasc")

@@ -1,0 +1,28 @@
+"""Small gridded horizons as people have them: arrays over easting and northing."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+
+def gridded(values: Any, x: Any, y: Any = None, **attrs: Any) -> xr.DataArray:
+    """Values at nodes, over two axes or where each node lies; elevations in metres, if not said.
+
+    Attributes replace those of the same name, or are added.
+    """
+    y = x if y is None else y
+    dims = ("northing", "easting") if np.ndim(x) == 1 else ("row", "column")
+    places = {"northing": y, "easting": x}
+    if np.ndim(x) == 2:
+        places = {name: (dims, place) for name, place in places.items()}
+    return xr.DataArray(values, places, dims, attrs={"units": "m", "positive": "up"} | attrs)
+
+
+def turned(degrees: float, shape: tuple[int, int], cell: float, corner=(0.0, 0.0)) -> Any:
+    """Places of the nodes of a grid that is turned about its corner, and before the turn."""
+    i, j = np.meshgrid(np.arange(shape[1]) * cell, np.arange(shape[0]) * cell)
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    return corner[0] + i * c - j * s, corner[1] + i * s + j * c, i, j
