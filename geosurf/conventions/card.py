@@ -8,7 +8,7 @@ from html import escape
 
 import numpy as np
 
-from geosurf.conventions.palette import RGB, fault
+from geosurf.conventions.palette import RGB, fault, hex_code
 
 # ---- card map ----------------------------------------
 # A small map for the card of an object, as SVG: an outline, and named lines in it.
@@ -60,10 +60,9 @@ def small_map(
     width, height = (f"{side:.0f}" for side in (high - low) * scale + 2.0 * MARGIN)
     marks = [f'<path d="{path(outline)}Z" fill="none" stroke="currentColor" opacity=".5"/>']
     for number, (name, parts) in enumerate(lines.items()):
-        colour = "".join(f"{round(255 * part):02x}" for part in fault(number))
         drawn = " ".join(path(part) for part in parts if len(part) > 1)
         marks.append(
-            f'<path d="{drawn}" fill="none" stroke="#{colour}" stroke-width="2.5">'
+            f'<path d="{drawn}" fill="none" stroke="{hex_code(fault(number))}" stroke-width="2.5">'
             f"<title>{escape(name)}</title></path>"
         )
     for words, point in (places or {}).items():
@@ -158,5 +157,4 @@ class Card:
 
 
 def _swatch(colour: RGB) -> str:
-    code = "".join(f"{round(255 * part):02x}" for part in colour)
-    return f'<span style="{SWATCH};background:#{code}"></span>'
+    return f'<span style="{SWATCH};background:{hex_code(colour)}"></span>'

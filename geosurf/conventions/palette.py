@@ -23,6 +23,17 @@ def rgb(code: str) -> RGB:
     return red, green, blue
 
 
+def hex_code(colour: Iterable[float]) -> str:
+    """Return a colour as ``"#rrggbb"``.
+
+    Examples
+    --------
+    >>> hex_code((1.0, 0.0, 0.0))
+    '#ff0000'
+    """
+    return "#" + "".join(f"{round(255 * value):02x}" for value in colour)
+
+
 # Neighbours in the column differ in lightness as well as in hue.
 STRATA = tuple(
     rgb(code)

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import csv
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -72,6 +72,7 @@ class Draft:
     more: list[int | None] = field(default_factory=list)  # their places
     words: list[list[str]] = field(default_factory=list)  # their words, one list for each column
     titles: tuple[str, ...] = OF_LINES  # what they mean
+    marks: bool = True  # three values of 999 end a polyline
     titled: bool = False  # lines with @ were there: a title may follow them, as of OpenWorks
 
     def take_more(self, row: list[str], line: int) -> None:
@@ -188,8 +189,8 @@ def is_value(draft: Draft, word: str) -> bool:
 def three_words(draft: Draft, words: list[str], i: int) -> list[str]:
     """Words of x, y and z on one line, by the header, `columns`, or as the only numbers."""
     # cheap test first: end marks are rare, and lines are many
-    ends = len(words) >= 3 and words[0].startswith("999") and _are_end_mark(words)
-    if ends:
+    ends = draft.marks and len(words) >= 3 and words[0].startswith("999")
+    if ends and _are_end_mark(words):
         return ["999", "999", "999"]
 
     # a line with more or fewer values than the header is a shifted column, not a point
@@ -342,7 +343,7 @@ def first_column(header: Sequence[str], spellings: Sequence[str]) -> int | None:
     return next((header.index(word) for word in spellings if word in header), None)
 
 
-ROWS = 50_000  # of csv that are taken apart at a time
+ROWS = 50_000  # that are taken apart at a time
 
 
 def read_table(
@@ -405,28 +406,39 @@ def _take_piece(draft: Draft, first: int, piece: str) -> None:
             draft.take(words, first + np.flatnonzero(count))
             return
 
-    found: list[str] = []
-    lines: list[int] = []
+    _take_rows(draft, _rows(draft, first, piece))
+
+
+def _rows(draft: Draft, first: int, piece: str) -> Iterator[tuple[int, list[str]]]:
+    """Line and words of each row with values; a header is taken on the way."""
+    begun = bool(draft.points)
     for i, line in enumerate(piece.split("\n"), start=first):
         words = _words(draft, line, i)
         draft.titled |= bool(words) and words[0].startswith("@")
         if not words or words[0].startswith(("#", "!", "@")) or words == ["EOD"]:
             continue
-        begun = draft.points or lines
         if draft.titled and not begun and sum(is_value(draft, word) for word in words) < 3:
             continue
         # The first line without any number is the header.
-        if not draft.header and not draft.points and not lines and _is_header(draft, [words]):
+        if not draft.header and not begun and _is_header(draft, [words]):
             draft.header, draft.width = True, len(words)
             header = [word.lower() for word in words]
             draft.places = named_places(draft, header, i)
             draft.find_more(header)
             continue
+        begun = True
+        yield i, words
 
-        found += three_words(draft, words, i)
-        draft.take_more(words, i)
-        lines.append(i)
-    draft.take(found, lines)
+
+def _take_rows(draft: Draft, rows: Iterable[tuple[int, list[str]]]) -> None:
+    """Take rows in portions: words take twenty times the memory of the file."""
+    rows = iter(rows)
+    while part := list(itertools.islice(rows, ROWS)):
+        found: list[str] = []
+        for i, words in part:
+            found += three_words(draft, words, i)
+            draft.take_more(words, i)
+        draft.take(found, [i for i, _ in part])
 
 
 def words_per_line(piece: str) -> np.ndarray:
@@ -480,11 +492,11 @@ def _from_csv(draft: Draft, blocks: TextBlocks) -> Table:
 
     # quoted words may hold the separator: csv takes care of that
     reader = csv.reader(lines, delimiter=sign)
+    draft.marks = False
 
     try:
         _csv_header(draft, next(reader, []))
-        for words, lines_of_rows in _csv_rows(draft, reader):
-            draft.take(words, lines_of_rows)
+        _take_rows(draft, ((reader.line_num, row) for row in reader if row))
     except csv.Error as error:
         raise damaged(
             f"{draft.path}, line {reader.line_num}: this line is not valid csv ({error})"
@@ -504,31 +516,4 @@ def _csv_header(draft: Draft, row: list[str]) -> None:
         draft.find_more(header)
     else:  # numbers from the first line on
         draft.places = numbered_places(draft, 1)
-        draft.take(three_words(draft, row, 1), [1])
-        draft.take_more(row, 1)
-
-
-def _csv_rows(draft: Draft, reader: Any) -> Iterator[tuple[list[str], list[int]]]:
-    """Yield x, y, z in words and line numbers, some rows at a time."""
-    # Rows in portions, so that words do not take twenty times the memory of the file.
-    a, b, c = draft.places or [0, 1, 2]
-    further = any(place is not None for place in draft.more)
-    more = True
-    while more:
-        more = False
-        words: list[str] = []
-        lines: list[int] = []
-        for row in itertools.islice(reader, ROWS):
-            more = True
-            if not row:
-                continue
-            if len(row) != draft.width:
-                raise damaged(
-                    f"{draft.path}, line {reader.line_num}: found {len(row)} values, expected "
-                    f"{draft.width} as in the header"
-                )
-            words += (row[a], row[b], row[c])
-            lines.append(reader.line_num)
-            if further:
-                draft.take_more(row, reader.line_num)
-        yield words, lines
+        _take_rows(draft, [(1, row)])

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import counted
+from geosurf.conventions.palette import hex_code
 from geosurf.errors import InputError
 from geosurf.model.protocols import Body, View3D
 
@@ -503,7 +504,7 @@ def _packed(body: Body, low: np.ndarray, step: np.ndarray, data: bytearray) -> d
     return {
         "name": body.name,
         "group": body.group,
-        "colour": "#" + "".join(f"{round(255 * value):02x}" for value in body.colour),
+        "colour": hex_code(body.colour),
         "facts": body.facts,
         "shift": [_short(x) for x in body.shift],
         "closed": body.closed,

@@ -101,23 +101,13 @@ def choice_of_pictures(scenario: Scenario) -> dict[str, Any]:
     """Return what `Scene.render_pictures` takes for the pictures that a scenario asks for."""
     # Keys of the scenario have units in their names, arguments of the scene do not.
     output, pictures = scenario.output, scenario.pictures
+    alike = ("views", "exploded", "maps", "thickness", "allan", "throw", "search", "clip")
     return {
-        "views": output.views,
-        "exploded": output.exploded,
-        "maps": output.maps,
-        "thickness": output.thickness,
-        "allan": output.allan,
-        "throw": output.throw,
+        **{key: getattr(output, key) for key in (*alike, "exaggeration", "include")},
+        **{key: getattr(pictures, key) for key in ("camera", "zoom", "colour_by")},
         "sections": output.sections_m,
-        "search": output.search,
-        "exaggeration": output.exaggeration,
         "size": output.size_px,
-        "clip": output.clip,
-        "camera": pictures.camera,
-        "zoom": pictures.zoom,
         "only": pictures.only or None,
-        "include": output.include,
-        "colour_by": pictures.colour_by,
         "style": picture_style(scenario),
         "overlay": overlay_of_files(scenario),
     }

@@ -206,9 +206,6 @@ def _as_picked(
     cache: ResultCache | None,
 ) -> Sheet:
     """A sheet from data that smear the horizon over its faults."""
-    from geosurf.sheets.tear import tear_from  # loaded by those who tear
-    from geosurf.sheets.tie import tied_sheet
-
     settings = scenario.tear
     assert settings is not None
     # One set of settings for all horizons, as [tear] is one table.
@@ -216,21 +213,10 @@ def _as_picked(
         "trim": settings.trim_cells,
         "noise": settings.noise_m,
         "keep_outliers": settings.keep_outliers,
-        "fill_empty_blocks": tear.fill,
     }
     name, surfaces = tear.name, [*faults.values()]
     tie = None if scenario.tops is None else scenario.tops.settings
-
-    def make(data: Any) -> Sheet:
-        """Tear these data as the scenario has it."""
-        # A tie makes another mesh of the sheet, of which its model shows nothing.
-        return tear_from(
-            plan, data, surfaces, name=name, before=tear.before, like=tear.like, **words
-        )
-
-    def torn() -> Sheet:
-        """The sheet, tied to its tops."""
-        return tied_sheet(name, horizon, make, surfaces, scene.tops, tie)
+    torn = partial(tear.sheet, horizon, surfaces, plan, scene.tops, tie, **words)
 
     # A plan comes from another model, which the name of a stored result would have to state.
     if cache is None or plan is not None:

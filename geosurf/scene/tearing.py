@@ -91,6 +91,28 @@ class Tear:
         tears = (one.traces, one.early, one.rings, one.level, one.left_out, one.loss)
         return (repr((one.trims, one.given_trims, one.order, *tears, lengths)), *moved)
 
+    def sheet(
+        self,
+        data: Any,
+        faults: Sequence[TriSurface],
+        plan: TearPlan | None,
+        tops: Any,
+        tie: Any,
+        **words: Any,
+    ) -> Sheet:
+        """Return the sheet of some data at some faults, tied to its tops; `words` of the tear."""
+        from geosurf.sheets.tear import tear_from  # loaded by those who tear
+        from geosurf.sheets.tie import tied_sheet
+
+        words |= {"name": self.name, "fill_empty_blocks": self.fill}
+        words |= {"before": self.before, "like": self.like}
+
+        def torn(some: Any) -> Sheet:
+            """A sheet of these data."""
+            return tear_from(plan, some, faults, **words)
+
+        return tied_sheet(self.name, data, torn, faults, tops, tie)
+
 
 Make = Callable[[Tear], Sheet]
 
@@ -450,20 +472,11 @@ def _torn(plain: Graph, tear: Tear) -> Sheet:
 
     def make() -> Sheet:
         """Read the data and tear them."""
-        from geosurf.sheets.tear import tear_from  # loaded by those who tear
-        from geosurf.sheets.tie import tied_sheet
-
         plain.read.unchanged(name)
         data = opened_horizon(value, inputs.options)
-        words = {"name": name, "trim": inputs.tear, **undeclared(data, inputs.options)}
-        words |= {"fill_empty_blocks": tear.fill, "before": tear.before, "like": tear.like}
-
-        def torn(some: Any) -> Sheet:
-            """A sheet of these data."""
-            return tear_from(plan, some, faults, **words)
-
+        words = {"trim": inputs.tear, **undeclared(data, inputs.options)}
         with collected():  # those of the sheet are enough: this one may not be the last
-            return tied_sheet(name, data, torn, faults, tops, inputs.tie)
+            return tear.sheet(data, faults, plan, tops, inputs.tie, **words)
 
     return memory.get_or_compute("tear", name, key, make, outcome_of, again=False, reports=False)
 

@@ -344,7 +344,20 @@ def model3d(units: Units, name: str | None) -> tuple[bytearray, list[Loss]]:
     data = bytearray()
     for piece in text:
         data += piece.encode() if isinstance(piece, str) else piece
-    return data, [*_lost(units, sources, titles, kinds, regions), *_near(parts)]
+    lost = _lost(units, sources, titles, kinds, regions)
+    return data, [*lost_of_bounds(units, parts), *lost, *_near(parts)]
+
+
+def lost_of_bounds(units: Units, parts: Parts) -> list[Loss]:
+    """Return what a sealed model has no place for: faces that bound no unit."""
+    lost = [Loss("other", "Only faces around units are written, and faults that end inside one.")]
+    used = set(parts.surface.tolist())
+    sources = units.piece_sides[0].sources
+    gone = [surface.name for i, surface in enumerate(sources) if i not in used]
+    if gone:
+        words = f"Surfaces that bound no unit are left out: {', '.join(gone)}."
+        lost.append(Loss("data", words))
+    return lost
 
 
 def safe_names(names: Sequence[str], taken: Sequence[str] = ()) -> list[str]:
@@ -495,12 +508,7 @@ def _lost(
     regions: Sequence[str],
 ) -> list[Loss]:
     """What the file does not hold, or other programs do not see."""
-    lost = [Loss("other", "Only faces around units are written, and faults that end inside one.")]
-    gone = [surface.name for i, surface in enumerate(sources) if i not in titles]
-    if gone:
-        words = f"Surfaces that bound no unit are left out: {', '.join(gone)}."
-        lost.append(Loss("data", words))
-
+    lost: list[Loss] = []
     before = [sources[i].name for i in titles] + list(units)
     after = [*titles.values(), *regions]
     changed = [(a, b) for a, b in zip(before, after, strict=True) if a != b]

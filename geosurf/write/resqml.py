@@ -422,37 +422,52 @@ def _representation(
     held: dict[str, np.ndarray], folder: str, proxy: Part, system: Part
 ) -> tuple[str, str, dict[str, np.ndarray]]:
     """Kind, XML and arrays of a grid or a mesh."""
-    local = reference("resqml2:LocalCrs", system)
-    first, patch = tag("PatchIndex", 0), tuple[str, ...]()
+    role = tag("SurfaceRole", "map")
     if "points" in held:
-        points, triangles = held["points"], held["triangles"]
-        to = {f"{folder}/points_patch0": points, f"{folder}/triangles_patch0": triangles}
-        at_points, at_triangles = to
-        nodes = explicit_points(dataset("Coordinates", at_points, proxy))
-        name, patch = (
-            "Triangle",
-            (
-                tag("Count", len(triangles)),
-                tag("NodeCount", len(points)),
-                whole_numbers("Triangles", at_triangles, proxy),
-            ),
-        )
+        mesh = held["points"], held["triangles"]
+        patch, to = triangle_patch(0, *mesh, folder, proxy, system)
+        return "TriangulatedSetRepresentation", role + patch, to
+    x, y, z = held["x"], held["y"], held["z"]
+    n_row, n_col = z.shape
+    steps = _steps(x, y)
+    if steps is not None:
+        to = {f"{folder}/zvalues": z}
+        values = dataset("Values", f"{folder}/zvalues", proxy)
+        nodes = lattice_points((float(x[0, 0]), float(y[0, 0])), steps, (n_row, n_col), values)
     else:
-        x, y, z = held["x"], held["y"], held["z"]
-        n_row, n_col = z.shape
-        steps = _steps(x, y)
-        if steps is not None:
-            to = {f"{folder}/zvalues": z}
-            values = dataset("Values", f"{folder}/zvalues", proxy)
-            nodes = lattice_points((float(x[0, 0]), float(y[0, 0])), steps, (n_row, n_col), values)
-        else:
-            to = {f"{folder}/points": np.stack([x, y, z], axis=-1)}
-            nodes = explicit_points(dataset("Coordinates", f"{folder}/points", proxy))
-        name, patch = "Grid2d", (tag("FastestAxisCount", n_col), tag("SlowestAxisCount", n_row))
-    geometry = tag("Geometry", local, nodes, kind="PointGeometry")
-    body = tag("SurfaceRole", "map") + tag(f"{name}Patch", first, *patch, geometry)
-    kind = "TriangulatedSet" if name == "Triangle" else name
-    return f"{kind}Representation", body, to
+        to = {f"{folder}/points": np.stack([x, y, z], axis=-1)}
+        nodes = explicit_points(dataset("Coordinates", f"{folder}/points", proxy))
+    patch = tag(
+        "Grid2dPatch",
+        tag("PatchIndex", 0),
+        tag("FastestAxisCount", n_col),
+        tag("SlowestAxisCount", n_row),
+        _geometry_of(nodes, system),
+    )
+    return "Grid2dRepresentation", role + patch, to
+
+
+def triangle_patch(
+    number: int, points: np.ndarray, triangles: np.ndarray, folder: str, proxy: Part, system: Part
+) -> tuple[str, dict[str, np.ndarray]]:
+    """Return the XML of one patch of triangles, and its arrays by their paths in the HDF5 file."""
+    to = {f"{folder}/points_patch{number}": points, f"{folder}/triangles_patch{number}": triangles}
+    at_points, at_triangles = to
+    nodes = explicit_points(dataset("Coordinates", at_points, proxy))
+    patch = tag(
+        "TrianglePatch",
+        tag("PatchIndex", number),
+        tag("Count", len(triangles)),
+        tag("NodeCount", len(points)),
+        whole_numbers("Triangles", at_triangles, proxy),
+        _geometry_of(nodes, system),
+    )
+    return patch, to
+
+
+def _geometry_of(nodes: str, system: Part) -> str:
+    local = reference("resqml2:LocalCrs", system)
+    return tag("Geometry", local, nodes, kind="PointGeometry")
 
 
 def _steps(x: np.ndarray, y: np.ndarray) -> tuple[float, float] | None:

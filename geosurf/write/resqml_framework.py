@@ -19,12 +19,10 @@ import numpy as np
 from geosurf.errors import OutputError
 from geosurf.kernels.meshes.mesh import weld
 from geosurf.model import TriSurface, Units
-from geosurf.write.model3d import Parts, parts_of, unit_labels
+from geosurf.write.model3d import Parts, lost_of_bounds, parts_of, unit_labels
 from geosurf.write.resqml import (
     DOMAIN,
     Part,
-    dataset,
-    explicit_points,
     file_set,
     frame_parts,
     identifiers,
@@ -32,6 +30,7 @@ from geosurf.write.resqml import (
     lost_of_crs,
     reference,
     tag,
+    triangle_patch,
     whole_numbers,
 )
 from geosurf.write.written import FileSet, Loss
@@ -184,16 +183,9 @@ def resqml_of_units(units: Units, path: Path, name: str | None, crs: str | None)
 def _lost(units: Units, parts: Parts, crs: str | None) -> list[Loss]:
     """What the package does not hold, or other programs do not see."""
     lost = [
-        Loss("other", "Only faces around units are written, and faults that end inside one."),
-        Loss("name", "RESQML names zones, not units: geosurf reads their labels from metadata."),
+        Loss("name", "RESQML names zones, not units: geosurf reads their labels from metadata.")
     ]
-    used = set(parts.surface.tolist())
-    sources = units.piece_sides[0].sources
-    gone = [surface.name for i, surface in enumerate(sources) if i not in used]
-    if gone:
-        words = f"Surfaces that bound no unit are left out: {', '.join(gone)}."
-        lost.append(Loss("data", words))
-    return lost + lost_of_crs(crs)
+    return lost + lost_of_bounds(units, parts) + lost_of_crs(crs)
 
 
 def _identifiers(units: Units, parts: Parts, title: str, crs: str | None) -> Iterator[str]:
@@ -274,7 +266,6 @@ class _Framework:
     def mesh(self, i: int, meant: Part, surface: TriSurface) -> Part:
         """One surface with a patch for each part."""
         own = next(self.fresh)
-        local = reference("resqml2:LocalCrs", self.system)
         body = (
             _metadata("surface", [surface.name, surface.role])
             + reference("resqml2:RepresentedInterpretation", meant)
@@ -283,20 +274,11 @@ class _Framework:
         for k in np.flatnonzero(self.parts.surface == i).tolist():
             a, b = self.parts.first_vertex[k : k + 2].tolist()
             s, t = self.parts.first_triangle[k : k + 2].tolist()
-            patch = self.patch_of_part[k]
-            nodes = self.array(f"{own}/points_patch{patch}", self.parts.vertices[a:b])
-            corners = self.parts.triangles[s:t] - self.first_node[k]
-            points = explicit_points(dataset("Coordinates", nodes, self.proxy))
-            body += tag(
-                "TrianglePatch",
-                tag("PatchIndex", patch)
-                + tag("Count", t - s)
-                + tag("NodeCount", b - a)
-                + whole_numbers(
-                    "Triangles", self.array(f"{own}/triangles_patch{patch}", corners), self.proxy
-                )
-                + tag("Geometry", local, points, kind="PointGeometry"),
-            )
+            mesh = self.parts.vertices[a:b], self.parts.triangles[s:t] - self.first_node[k]
+            number, frame = self.patch_of_part[k], (self.proxy, self.system)
+            patch, arrays = triangle_patch(number, *mesh, f"/RESQML/{own}", *frame)
+            body += patch
+            self.arrays |= arrays
         uses = (self.proxy, self.system, meant)
         return Part("TriangulatedSetRepresentation", own, surface.name, body, uses)
 
