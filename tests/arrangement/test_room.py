@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 import sys
 
 import numpy as np
@@ -15,6 +14,7 @@ from geosurf.kernels.exact.predicates import MAX_COORDINATE, MIN_COORDINATE
 from tests import laws
 from tests.arrangement import extremes
 from tests.growth import grid, seam
+from tests.processes import told_by
 from tests.strategies import soup
 
 LIMITED = pytest.mark.skipif(sys.platform != "linux", reason="limits of memory are those of Linux")
@@ -42,9 +42,9 @@ except gs.errors.InputError as error:
 
 @LIMITED
 def test_a_limit_of_the_process_is_met_before_memory_is_taken():
-    done = subprocess.run([sys.executable, "-c", CHILD], capture_output=True, text=True, check=True)
-    assert "surface 'Salt' has" in done.stdout
-    assert "GB are free. Remove dup" in done.stdout
+    said = told_by("-c", CHILD)
+    assert "surface 'Salt' has" in said
+    assert "GB are free. Remove dup" in said
 
 
 @pytest.mark.parametrize("method", ["tree", "voxels"])

@@ -94,11 +94,6 @@ def draw_planes(rng, count: int, pencil: bool) -> list[tuple[tuple[int, ...], in
     return out
 
 
-def placed(rng, points: np.ndarray, scale: float, shift: np.ndarray) -> np.ndarray:
-    """Points of the lattice, where they are in the world."""
-    return points * scale + shift
-
-
 def plane_world(seed: int) -> PlaneWorld:
     """One world; the same number makes the same bytes."""
     rng = np.random.default_rng([31, seed])
@@ -117,7 +112,7 @@ def plane_world(seed: int) -> PlaneWorld:
     order = [*horizons, *(k for k in range(len(planes)) if k not in horizons)]
     surfaces = []
     for number, k in enumerate(order):
-        corners = placed(rng, corners_of(*planes[k], folded), scale, shift)
+        corners = corners_of(*planes[k], folded) * scale + shift
         if rng.random() < 0.3:
             corners = corners[::-1]
         role = "horizon" if k in horizons else "fault"
@@ -125,7 +120,9 @@ def plane_world(seed: int) -> PlaneWorld:
         faces = [[0, 1, 2], [0, 2, 3]] if folded else [[0, 1, 2]]
         surfaces.append(TriSurface(name, role, corners, faces))
     if kind == "twice":
-        surfaces.append(_moved_by_ulps(rng, surfaces[int(rng.integers(len(surfaces)))]))
+        one = surfaces[int(rng.integers(len(surfaces)))]
+        twin = TriSurface("Twin", "fault", _off_by_ulps(rng, one.vertices), one.triangles)
+        surfaces.append(twin)
     extent = np.array([-4.0, 4, -4, 4, -4, 4])
     box = extent * scale + np.repeat(shift, 2)
     if kind == "beside":  # walls pass close to points of the lattice, within the planes' reach
@@ -136,11 +133,6 @@ def plane_world(seed: int) -> PlaneWorld:
     if kind == "contact":
         contact = float(rng.integers(-2, 3) * scale + shift[2])
     return PlaneWorld(surfaces, tuple(box.tolist()), contact, folded, kind)
-
-
-def _moved_by_ulps(rng, surface: TriSurface) -> TriSurface:
-    """The same plane again, each coordinate up to one unit in the last place off."""
-    return TriSurface("Twin", "fault", _off_by_ulps(rng, surface.vertices), surface.triangles)
 
 
 def _off_by_ulps(rng, values: np.ndarray) -> np.ndarray:
@@ -166,7 +158,8 @@ def expected(world: PlaneWorld, sources) -> dict[tuple, float]:
         names = [f"above {horizons[0]}", *map("/".join, itertools.pairwise(horizons))]
         rest, pieces = of.box, []
         for name, horizon in zip(names, horizons, strict=True):
-            above, rest = upper_first(planes[horizon], of.split(rest, planes[horizon]))
+            front, back = of.split(rest, planes[horizon])
+            above, rest = (front, back) if planes[horizon][0][2] > 0 else (back, front)
             pieces.append(((name,), above))
         pieces.append(((f"below {horizons[-1]}",), rest))
     cuts = [(planes[name], (name + "+", name + "-")) for name in faults]
@@ -178,11 +171,6 @@ def expected(world: PlaneWorld, sources) -> dict[tuple, float]:
             for word, part in zip(words, of.split(piece, plane), strict=True)
         ]
     return {key: of.volume(piece) for key, piece in pieces if piece}
-
-
-def upper_first(plane, parts):
-    """The part above a plane, and the one below it."""
-    return parts if plane[0][2] > 0 else parts[::-1]
 
 
 def beside_the_box(true: dict[tuple, float], faults: list[str]) -> set[str]:

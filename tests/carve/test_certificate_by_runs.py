@@ -67,15 +67,19 @@ def lines(checks):
     return [(c.name, c.passed, re.sub(digits, "#", c.detail)) for c in checks]
 
 
-@pytest.mark.parametrize("seed", [1, 3, 5])
-def test_lines_by_runs_are_those_by_triangles(seed):
-    patches = rebuild_surfaces(surfaces(seed))
-    units = carve_units(patches, slivers={"merge": True} if seed == 5 else None)
+def assert_runs_say_what_triangles_say(patches, units):
     fast = checks_by_runs(patches, units)
     assert fast is not None
     assert all(check.passed for check in fast)
     assert "local" not in patches.__dict__  # nothing was listed
     assert lines(fast) == lines(certify(patches, units, by="triangles").checks)
+
+
+@pytest.mark.parametrize("seed", [1, 3, 5])
+def test_lines_by_runs_are_those_by_triangles(seed):
+    patches = rebuild_surfaces(surfaces(seed))
+    units = carve_units(patches, slivers={"merge": True} if seed == 5 else None)
+    assert_runs_say_what_triangles_say(patches, units)
     assert same_bytes(patches, rebuild_surfaces(surfaces(seed))).passed
 
 
@@ -270,11 +274,7 @@ def test_lines_by_runs_are_those_by_triangles_certificate_of_torn(kind):
     scene = torn_scene(kind)
     patches, units = scene.patches, scene.units
     assert any(isinstance(source.lattice, TornLattice) for source in patches.sources)
-    fast = checks_by_runs(patches, units)
-    assert fast is not None
-    assert all(check.passed for check in fast)
-    assert "local" not in patches.__dict__  # nothing was listed
-    assert lines(fast) == lines(certify(patches, units, by="triangles").checks)
+    assert_runs_say_what_triangles_say(patches, units)
 
 
 @pytest.mark.parametrize("side", [1, -1])

@@ -19,6 +19,7 @@ from geosurf.scenario.execute import contacts_left_out
 from geosurf.triangulate import build_contacts
 from tests import laws
 from tests.grids import gridded
+from tests.messages import refused
 from tests.strategies import BOX, faulted_worlds, grid, level, sheet, upright
 
 
@@ -34,10 +35,9 @@ UPRIGHT = upright("F1", 1)
 TOP, BASE = tilted("Top", 3, 5), level("Base", 1)
 
 
-def scene_of(contacts, faults=(UPRIGHT,), **options):
-    scene = Scene(
-        {"Top": TOP, "Base": BASE}, {f.name: f for f in faults}, BOX, contacts=contacts, **options
-    )
+def scene_of(contacts, faults=(UPRIGHT,), horizons=(TOP, BASE), **options):
+    given = ({s.name: s for s in some} for some in (horizons, faults))
+    scene = Scene(*given, BOX, contacts=contacts, **options)
     laws.assert_volumes_add_up(scene.units, BOX)
     return scene
 
@@ -136,28 +136,6 @@ def test_names_of_blocks_are_taken_apart():
         assert parse_sides(wrong, names) is None
 
 
-@pytest.mark.parametrize(
-    ("contacts", "words"),
-    [
-        ([], None),
-        ([-1.0], r"`contacts` must be a mapping such as \{'OWC': "),
-        ({"OWC": {"F9+": 2.0}}, r"no unit lies on 'F9\+'\. .* mean 'F1\+'\?"),
-        ({"OWC": {}}, r"contact 'OWC' has an empty mapping of blocks\. Give an elevation"),
-        ({"OWC": "deep.gri"}, r"deep\.gri"),
-        ({"OWC": "-2"}, r"contact 'OWC' is the text '-2'\. Give a number without quotes: -2\."),
-        ({"OWC": True}, r"contact 'OWC' cannot be a bool\. Give an elevation \[m\]"),
-        ({"OWC": 1705.0}, r"elevation 1705 m, outside the model box \(-4 to 8 m\)\. Elev"),
-        ({"OWC": -4.5}, r"depths are negative\. Write 4\.5, or enlarge the box\."),
-    ],
-)  # fmt: skip
-def test_refusals(contacts, words):
-    if words is None:
-        assert len(scene_of({}).units) == 6
-        return
-    with pytest.raises(InputError, match=words):
-        scene_of(contacts).units  # noqa: B018
-
-
 def test_blocks_that_fit_equally_well_are_refused():
     across = sheet("F2", [(-1, 2, -5), (5, 2, -5), (5, 2, 9), (-1, 2, 9)])
     with pytest.raises(InputError, match=r"for the blocks 'F1\+' and 'F2\+', and block 'F1\+ F2\+' "
@@ -174,8 +152,6 @@ def test_contacts_out_of_order_are_refused_with_a_place():
 
 def test_a_contact_with_the_name_of_a_horizon_is_refused():
     """Once the horizon was taken for the contact, and units were split at it in silence."""
-    with pytest.raises(InputError, match="'Top' is the name of a horizon and of a contact; rename"):
-        scene_of({"Top": 2.0})
     extra, contacts = build_contacts({"Top": 2.0}, BOX)
     patches = rebuild_surfaces([TOP, BASE, *extra, *build_walls(BOX)])
     with pytest.raises(InputError, match="'Top' is the name of a horizon and of a contact; rename"):
@@ -271,14 +247,7 @@ def same_places(patches, surface):
 
 
 # ---- Fluid contacts limited to zones: they split these, leave others whole, and nothing gets
-MIDDLE = level("Middle", 2)
-
-
-def scene_of_fluids_zones(contacts, faults=(UPRIGHT,)):
-    horizons = {"Top": TOP, "Middle": MIDDLE, "Base": BASE}
-    scene = Scene(horizons, {f.name: f for f in faults}, BOX, contacts=contacts)
-    laws.assert_volumes_add_up(scene.units, BOX)
-    return scene
+THREE = (TOP, level("Middle", 2), BASE)
 
 
 def split(scene):
@@ -294,7 +263,7 @@ def test_each_zone_has_its_own_level_and_each_block_in_it():
             FluidContact(1.75, zones=["Middle/Base"], block="F1+"),
         ]
     }
-    scene = scene_of_fluids_zones(contacts)
+    scene = scene_of(contacts, horizons=THREE)
     assert volumes(scene, "Top/Middle")["F1+", "below OWC"] == pytest.approx(12 * 0.5)
     assert volumes(scene, "Top/Middle")["F1-", "below OWC"] == pytest.approx(4 * 0.5)
     assert volumes(scene, "Middle/Base")["F1+", "below OWC"] == pytest.approx(12 * 0.75)
@@ -306,7 +275,7 @@ def test_each_zone_has_its_own_level_and_each_block_in_it():
         "GOC": FluidContact(1.25, zones="Middle/Base"),
         "OWC": FluidContact(2.5, zones="Top/Middle"),
     }
-    assert {u.contact for u in scene_of_fluids_zones(swapped).units.values()} == {
+    assert {u.contact for u in scene_of(swapped, horizons=THREE).units.values()} == {
         "", "above GOC", "below GOC", "above OWC", "below OWC"
     }  # fmt: skip
 
@@ -317,56 +286,51 @@ def test_a_grid_need_not_reach_zones_that_are_not_named():
     low = part.vertices.copy()
     low[:, 0] = np.where(low[:, 0] > 0, 2.0, low[:, 0])  # ends at x = 2, at z = 3.25: in Top/Middle
     short = type(part)("level", "surface", low, part.triangles)
-    whole = scene_of_fluids_zones({"OWC": FluidContact(short, zones="below Base")})
+    whole = scene_of({"OWC": FluidContact(short, zones="below Base")}, horizons=THREE)
     assert split(whole) == {("below Base", "F1+"), ("below Base", "F1-")}
     with pytest.raises(OpenUnitError, match="leak around contact 'OWC in Top/Middle'"):
-        scene_of_fluids_zones({"OWC": FluidContact(short, zones="Top/Middle")})
+        scene_of({"OWC": FluidContact(short, zones="Top/Middle")}, horizons=THREE)
+
+
+MIDDLE = "Middle/Base"
 
 
 @pytest.mark.parametrize(
     ("contacts", "words"),
     [
-        (
-            {"OWC": FluidContact(1.5, zones="Midle/Base")},
-            r"unknown zone 'Midle/Base'. Zones are \['above Top', .* mean 'Middle/Base'\?",
-        ),
-        (
-            {"OWC": [FluidContact(1.5, zones="Middle/Base"), FluidContact(1.25, block="F1+")]},
-            r"block 'whole' of Middle/Base and for block .*, and .* belongs to both",
-        ),
-        (
-            {
-                "OWC": [
-                    FluidContact(1.5, zones=["Middle/Base"]),
-                    FluidContact(1.2, zones=["Middle/Base"]),
-                ]
-            },
-            "contact 'OWC in Middle/Base' is given twice. Leave one of them out",
-        ),
+        ([-1.0], r"`contacts` must be a mapping such as \{'OWC': "),
+        ({"OWC": {"F9+": 2.0}}, r"no unit lies on 'F9\+'\. .* mean 'F1\+'\?"),
+        ({"OWC": {}}, r"contact 'OWC' has an empty mapping of blocks\. Give an elevation"),
+        ({"OWC": "deep.gri"}, r"deep\.gri"),
+        ({"OWC": "-2"}, r"contact 'OWC' is the text '-2'\. Give a number without quotes: -2\."),
+        ({"OWC": True}, r"contact 'OWC' cannot be a bool\. Give an elevation \[m\]"),
+        ({"OWC": 1705.0}, r"elevation 1705 m, outside the model box \(-4 to 8 m\)\. Elev"),
+        ({"OWC": -4.5}, r"depths are negative\. Write 4\.5, or enlarge the box\."),
+        ({"OWC": FluidContact(1.5, zones="Midle/Base")},
+         r"unknown zone 'Midle/Base'. Zones are \['above Top', .* mean 'Middle/Base'\?"),
+        ({"OWC": [FluidContact(1.5, zones=MIDDLE), FluidContact(1.25, block="F1+")]},
+         r"block 'whole' of Middle/Base and for block .*, and .* belongs to both"),
+        ({"OWC": [FluidContact(1.5, zones=[MIDDLE]), FluidContact(1.2, zones=[MIDDLE])]},
+         "contact 'OWC in Middle/Base' is given twice. Leave one of them out"),
         ({"OWC": [1.5]}, r"contact 'OWC' is a list that holds 1\.5\. Give an elevation"),
-        (
-            {"OWC": {"F1+": FluidContact(1.5, block="F1-")}},
-            r"two blocks: 'F1\+' as its key and 'F1-' in the FluidContact",
-        ),
+        ({"OWC": {"F1+": FluidContact(1.5, block="F1-")}},
+         r"two blocks: 'F1\+' as its key and 'F1-' in the FluidContact"),
         ({"OWC": FluidContact("none.gri")}, r"none\.gri"),
-        (
-            {"OWC": FluidContact(99.0, zones="Top/Middle")},
-            "at elevation 99 m, outside the model box",
-        ),
+        ({"OWC": FluidContact(99.0, zones="Top/Middle")}, "elevation 99 m, outside the model box"),
+        ({"OWC": {"F1+": 2.0, "F1-": 1.5}, "Top": 2.0},
+         "'Top' is the name of a horizon and of a contact; rename"),
     ],
-)
-def test_refusals_fluids_zones(contacts, words):
-    with pytest.raises(InputError, match=words):
-        scene_of_fluids_zones(contacts).units  # noqa: B018
+)  # fmt: skip
+def test_refusals(contacts, words):
+    refused(InputError, words, lambda: scene_of(contacts, horizons=THREE).units)
 
 
 def test_a_block_that_has_nothing_of_a_zone_is_refused():
     """F1 ends just above Base, so that the zones above have no sides of it."""
     short = upright("F1", 1, z=(-5, 1.5))
-    with pytest.raises(
-        InputError, match=r"block 'F1\+' has no unit in Top/Middle. Leave the zones"
-    ):
-        scene_of_fluids_zones({"OWC": FluidContact(0.0, zones="Top/Middle", block="F1+")}, (short,))
+    given = {"OWC": FluidContact(0.0, zones="Top/Middle", block="F1+")}
+    words = r"block 'F1\+' has no unit in Top/Middle. Leave the zones"
+    refused(InputError, words, scene_of, given, (short,), THREE)
 
 
 @settings(max_examples=12)

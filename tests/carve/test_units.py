@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import itertools
 import re
 from fractions import Fraction
@@ -24,13 +23,13 @@ from geosurf import (
     synthetic,
 )
 from geosurf.carve.certificate import certify
-from geosurf.carve.shells import unit_name
 from geosurf.errors import GeometryError, InputError, OpenUnitError
-from geosurf.model import Unit, Units
+from geosurf.model import Unit
 from geosurf.synthetic.world import make_fault, make_horizon
 from geosurf.triangulate import triangulate_fault, triangulate_horizon
 from tests import laws, oracles
-from tests.strategies import BOX, faulted_worlds, level, shuffled, soup, upright
+from tests.carve.test_certificate import assert_noticed
+from tests.strategies import BOX, faulted_worlds, grid, level, shuffled, soup, upright
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -352,12 +351,7 @@ FLAT = np.full((5, 5), 1.0)
 
 
 def horizon(name, z):
-    x, y = np.meshgrid(np.arange(-1.0, 4), np.arange(-1.0, 4))
-    rows = np.arange(25).reshape(5, 5)
-    a, b, c, d = rows[:-1, :-1], rows[:-1, 1:], rows[1:, 1:], rows[1:, :-1]
-    faces = np.concatenate([np.stack([a, b, c], -1), np.stack([a, c, d], -1)]).reshape(-1, 3)
-    points = np.stack([x, y, np.broadcast_to(z, x.shape)], -1).reshape(-1, 3)
-    return TriSurface(name, "horizon", points, faces)
+    return grid(name, z, corner=(-1.0, -1.0))
 
 
 def bump(level):
@@ -388,20 +382,5 @@ def test_an_older_horizon_is_taken_away_beside_a_wall_contact_or_fault(level, be
 
 
 def test_wrong_zones_are_still_noticed_there():
-    """Each unit in turn is called as if it were in another zone."""
-    patches, units = carved([horizon("Top", FLAT), horizon("Base", bump(3.0))])
-    zones = ("above Top", "Top/Base", "below Base")
-    for unit in list(units.values()):
-        for index, zone in enumerate(zones):
-            if zone == unit.zone:
-                continue
-            wrong = copy.copy(unit)
-            wrong.__dict__.update(zone=zone, zone_index=index, block="whole #9")
-            wrong.__dict__["name"] = unit_name(zone, "whole #9")
-            others = [u for u in units.values() if u is not unit]
-            failed = [
-                c.name
-                for c in certify(patches, Units([*others, wrong], units.box)).checks
-                if not c.passed
-            ]
-            assert failed == ["unit names match their bounding surfaces"], (unit.name, zone)
+    surfaces = [horizon("Top", FLAT), horizon("Base", bump(3.0))]
+    assert_noticed([*surfaces, *build_walls(BOX_CLIPPED_AWAY)])

@@ -21,6 +21,7 @@ from geosurf.cli.console import ExitCode
 from geosurf.conventions import length_text
 from geosurf.errors import InvariantError
 from geosurf.model import Certificate, Check
+from tests.processes import told_by
 
 
 @pytest.fixture(scope="module")
@@ -47,9 +48,8 @@ def geosurf(*arguments: str | Path, **options: object) -> subprocess.CompletedPr
 
 def test_help_answers_at_once_and_loads_nothing_heavy():
     code = "import sys, geosurf.cli as c; c.build_parser().format_help(); print(*sys.modules)"
-    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     heavy = {"numpy", "numba", "xarray", "pyvista", "vtk", "matplotlib", "geosurf.scene"}
-    assert not heavy & set(said.stdout.split())
+    assert not heavy & set(told_by("-c", code).split())
     said = geosurf("--help")
     assert said.returncode == 0
     for word in ("run", "check", "render", "report", "curves", "doctor", "warmup", "exit codes"):
@@ -207,9 +207,7 @@ def test_a_run_without_pictures_loads_only_what_it_needs(tmp_path):
     (tmp_path / "s.toml").write_text("".join(tables))
     words = ["run", str(tmp_path / "s.toml"), "-o", str(tmp_path / "out"), "--no-pictures"]
     code = f"import sys, geosurf.cli as c; assert c.main({words!r}) == 0; print(*sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    loaded = set(done.stdout.splitlines()[-1].split())
+    loaded = set(told_by("-c", code).splitlines()[-1].split())
     heavy = {"matplotlib", "pyvista", "vtkmodules", "meshio"}
     assert not heavy & loaded
     assert not {name for name in loaded if name.startswith(NOT_FOR_ALL)}
@@ -343,5 +341,4 @@ def test_only_the_process_of_a_command_leaves_out_dask(process: bool) -> None:
         f"main({'' if process else 'sys.argv[1:]'}); import xarray; xarray.DataArray([1.0]); "
         "print(sys.modules.get('dask') is not None)"
     )
-    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert said.stdout.strip() == str(not process)
+    assert told_by("-c", code).strip() == str(not process)

@@ -210,6 +210,13 @@ MUTATIONS: tuple[Callable[..., bytes], ...] = (
 
 
 # ------------------------------------------------------------------------- bombs
+def declared(file, data) -> None:
+    """Say that values over northing and easting are elevations in metres."""
+    data.attrs["positive"], data.attrs["units"] = "up", "m"
+    for k, key in enumerate(("northing", "easting")):
+        data.dims[k].attach_scale(file[key])
+
+
 def hdf5_bomb(rng) -> bytes:
     """A small NetCDF that announces much: its shape, chunks, filters, texts, or other files."""
     import h5py
@@ -231,9 +238,7 @@ def hdf5_bomb(rng) -> bytes:
         }.get(kind, {})  # fmt: skip
         dtype = options.pop("dtype", "f8")
         data = file.create_dataset("elevation", shape=shape, dtype=dtype, **options)
-        data.attrs["positive"], data.attrs["units"] = "up", "m"
-        for k, key in enumerate(("northing", "easting")):
-            data.dims[k].attach_scale(file[key])
+        declared(file, data)
         if kind == 2:
             file["other"] = h5py.ExternalLink("/dev/zero", "/x")
         if kind == 3:
@@ -263,9 +268,7 @@ def packed_chunk_bomb(rng) -> bytes:
             file[key] = np.arange(float(length))
             file[key].make_scale(key)
         data = file.create_dataset("elevation", (2, 3), "f8", chunks=(2, 3), compression="gzip")
-        data.attrs["positive"], data.attrs["units"] = "up", "m"
-        for k, key in enumerate(("northing", "easting")):
-            data.dims[k].attach_scale(file[key])
+        declared(file, data)
         data.id.write_direct_chunk((0, 0), packed)
     return kept.getvalue()
 

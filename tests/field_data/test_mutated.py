@@ -84,9 +84,7 @@ def test_the_limit_can_be_raised(tmp_path, monkeypatch):
             file[key] = np.arange(3000.0)
             file[key].make_scale(key)
         data = file.create_dataset("elevation", (3000, 3000), "f4", chunks=(500, 500), fillvalue=1)
-        data.attrs["positive"], data.attrs["units"] = "up", "m"
-        for k, key in enumerate(("northing", "easting")):
-            data.dims[k].attach_scale(file[key])
+        mutations.declared(file, data)
     refused(FormatError, r"3000 x 3000 values needs 343 MB.*READ_MEMORY=1GB", mutations.read, path)
     monkeypatch.setenv("GEOSURF_READ_MEMORY", "1GB")
     assert mutations.read(path).shape == (3000, 3000)

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import copy
 import json
-import os
 import re
 import resource
 import shutil
-import subprocess
 import sys
 import threading
 from collections.abc import Callable
@@ -25,13 +23,14 @@ from geosurf.kernels.compile.gate import PlainRunner
 from geosurf.kernels.compile.jit import Entry
 from geosurf.kernels.compile.numba_runner import JitRunner
 from geosurf.kernels.compile.platforms import PLATFORMS, platform_name
+from tests import processes
 from tests.kernels import frozen
 from tests.kernels.tiny import basic
 from tests.messages import refused
+from tests.processes import told_by
 
 pytestmark = pytest.mark.long  # of the compile machinery: an edit of kernels, not of the model
 
-ROOT = Path(__file__).resolve().parents[2]
 TINY = "tests.kernels.tiny"
 STAMP = stamp_of(frozen.folder_of(TINY))
 LEVELS = ("x86-64", "x86-64-v3")
@@ -226,11 +225,8 @@ def test_what_is_written_has_to_be_fit_as_it_is(case, kernel):
 @pytest.mark.parametrize("number", [2**63, -(2**63) - 1])
 def test_numbers_that_do_not_fit_are_refused(number, kernel):
     refused(OverflowError, "64 bits", lambda: kernel("refuse")(number))
-
-
-def test_whole_numbers_are_not_cut(kernel):
     with pytest.raises(TypeError):
-        kernel("refuse")(2.5)
+        kernel("refuse")(2.5)  # nor is it cut
     assert kernel("refuse")(np.int8(2)) == 2
 
 
@@ -313,20 +309,8 @@ def test_without_numba_nothing_imports_it():
         "import sys, geosurf.rebuild, geosurf.carve, geosurf.intersect as room\n"
         "print(*{'numba', 'llvmlite', 'xarray', 'pandas', 'scipy'} & set(sys.modules))"
     )
-    said = subprocess.run(
-        [sys.executable, "-c", code],
-        env={**_environment(), "NUMBA_DISABLE_JIT": "1"},
-        capture_output=True,
-        text=True,
-        check=True,
-        cwd=ROOT,
-    )
-    assert said.stdout.split() == []
-
-
-def _environment(**more: str) -> dict[str, str]:
-    mine = ("GEOSURF_JIT", "GEOSURF_FROZEN", "NUMBA_DISABLE_JIT")
-    return {k: v for k, v in os.environ.items() if k not in mine} | more
+    chosen = ("GEOSURF_JIT", "GEOSURF_FROZEN")
+    assert told_by("-c", code, without=chosen, NUMBA_DISABLE_JIT="1").split() == []
 
 
 # ---- freezing ------------------------------------------------------------------------------
@@ -334,7 +318,7 @@ def _environment(**more: str) -> dict[str, str]:
 
 def test_the_library_names_no_folder_and_needs_no_python(library):
     held = (library / LIBRARY).read_bytes() + (library / MANIFEST).read_bytes()
-    for folder in (ROOT, Path(sys.prefix), Path(sys.base_prefix), Path.home()):
+    for folder in (processes.ROOT, Path(sys.prefix), Path(sys.base_prefix), Path.home()):
         if len(folder.parts) > 1:
             assert str(folder).encode() not in held
     assert not re.search(rb"site-packages|libpython|Py[A-Z][a-z]+_", held)

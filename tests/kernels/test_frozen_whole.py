@@ -6,8 +6,6 @@ Freezing takes minutes, so it is done once for some sources and kept beside the 
 from __future__ import annotations
 
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -16,8 +14,8 @@ import geosurf as gs
 from tests.kernels import frozen
 from tests.kernels.scenes import scenes
 from tests.kernels.test_uncompiled import short_form
+from tests.processes import told_by
 
-ROOT = Path(__file__).resolve().parents[2]
 KERNELS = "geosurf.kernels"
 HEAVY = {"numba", "llvmlite", "scipy", "pyvista", "vtk", "vtkmodules", "matplotlib", "meshio"}
 
@@ -38,18 +36,8 @@ def library() -> Path:
 
 def run(library: Path, *command: str | Path) -> str:
     """Run Python with a library; the environment decides nothing else."""
-    mine = ("GEOSURF_JIT", "NUMBA_DISABLE_JIT")
-    environment = {k: v for k, v in os.environ.items() if k not in mine}
-    done = subprocess.run(
-        [sys.executable, *map(str, command)],
-        env={**environment, "GEOSURF_FROZEN": str(library), "PYTHONWARNINGS": "error"},
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr[-2000:]
-    return done.stdout
+    chosen = {"GEOSURF_FROZEN": str(library), "PYTHONWARNINGS": "error"}
+    return told_by(*command, without=("GEOSURF_JIT", "NUMBA_DISABLE_JIT"), **chosen)
 
 
 @pytest.mark.parametrize("level", ["x86-64", "x86-64-v3"])

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import ast
-import os
-import subprocess
-import sys
 
 import numpy as np
 import pytest
 
 from geosurf.kernels.compile.gate import ROOT, file_of, kernel_files, module_of
 from geosurf.kernels.compile.helpers import Helper, entry_dispatcher
+from tests.processes import told_by
 
 numba = pytest.importorskip("numba")
 if numba.config.DISABLE_JIT:
@@ -157,10 +155,7 @@ for kernel in gc.get_objects():
 
 def names_in(folder):
     """Names of all functions in a kernel that a process of its own compiles."""
-    env = {**os.environ, "GEOSURF_CACHE_DIR": str(folder), "GEOSURF_JIT": "1"}
-    said = subprocess.run([sys.executable, "-c", SAID], env=env, check=True,
-                          capture_output=True, text=True).stdout  # fmt: skip
-    return set(said.split())
+    return set(told_by("-c", SAID, GEOSURF_CACHE_DIR=str(folder), GEOSURF_JIT="1").split())
 
 
 def test_two_processes_give_no_function_one_name(tmp_path):

@@ -12,8 +12,8 @@ from geosurf import Lattice, TriSurface
 from geosurf.arrangement.search import find_contacts
 from geosurf.kernels.contacts.triangle_contact import n_corners
 from tests.kernels.rows import point_dd_rows
-from tests.kernels.test_signs import SCALES, dot, minus, plane, position
-from tests.oracles import rational, rounded
+from tests.kernels.test_signs import SCALES, plane, position
+from tests.oracles import dot, minus, rational, rounded
 from tests.strategies import soup, soups
 
 

@@ -22,6 +22,7 @@ from geosurf.kernels.meshes.seams import (
     sort_by_floats,
     sort_seams,
 )
+from tests.oracles import cross, dot
 
 small = st.integers(-3, 3).map(float)
 PAIRED, FREE = -2, -1
@@ -34,6 +35,24 @@ def fan(d: np.ndarray, tips: np.ndarray, back: list[bool]) -> tuple[np.ndarray, 
     return x, np.array(rows)
 
 
+def by_doubles(x, t, back):
+    """Order and ways of triangles around the edge from 0 to 1 by doubles; None where in doubt."""
+    n, (axis, heading) = len(t), main_axis(x, 0, 1)
+    order, ways, rows = np.arange(n), np.where(back, -1, 1), np.arange(n)
+    px = x[t].reshape(-1, 3)
+    sure = sort_by_floats(px, rows, axis, heading, order, ways, n, np.empty(n))
+    return (order.tolist(), ways.tolist()) if sure else None
+
+
+def by_integers(x, t, back):
+    """The order by exact numbers; None where two are one."""
+    n, px = len(t), x[t].reshape(-1, 3)
+    order, ways, rows = np.arange(n), np.where(back, -1, 1), np.arange(n)
+    around, pt = np.empty((n, N_AROUND)), np.arange(3 * n).reshape(-1, 3)
+    done = sort_around(x, 0, 1, order, ways, around, n, rows, px, pt, *frame_of(px))
+    return order.tolist() if done else None
+
+
 def ring_of(n: int) -> np.ndarray:
     """All triangles of a fan share their first edge, and no other."""
     ring = np.arange(3 * n)
@@ -43,14 +62,6 @@ def ring_of(n: int) -> np.ndarray:
 
 def whole(values: np.ndarray) -> list[int]:
     return [int(value) for value in values]
-
-
-def cross(a: list[int], b: list[int]) -> list[int]:
-    return [a[k - 2] * b[k - 1] - a[k - 1] * b[k - 2] for k in range(3)]
-
-
-def dot(a: list[int], b: list[int]) -> int:
-    return sum(p * q for p, q in zip(a, b, strict=True))
 
 
 def slow_order(d: np.ndarray, tips: np.ndarray) -> list[int] | None:
@@ -92,20 +103,10 @@ def test_doubles_and_exact_numbers_sort_as_fractions_do(made, stretch):
     tips = tips + stretch * d * np.arange(len(tips))[:, None]
     expected = slow_order(d, tips)
     x, t = fan(d, tips, back)
-    n, px = len(t), x[t].reshape(-1, 3)
-    axis, heading = main_axis(x, 0, 1)
-    start = [-1 if way else 1 for way in back]
-    order, ways = np.arange(n), np.array(start)
-    if sort_by_floats(px, np.arange(n), axis, heading, order, ways, n, np.empty(n)):
-        assert order.tolist() == expected
-        assert ways.tolist() == [start[i] for i in order]
-    order, ways = np.arange(n), np.array(start)
-    m, w = frame_of(px)
-    pt = np.arange(3 * n).reshape(-1, 3)
-    told = sort_around(x, 0, 1, order, ways, np.empty((n, N_AROUND)), n, np.arange(n), px, pt, m, w)
-    if expected is not None:
-        assert told
-        assert order.tolist() == expected
+    told = by_doubles(x, t, back)
+    if told is not None:
+        assert told == (expected, [-1 if back[i] else 1 for i in expected])
+    assert expected is None or by_integers(x, t, back) == expected
 
 
 @pytest.mark.parametrize("spread", [1, 2**30])
@@ -121,18 +122,12 @@ def test_half_planes_around_the_first_are_in_order_or_not_told(rng, spread):
         expected = slow_order(d, tips)
         if expected is None:
             continue
-        x, t = fan(d, tips, rng.integers(0, 2, 3).astype(bool).tolist())
-        px, start = x[t].reshape(-1, 3), np.where(t[:, 0] == 1, -1, 1)
-        order, ways = np.arange(3), start.copy()
-        axis, heading = main_axis(x, 0, 1)
-        if sort_by_floats(px, np.arange(3), axis, heading, order, ways, 3, np.empty(3)):
-            told += 1
-            assert order.tolist() == expected
-        order, ways, pt = np.arange(3), start.copy(), np.arange(9).reshape(-1, 3)
-        m, w = frame_of(px)
-        around = np.empty((3, N_AROUND))
-        assert sort_around(x, 0, 1, order, ways, around, 3, np.arange(3), px, pt, m, w)
-        assert order.tolist() == expected
+        back = rng.integers(0, 2, 3).astype(bool).tolist()
+        x, t = fan(d, tips, back)
+        by_floats = by_doubles(x, t, back)
+        told += by_floats is not None
+        assert by_floats is None or by_floats[0] == expected
+        assert by_integers(x, t, back) == expected
     assert told < 10 if spread == 1 else told > 90
 
 
@@ -142,17 +137,9 @@ def test_half_planes_that_are_one_have_no_order(rng):
         d = np.array([3.0, -5.0, 7.0])
         tips[pair[1]] = 2 * tips[pair[0]] + d
         assert slow_order(d, tips) is None
-        x, t = fan(d, tips, [True, False, True, False])
-        px, pt = x[t].reshape(-1, 3), np.arange(12).reshape(-1, 3)
-        order, ways = np.arange(4), np.array([-1, 1, -1, 1])
-        axis, heading = main_axis(x, 0, 1)
-        assert not sort_by_floats(px, np.arange(4), axis, heading, order, ways, 4, np.empty(4)), (
-            pair
-        )
-        order, ways = np.arange(4), np.array([-1, 1, -1, 1])
-        m, w = frame_of(px)
-        around = np.empty((4, N_AROUND))
-        assert not sort_around(x, 0, 1, order, ways, around, 4, np.arange(4), px, pt, m, w), pair
+        back = [True, False, True, False]
+        x, t = fan(d, tips, back)
+        assert by_doubles(x, t, back) is by_integers(x, t, back) is None, pair
 
 
 def test_half_planes_too_near_for_doubles_ask_for_exact_numbers():

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import json
 import struct
-import subprocess
-import sys
-from pathlib import Path
 
 import pytest
 
 from geosurf.kernels.compile.freeze import _forget_time
 from geosurf.kernels.compile.platforms import PLATFORMS
+from tests.processes import told_by
 
 pytestmark = pytest.mark.long  # of the compile machinery: an edit of kernels, not of the model
 
-ROOT = Path(__file__).resolve().parents[2]
 # a * b + c, which a processor with fused multiply-add could round once instead of twice
 _MODULE = """
 define i32 @"geosurf_kernel.room.sum"(double* %r, i8** %e, double %a, double %b, double %c) {
@@ -47,15 +44,8 @@ _STARTS = {
 def objects() -> dict[tuple[str, str], bytes]:
     """One object for each platform and level, in a process of its own: numba's machine changes."""
     pytest.importorskip("llvmlite")
-    done = subprocess.run(
-        [sys.executable, "-c", _CODE],
-        input=_MODULE,
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    return {(name, level): bytes.fromhex(held) for name, level, held in json.loads(done.stdout)}
+    held = json.loads(told_by("-c", _CODE, said=_MODULE))
+    return {(name, level): bytes.fromhex(code) for name, level, code in held}
 
 
 def test_each_platform_gets_its_format_and_a_symbol_for_each_level(objects):

@@ -14,7 +14,7 @@ from geosurf.kernels.cutting.face_signs import AXIS, N_STATE, FacePoints, add_lo
 from geosurf.kernels.exact.exact_signs import EXACT_ORIENT2D, LIMBS, Frame
 from geosurf.kernels.exact.predicates import frame_of
 from tests.kernels.rows import point_dd_rows, sign_rows
-from tests.oracles import determinant, rational, rounded, sign
+from tests.oracles import cross, determinant, dot, minus, normal_of, rational, rounded, sign
 
 SCALES = {
     "lattice": lambda x: x,
@@ -24,23 +24,10 @@ SCALES = {
 }
 
 
-def cross(p, q):
-    return [p[(i + 1) % 3] * q[(i + 2) % 3] - p[(i + 2) % 3] * q[(i + 1) % 3] for i in range(3)]
-
-
-def minus(p, q):
-    return [u - v for u, v in zip(p, q, strict=True)]
-
-
-def dot(p, q):
-    return sum(u * v for u, v in zip(p, q, strict=True))
-
-
 def plane(x, t, e, p):
     """A point of a plane, and its normal."""
     if p < len(t):
-        a, b, c = (x[v] for v in t[p])
-        return a, cross(minus(b, a), minus(c, a))
+        return x[t[p][0]], normal_of([x[v] for v in t[p]])
     one, two, axis = e[p - len(t)]
     return x[one], cross(minus(x[two], x[one]), [Fraction(int(i == axis)) for i in range(3)])
 

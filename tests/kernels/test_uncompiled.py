@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import hashlib
-import os
-import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 
 from geosurf import TriSurface, build_walls, carve_units, intersect_surfaces, rebuild_surfaces
 from tests.kernels.families import FAMILIES, PREDICATES, kernel_signs, true_signs, tuples
+from tests.processes import told_by
 from tests.strategies import grid, sheet
 
 
@@ -44,18 +42,8 @@ def short_form() -> str:
 
 def test_plain_python_gives_the_same_bytes():
     assert isinstance(TriSurface, type)
-    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONWARNINGS": "error"}
-    done = subprocess.run(
-        [sys.executable, "-m", "tests.kernels.test_uncompiled"],
-        cwd=Path(__file__).resolve().parents[2],
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=200,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr[-2000:]
-    assert done.stdout.split() == ["True", short_form()]
+    plain = {"NUMBA_DISABLE_JIT": "1", "PYTHONWARNINGS": "error"}
+    assert told_by("-m", "tests.kernels.test_uncompiled", **plain).split() == ["True", short_form()]
 
 
 if __name__ == "__main__":

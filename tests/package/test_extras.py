@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 import tomllib
 from pathlib import Path
 
 import pytest
 
 from geosurf.conventions.machine import EXTRAS, REQUIRED
+from tests.processes import run_python
 
 ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -110,12 +109,7 @@ print("done")
 
 
 def test_a_core_without_what_draws(tmp_path: Path) -> None:
-    done = subprocess.run(
-        [sys.executable, "-c", WITHOUT + CORE, str(tmp_path)],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = run_python("-c", WITHOUT + CORE, tmp_path)
     assert done.returncode == 0, done.stderr
     assert done.stdout.endswith("done\n")
     assert "absent   render    not installed: matplotlib, pyvista, vtk. To add: " in done.stdout

@@ -6,14 +6,13 @@ import importlib
 import os
 import pkgutil
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 import geosurf
 from geosurf import errors
+from tests.processes import told_by
 
 NAMES = [name for name in geosurf.__all__ if name != "__version__"]
 ROOMS = [name for name in NAMES if name in ("synthetic", "ensemble", "errors", "conventions")]
@@ -67,8 +66,7 @@ for room in sorted(set(homes.values())):
 def test_names_work_before_and_after_their_room_is_loaded() -> None:
     """A folder must not shadow the function of the same name, whoever comes first."""
     code = LOADED_FIRST.format(homes={name: getattr(geosurf, name).__module__ for name in THINGS})
-    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert said.returncode == 0, said.stderr
+    told_by("-c", code)
 
 
 # ---- docs/errors.md and the classes tell the same story --------------------------------

@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import json
 import struct
-import sys
 import warnings
 
 import numpy as np
@@ -16,6 +15,7 @@ from geosurf.errors import FormatError, InputError
 from geosurf.read.model3d import read_model3d
 from geosurf.read.registry import SIGNATURES
 from tests.messages import refused
+from tests.processes import told_by
 
 OBJ = "v 0 0 0\nv 9 0 0\nv 9 9 9\nv 0 9 9\nf 1 2 3 4\n"
 
@@ -66,17 +66,12 @@ def test_volumes_are_refused(tmp_path):
 
 
 def test_meshio_is_imported_only_when_needed(tmp_path):
-    import subprocess
-
     (path,) = gs.write(ramp(), tmp_path / "F1.vtp")
     code = (
         "import sys, geosurf as gs; gs.read_fault(sys.argv[1]); gs.write;"
         "print([m for m in ('meshio', 'xarray', 'pyvista', 'vtk', 'scipy') if m in sys.modules])"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code, str(path)], capture_output=True, text=True, check=True
-    )
-    assert done.stdout.strip() == "[]"
+    assert told_by("-c", code, path).strip() == "[]"
 
 
 @pytest.mark.parametrize("mode", ["Ascii", "Binary", "Appended"])

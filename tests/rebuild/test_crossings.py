@@ -110,7 +110,7 @@ def test_distinct_points_that_round_to_one_place_are_one_vertex():
 
 # ---- No crossing that rounding makes is missed by the shortlist, and none is left after the r
 @pytest.mark.parametrize("family", list(FAMILIES))
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(20))
 def test_nothing_is_missed_and_nothing_is_left(family, seed):
     assert not {"missed", "left", "refused"} & set(check(family, seed))
 

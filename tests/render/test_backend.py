@@ -1,7 +1,6 @@
 """Drawing without a screen: silence where it works, a sentence where it cannot."""
 
 import os
-import subprocess
 import sys
 
 import pytest
@@ -10,6 +9,7 @@ from geosurf.cli import info_commands
 from geosurf.errors import DependencyError
 from geosurf.render import backend
 from geosurf.render.backend import CHOICE, EGL, OSMESA, Backend, Finding
+from tests.processes import run_python
 
 DRAW = """
 from geosurf.model import TriSurface
@@ -21,15 +21,7 @@ render_place([ramp], (300, 300, 166), {path!r}, size=(400, 250))
 
 def run(code, **environment):
     """Run Python apart, without a display unless one is given."""
-    clean = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", CHOICE)}
-    return subprocess.run(
-        [sys.executable, "-c", code],
-        capture_output=True,
-        text=True,
-        timeout=120,
-        env={**clean, **environment},
-        check=False,
-    )
+    return run_python("-c", code, without=("DISPLAY", CHOICE), **environment)
 
 
 @pytest.fixture
