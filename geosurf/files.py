@@ -36,13 +36,8 @@ SEAL = b"geosurf keeps 1\n"
 # Group and others must not be able to write what is read back.
 _OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 # O_NOFOLLOW: a link could lead to a file of another user.
-_READ = (
-    os.O_RDONLY
-    | getattr(os, "O_NOFOLLOW", 0)
-    | getattr(os, "O_NONBLOCK", 0)  # a pipe without a writer must not hang
-    | getattr(os, "O_CLOEXEC", 0)
-    | getattr(os, "O_BINARY", 0)
-)
+_SAFE = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
+_READ = os.O_RDONLY | _SAFE | getattr(os, "O_NONBLOCK", 0)  # a pipe without a writer must not hang
 
 
 def sealed(name: str, payload: bytes) -> bytes:
@@ -104,14 +99,7 @@ def why_not_ours(found: os.stat_result) -> str:
 PREFIX, SUFFIX = ".geosurf-", ".part"
 N_RANDOM = 16  # hexadecimal digits of a random name
 ABANDONED = 24 * 3600.0  # [s]; a single file is written in less
-_NEW = (
-    os.O_WRONLY
-    | os.O_CREAT
-    | os.O_EXCL
-    | getattr(os, "O_NOFOLLOW", 0)
-    | getattr(os, "O_CLOEXEC", 0)
-    | getattr(os, "O_BINARY", 0)
-)
+_NEW = os.O_WRONLY | os.O_CREAT | os.O_EXCL | _SAFE
 
 
 def write_whole(path: str | os.PathLike[str], data: bytes, mode: int = 0o666) -> None:
@@ -293,9 +281,7 @@ if sys.platform == "win32":  # pragma: no cover - another system
 else:
     import fcntl
 
-_FLAGS = (
-    os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
-)  # no link is followed
+_FLAGS = os.O_RDWR | os.O_CREAT | _SAFE
 _HELD = (BlockingIOError, PermissionError)
 
 

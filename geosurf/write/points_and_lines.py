@@ -34,7 +34,7 @@ from geosurf.write.written import Loss, declared_crs
 END_OF_LINE = 999.0
 DIRECTION = Loss(
     "direction",
-    "z is elevation in metres, which .pol does not store: read the file with positive='up'.",
+    "z is elevation in metres, which the format does not store: read the file with positive='up'.",
 )
 NAMES = Loss("name", "The format does not store names of lines and surfaces; .csv and .geojson do.")
 OLD_STANDARD = Loss(
@@ -80,7 +80,7 @@ def csv_of_lines(lines: Any, name: str | None) -> tuple[bytes, list[Loss]]:
         labels = [values[row] for values in found.words.values()]
         rows += [[*point, row + 1, *labels] for point in part.tolist()]
     data, lost = csv_of_rows(header, rows)
-    return data, [Loss("direction", "Z is elevation in metres, positive up."), *lost]
+    return data, [DIRECTION, *lost]
 
 
 def geojson_of_lines(lines: Any, name: str | None, crs: str | None) -> tuple[bytes, list[Loss]]:
@@ -209,10 +209,6 @@ def _plain(value: Any) -> Any:
 
 
 AXES = ("easting", "northing", "elevation")
-NO_DIRECTION = Loss(
-    "direction",
-    "z is elevation in metres, which the format does not store: read the file with positive='up'.",
-)
 
 
 def xyz_of_points(points: xarray.Dataset, name: str | None) -> tuple[bytes | bytearray, list[Loss]]:
@@ -222,20 +218,19 @@ def xyz_of_points(points: xarray.Dataset, name: str | None) -> tuple[bytes | byt
         raise OutputError(
             "a point is (999, 999, 999), which ends the points in files of x y z. Write .csv."
         )
-    return rows_text([x, b" ", y, b" ", z, b"\n"]), [*_others_lost(points), NO_DIRECTION]
+    return rows_text([x, b" ", y, b" ", z, b"\n"]), [*_others_lost(points), DIRECTION]
 
 
 def csv_of_points(points: xarray.Dataset, name: str | None) -> tuple[bytes | bytearray, list[Loss]]:
     """Return a table with the columns X, Y, Z and those of all other variables."""
     place = columns_of(points)
     others = _others(points)
-    head = Loss("direction", "Z is elevation in metres: read the file with positive='up'.")
     if not others:
         x, y, z = place.T
-        return rows_text([x, b",", y, b",", z, b"\n"], head=b"X,Y,Z\n"), [head]
+        return rows_text([x, b",", y, b",", z, b"\n"], head=b"X,Y,Z\n"), [DIRECTION]
     rows = zip(*place.T.tolist(), *(points[key].values.tolist() for key in others), strict=True)
     data, lost = csv_of_rows(["X", "Y", "Z", *others], (list(row) for row in rows))
-    return data, [head, *lost]
+    return data, [DIRECTION, *lost]
 
 
 def vset_of_points(

@@ -331,13 +331,8 @@ def xyz_of_horizon(horizon: xr.DataArray, name: str) -> tuple[bytes | bytearray,
     refuse_odd_nodes(horizon, name)
 
     # one easting and northing for each node, in the order of the values
-    like = horizon.values.shape
-    easting, northing = (
-        np.broadcast_to(horizon[key].transpose(*_order(horizon, key)).values, like)
-        if horizon[key].ndim == 2
-        else _spread(horizon, key)
-        for key in ("easting", "northing")
-    )
+    places = (horizon[key].broadcast_like(horizon) for key in ("easting", "northing"))
+    easting, northing = (place.transpose(*horizon.dims).values for place in places)
     values = np.asarray(horizon.values, dtype=np.float64)
     known = ~np.isnan(values)
     if not known.any():
@@ -362,17 +357,6 @@ def _upright(horizon: xr.DataArray, name: str, title: str, at_least: int) -> Upr
             f"{at_least} of each, since it stores no steps. Write .irapasc or .nc."
         )
     return grid
-
-
-def _order(horizon: xr.DataArray, key: str) -> tuple[str, ...]:
-    return tuple(str(dim) for dim in horizon.dims if dim in horizon[key].dims)
-
-
-def _spread(horizon: xr.DataArray, key: str) -> np.ndarray:
-    """A coordinate along one axis, for every node."""
-    axis = horizon.dims.index(horizon[key].dims[0])
-    line = np.asarray(horizon[key].values)
-    return np.broadcast_to(line[:, None] if axis == 0 else line[None], horizon.shape)
 
 
 def _crs_line(horizon: xr.DataArray, mark: str) -> str:

@@ -34,7 +34,7 @@ from geosurf.read import (
 from geosurf.read._common import collected, is_number, read_text
 from geosurf.read.netcdf import holds_fault
 from geosurf.read.polylines import NAMED_LINES, fault_names
-from geosurf.read.registry import detect
+from geosurf.read.registry import END_MARK, detect
 from geosurf.read.resqml.representations import LINES, MESH, POINTS
 from geosurf.read.resqml.surfaces import surfaces_of
 from geosurf.scenario.new.judge import OUT, Found, mean_dip, name_from, plane_dip, thinned
@@ -292,8 +292,7 @@ def _is_labelled(header: str) -> bool:
 
 def _has_ends(text: str) -> bool:
     """Whether lines end at 999 999 999, more than once."""
-    ends = re.findall(r"^\s*999(?:\.0*)?[\s,;]+999(?:\.0*)?[\s,;]+999(?:\.0*)?\s*$", text, re.M)
-    return len(ends) > 1
+    return len(END_MARK.findall(text.encode())) > 1
 
 
 def lines_of_table(path: Path, header: str) -> Found:
