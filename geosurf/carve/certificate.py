@@ -43,6 +43,7 @@ from geosurf.carve.certificate_lines import (
 from geosurf.carve.measures import exact_volume
 from geosurf.conventions import place
 from geosurf.errors import InputError
+from geosurf.kernels.lattices.sets import first_rows
 from geosurf.kernels.meshes.shells import copies_of_parents, count_open_edges, sums_of_triangles
 from geosurf.model import Certificate, Check, Lattice, Patches, TriSurface, Units
 from geosurf.model.pieces import Pieces, Strips
@@ -334,8 +335,7 @@ def _shared_vertices(patches: Patches, units: Units, x: np.ndarray, number: np.n
     n_local = len(patches.local)
 
     # lowest row of each number: that of a vertex of the patches, if one is there
-    first = np.empty(int(number.max(initial=-1)) + 1, dtype=np.int64)
-    first[number[::-1]] = np.arange(len(x))[::-1]
+    first = first_rows(number, int(number.max(initial=-1)) + 1)
 
     # compared as integers: 0.0 and -0.0 are equal numbers, but not the same bytes
     same = x.view(np.int64)[n_local:] == x.view(np.int64)[first[number[n_local:]]]

@@ -14,7 +14,7 @@ import numpy as np
 
 from geosurf.carve.outside import box_of, rise_of
 from geosurf.conventions import place
-from geosurf.kernels.lattices.sets import distinct
+from geosurf.kernels.lattices.sets import distinct, first_rows, ranges
 from geosurf.kernels.meshes.mesh import weld
 from geosurf.kernels.meshes.shells import number_triangles
 from geosurf.kernels.search.tree import faces_in_box, triangle_boxes
@@ -96,9 +96,7 @@ def rows_on(
 ) -> np.ndarray:
     """Row with the wanted key and surface among rows with `key` and `surface`; -1 if none has."""
     # nearly all keys have one row
-    row = np.full(n_key, -1)
-    row[key[::-1]] = np.arange(len(key))[::-1]
-    found = row[key_of]
+    found = first_rows(key, n_key)[key_of]
     found[(found >= 0) & (surface[found] != wanted)] = -1
 
     # where surfaces coincide, keys have several: look these up by key and surface
@@ -250,7 +248,7 @@ class Elements:
         if self.near is None:
             listed = np.flatnonzero(wanted[self.element])
             of = self.element[listed]
-            return self.local, self.triangles[listed], of, _first_of(of, len(wanted))[starts]
+            return self.local, self.triangles[listed], of, first_rows(of, len(wanted))[starts]
 
         # one triangle of each start, from which its ray runs along the axis on which it is widest
         is_start = np.zeros(len(wanted), dtype=bool)
@@ -259,7 +257,7 @@ class Elements:
         runs = self.near(starts, np.zeros((0, 6)), wanted)
         origin = np.concatenate([self.local[self.triangles[listed]], runs[0]])
         of = np.concatenate([self.element[listed], runs[1]])
-        some = origin[_first_of(of, len(wanted))[starts]]
+        some = origin[first_rows(of, len(wanted))[starts]]
         low, high = some.min(axis=1) - _SLIP, some.max(axis=1) + _SLIP
 
         boxes = np.concatenate([low, high], axis=1)
@@ -276,7 +274,7 @@ class Elements:
         runs = self.near(starts, boxes, wanted)
         x = np.concatenate([self.local[self.triangles[listed]], runs[0]]).reshape(-1, 3)
         of = np.concatenate([self.element[listed], runs[1]])
-        first = _first_of(of, len(wanted))[starts]
+        first = first_rows(of, len(wanted))[starts]
         return x, np.arange(len(x)).reshape(-1, 3), of, first
 
     @cached_property
@@ -286,17 +284,9 @@ class Elements:
         return boxes
 
 
-def _first_of(of: np.ndarray, n: int) -> np.ndarray:
-    """The first row of each of n elements among some rows; -1 where there is none."""
-    first = np.full(n, -1)
-    first[of[::-1]] = np.arange(len(of))[::-1]
-    return first
-
-
 def keys_of_runs(a: np.ndarray, runs: np.ndarray) -> np.ndarray:
     """Keys of all triangles of some runs."""
-    n = runs[:, 2] - runs[:, 1] + 1
-    place = np.arange(n.sum()) - np.repeat(np.cumsum(n) - n - runs[:, 1], n)
+    of, place = ranges(runs[:, 1], runs[:, 2] - runs[:, 1] + 1)
     rising, n_col = a[11] == 1, a[10]
     half = 1 - place % 2 if rising else place % 2
-    return 2 * (np.repeat(runs[:, 0], n) * (n_col - 1) + place // 2) + half
+    return 2 * (runs[of, 0] * (n_col - 1) + place // 2) + half

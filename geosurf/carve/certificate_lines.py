@@ -17,6 +17,7 @@ from geosurf.carve.measures import doubtful_volume
 from geosurf.carve.outside import box_of
 from geosurf.conventions import place, volume_text
 from geosurf.kernels.exact.predicates import frame_of
+from geosurf.kernels.lattices.sets import first_rows
 from geosurf.kernels.meshes.mesh import inverted_triangles
 from geosurf.kernels.meshes.shells import distances_from_parents
 from geosurf.model import Check, Patches, Units
@@ -145,11 +146,7 @@ def _homes(
 
 def _codes(found: Matched) -> np.ndarray:
     """One number for each triangle of a shell and the side of it that the unit is on."""
-    first = np.full(found.n_key, -1)
-    n = len(found.of_patches)
-    first[found.of_patches[::-1]] = np.arange(n)[::-1]
-    codes: np.ndarray = 2 * first[found.key] + found.turn
-    return codes
+    return 2 * first_rows(found.of_patches, found.n_key)[found.key] + found.turn
 
 
 def _differ(found: Matched, before: Matched, home: np.ndarray) -> list[int]:

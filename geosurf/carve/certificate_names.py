@@ -18,7 +18,7 @@ from geosurf.carve.fluids import parse_sides
 from geosurf.carve.outside import NO_HIT, Rays
 from geosurf.carve.shells import unit_name
 from geosurf.carve.zones import WHOLE
-from geosurf.kernels.lattices.sets import distinct, is_among
+from geosurf.kernels.lattices.sets import distinct, first_rows, is_among, ranges
 from geosurf.kernels.meshes.mesh import edge_keys, join_pairs, number_keys
 from geosurf.model import Check, Patches, Unit, Units
 from geosurf.model.column import names_of_zones, separators
@@ -66,12 +66,11 @@ class Around:
         rows = np.flatnonzero(times[found.of_patches] > 1)
         rows = rows[np.argsort(found.of_patches[rows], kind="stable")]
         start = np.searchsorted(found.of_patches[rows], found.key[several])
-        count = times[found.key[several]]
-        nth = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+        of, at = ranges(start, times[found.key[several]])
 
         # one row for each pair of shell triangle and surface; behind if both turn alike
-        row = np.concatenate([found.row[once], rows[np.repeat(start, count) + nth]])
-        shell = np.concatenate([once, np.repeat(several, count)])
+        row = np.concatenate([found.row[once], rows[at]])
+        shell = np.concatenate([once, several[of]])
         behind = found.turn[shell] == found.turn_of_patches[row]
         return shell, self.patches.surface_of_triangle[row], behind
 
@@ -280,9 +279,7 @@ class Around:
     @cached_property
     def _shell_rows(self) -> np.ndarray:
         """Triangles of the patches that belong to shells, one per set of corners."""
-        first = np.full(self.found.n_key, -1)
-        n = len(self.found.of_patches)
-        first[self.found.of_patches[::-1]] = np.arange(n)[::-1]
+        first = first_rows(self.found.of_patches, self.found.n_key)
         first[self._bare] = -1
         return first[first >= 0]
 

@@ -24,7 +24,8 @@ from geosurf.carve.cells import OUTSIDE, Cells, find_cells
 from geosurf.carve.zones import ABOVE, BELOW, UNKNOWN, own_sides, owned_by, signatures
 from geosurf.conventions import check_word, length_text, place
 from geosurf.errors import InputError, OpenUnitError
-from geosurf.kernels.meshes.mesh import edge_keys
+from geosurf.kernels.lattices.sets import pairs_of_equal
+from geosurf.kernels.meshes.mesh import edge_keys, join_pairs
 from geosurf.model import Patches, check_column
 from geosurf.model.column import BASE as LAPPED
 from geosurf.model.column import CONFORMABLE, ERODES, EROSIONAL, IS_LAPPED
@@ -178,9 +179,6 @@ def outside_of_model(
     -------
     ndarray of bool, shape (n,)
     """
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     outer = np.flatnonzero(~found.inside)
     if len(outer) == 0:
         return np.zeros(len(found.rows), dtype=bool)
@@ -190,16 +188,13 @@ def outside_of_model(
     ends = np.flatnonzero(patches.surface_of_triangle == patches.names.index(horizon))
     ends = ends[np.isin(patches.triangles[ends], patches.triangles[found.rows]).any(axis=1)]
     on_horizon = np.isin(keys, edge_keys(patches.triangles[ends], len(patches.local)))
-    order = np.argsort(keys.ravel(), kind="stable")
-    order = order[~on_horizon.ravel()[order]]
-    same = keys.ravel()[order][1:] == keys.ravel()[order][:-1]
-    a, b = order[:-1][same] // 3, order[1:][same] // 3
+    one, two = pairs_of_equal(keys.ravel(), np.flatnonzero(~on_horizon))
+    a, b = one // 3, two // 3
 
     # pieces outside; each takes what the triangles inside say that it hangs on
     n = len(found.rows)
     both = ~found.inside[a] & ~found.inside[b]
-    links = coo_array((np.ones(both.sum()), (a[both], b[both])), shape=(n, n))
-    _, piece = connected_components(links, directed=False)
+    piece = join_pairs(np.stack([a[both], b[both]], axis=1), n)
     kept, gone = np.zeros((2, n), dtype=bool)
     for inner, onward in ((a, b), (b, a)):
         across = found.inside[inner] & ~found.inside[onward]

@@ -30,6 +30,7 @@ from geosurf.conventions.axes import (
 from geosurf.conventions.checks import (
     CONVERSION_ERRORS,
     FRAME_STEP,
+    checked_points,
     first_given,
     frame_origin,
     is_number,
@@ -63,6 +64,7 @@ __all__ = [
     "area_text",
     "area_texts",
     "check_word",
+    "checked_points",
     "counted",
     "did_you_mean",
     "elevation_sign",

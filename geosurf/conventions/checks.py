@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from numbers import Real
 from typing import Any
 
 import numpy as np
+
+from geosurf.errors import InputError
 
 # ---- frame ----------------------------------------
 # The local frame: one origin per model, subtracted from world coordinates without rounding.
@@ -204,6 +206,57 @@ def real_numbers(values: Any) -> np.ndarray:
     except CONVERSION_ERRORS as error:
         raise ValueError(f"{type(error).__name__}: {error}") from error
     return found
+
+
+def checked_points(
+    values: Any,
+    what: str,
+    how: str,
+    *,
+    widths: Sequence[int] = (3,),
+    least: int = 0,
+    error: type[Exception] = InputError,
+) -> np.ndarray:
+    """
+    Return points as float64 (n, width), finite; or an error with what is wrong, and where.
+
+    Parameters
+    ----------
+    values : array_like
+    what : str
+        What messages call it, such as ``"stick 3"``.
+    how : str
+        A sentence on what to give instead.
+    widths : sequence of int
+        How many columns there may be.
+    least : int
+        Fewer points are refused.
+    error : type
+
+    Examples
+    --------
+    >>> checked_points([[1, 2]], "stick 3", "Give easting, northing, elevation.")
+    Traceback (most recent call last):
+    geosurf.errors.InputError: stick 3 has shape (1, 2), expected (n, 3). Give easting, northing, \
+elevation.
+    """
+    try:
+        points = real_numbers(values)
+    except (TypeError, ValueError) as reason:
+        raise error(f"{what} is not a numeric array ({reason}). {how}") from reason
+    if points.ndim != 2 or points.shape[1] not in widths or len(points) < least:
+        allowed = " or ".join(f"(n, {width})" for width in widths)
+        allowed += f" with {least} points or more" if least else ""
+        raise error(f"{what} has shape {points.shape}, expected {allowed}. {how}")
+    if not np.isfinite(points).all():  # at once: row by row takes ten times as long
+        bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
+        raise error(
+            f"{what} has values that are not finite: {len(bad)} of {len(points)} points, the first "
+            f"is point {bad[0]}, {points[bad[0]].tolist()}. Leave out points that are undefined."
+        )
+
+    # + 0.0 turns -0.0 into 0.0, so that equal coordinates have equal bytes
+    return points + 0.0
 
 
 # ---- no data ----------------------------------------

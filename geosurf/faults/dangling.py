@@ -22,9 +22,11 @@ from geosurf.faults.rim import (
     rim_in_box,
     unit_rows,
 )
+from geosurf.kernels.lattices.sets import pairs_of_equal
 from geosurf.kernels.meshes import mesh
 from geosurf.kernels.meshes.mesh import edges, join_pairs
 from geosurf.model import Patches, TriSurface
+from geosurf.model.expected import outline_of
 from geosurf.model.network import SIDES, NetworkRow
 
 # ---- edges ----------------------------------------
@@ -58,11 +60,8 @@ def areas_of(patches: Patches, rows: np.ndarray) -> np.ndarray:
 
 def pieces_between(keys: np.ndarray, stops: np.ndarray) -> np.ndarray:
     """Number the pieces of triangles, whose edges (n, 3) are given, between some edges."""
-    free = np.flatnonzero(~np.isin(keys, stops).ravel())
-    order = free[np.argsort(keys.ravel()[free], kind="stable")]
-    same = keys.ravel()[order][1:] == keys.ravel()[order][:-1]
-    pairs = np.stack([order[:-1][same] // 3, order[1:][same] // 3], axis=1)
-    found: np.ndarray = join_pairs(pairs, len(keys))
+    one, two = pairs_of_equal(keys.ravel(), np.flatnonzero(~np.isin(keys, stops)))
+    found: np.ndarray = join_pairs(np.stack([one // 3, two // 3], axis=1), len(keys))
     return found
 
 
@@ -74,10 +73,9 @@ def crossed_by(patches: Patches, name: str) -> set[str]:
     piece = pieces_between(keys, edges_of(patches, others))
     found = set()
     for other in others:
-        at = np.flatnonzero(np.isin(keys, edges_of(patches, [other])).ravel())
-        order = at[np.argsort(keys.ravel()[at], kind="stable")]
-        same = keys.ravel()[order][1:] == keys.ravel()[order][:-1]
-        if (piece[order[:-1][same] // 3] != piece[order[1:][same] // 3]).any():
+        at = np.flatnonzero(np.isin(keys, edges_of(patches, [other])))
+        one, two = pairs_of_equal(keys.ravel(), at)
+        if (piece[one // 3] != piece[two // 3]).any():
             found.add(other)
     return found
 
@@ -170,10 +168,9 @@ class RimWalk:
         ring, _ = edges(t, n)
         half = np.flatnonzero(ring == np.arange(len(ring)))
         start, end = t[half // 3, half % 3], t[half // 3, (half + 1) % 3]
-        keys = np.minimum(start, end) * n + np.maximum(start, end)
 
         # steps that are no open end: on a part to drop, or on another fault
-        lost = gone.triangles[half // 3] | np.isin(keys, gone.edges)
+        lost = gone.triangles[half // 3] | np.isin(mesh.edge_keys(t, n)[half], gone.edges)
 
         # start -> (end, lost); a rim vertex has one way on, since rims that touch themselves are
         # refused
@@ -332,10 +329,8 @@ class Tip:
 def model_of(box: Sequence[float], outline: np.ndarray | None) -> Model:
     """Return the space of a model: its box, or an area between its bottom and top."""
     w, e, s, n, bottom, top = box
-    if outline is None:
-        outline = np.array([[w, s], [e, s], [e, n], [w, n]])
     margin = 0.01 * float(np.linalg.norm([e - w, n - s, top - bottom]))
-    return Model(outline, bottom, top, margin)
+    return Model(outline_of(box, outline), bottom, top, margin)
 
 
 def tips_of(

@@ -17,6 +17,7 @@ from geosurf.conventions import length_text, place
 from geosurf.errors import GeosurfWarning
 from geosurf.kernels.meshes.mesh import edges
 from geosurf.model import TriSurface
+from geosurf.model.expected import outline_of
 
 _BLOCK = 32
 
@@ -236,10 +237,8 @@ def warning_of_rim(
 (E 990, N 500, elevation -800 m). Units go around it there and are not divided. Continue it, as in \
 gs.extend_fault(fault, box, sides='strike').surface, or take box=(11, 989, 0, 1000, -800, -100).
     """
-    west, east, south, north, low, high = box
-    corners = np.array([(west, south), (east, south), (east, north), (west, north)], dtype=float)
-    ring = corners if aoi is None else np.asarray(aoi, dtype=np.float64)
-    x = surface.vertices
+    low, high = box[4:]
+    ring, x = outline_of(box, aoi), surface.vertices
     rim = open_edges(surface.triangles, len(x))
     if not len(rim):
         return None
@@ -394,9 +393,7 @@ to the model, enlarge the box to it, box=(0, 5750, 0, 900, -90, 0), if all horiz
         place = points[np.argmin((off**2).sum(axis=1))]
     else:
         # the bounds overlap, but the fault does not meet the outline in the map
-        w, e, s, n = box[:4]
-        ring = np.array([(w, s), (e, s), (e, n), (w, n)], dtype=float) if aoi is None else aoi
-        distance, place = _beside(points, ring)
+        distance, place = _beside(points, outline_of(box, aoi))
         effect = f"about {_metres(distance)} away from the {where}"
         if aoi is None:  # above or below a part of it, as a dipping fault may
             effect = f"close to the {where}, but not in it,"

@@ -17,6 +17,7 @@ import numpy as np
 from geosurf.conventions import place
 from geosurf.errors import SurfaceError
 from geosurf.kernels.exact.predicates import flat_triangles, frame_of
+from geosurf.kernels.lattices.sets import first_rows
 from geosurf.kernels.meshes.mesh import edges, pieces, weld
 from geosurf.model import TriSurface
 from geosurf.model.surfaces import Content
@@ -163,9 +164,7 @@ def find_rims(surface: TriSurface, axes: Axes | None = None) -> list[Rim]:
 
     # vertices at one place count as one: the lowest number stands for all of them
     number, count = weld(x)
-    first = np.full(count, -1, dtype=np.int64)
-    first[number[::-1]] = np.arange(len(x))[::-1]
-    t = first[number][surface.triangles]
+    t = first_rows(number, count)[number][surface.triangles]
     _refuse_flat(t, x, name)
     _refuse_clash(t, x, name)
 

@@ -19,6 +19,7 @@ from geosurf.faults.dangling import Model, Tip, crossed_by, met_by, tips_of
 from geosurf.faults.extend import strip
 from geosurf.faults.rim import Rim
 from geosurf.kernels.exact.predicates import flat_triangles, frame_of
+from geosurf.kernels.lattices.sets import first_rows
 from geosurf.kernels.meshes.mesh import weld
 from geosurf.model import Patches, TriSurface
 from geosurf.model.column import BOUNDARY, EITHER, ENDS, NEAREST, VirtualWall, virtual_name
@@ -722,7 +723,6 @@ class WallMesh:
         """Pairs of triangles that cross, and the corners of all: of the wall, then of the fault."""
         # vertices at one place are one: tip lines of other faults may touch
         number, count = weld(self.x)
-        first = np.full(count, -1, dtype=np.int64)
-        first[number[::-1]] = np.arange(len(self.x))[::-1]
-        mine, fault = first[number][t], first[number][self.surface.triangles]
+        first = first_rows(number, count)[number]
+        mine, fault = first[t], first[self.surface.triangles]
         return crossing_pairs(self.x, mine, fault), np.concatenate([mine, fault])

@@ -22,6 +22,7 @@ from geosurf.grid.build import (
 )
 from geosurf.grid.follow import FEW, balanced
 from geosurf.grid.pillars import Pillars, layers_of, vertical_pillars
+from geosurf.kernels.lattices.sets import ranges
 from geosurf.measure.faces import MINUS, PLUS
 from geosurf.measure.seal import vshale_of, walls_of
 from geosurf.measure.walls import Slipped, Walls
@@ -356,9 +357,7 @@ class Parts(NamedTuple):
 def _faces(grid: CornerPointGrid) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Fault, axis and cell of all faces on faults, one by one, in this order."""
     faces, (_, ny, nx) = grid.faces, grid.shape
-    count = np.diff(faces.layers, axis=1).ravel()
-    row = np.repeat(np.arange(len(faces)), count)
-    k = np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count) + faces.layers[row, 0]
+    row, k = ranges(faces.layers[:, 0], np.diff(faces.layers, axis=1).ravel())
     i, j = faces.column[row].T
     columns = np.stack([faces.fault[row], faces.axis[row], (k * ny + j) * nx + i], axis=1)
     fault, axis, cell = np.unique(columns, axis=0).T

@@ -19,6 +19,7 @@ from geosurf.grid.pillars import Layers, Pillars, vertical_pillars
 from geosurf.measure.columns import cross_columns
 from geosurf.model import TriSurface, Units
 from geosurf.model.column import virtual_name
+from geosurf.model.expected import outline_of
 from geosurf.model.grids import CornerPointGrid, GridFaces
 
 SMOOTH = 5  # columns over which the middle of the grid is averaged
@@ -133,8 +134,7 @@ def model_of(scene: GriddedModel, lattice: ArealLattice, zones: list[str]) -> Mo
         for unit in mine
     ]
     exact = [math.fsum(u.volume for u in mine if (u.zone, u.block) == one) for one in units]
-    w, e, s, n = scene.units.box[:4]
-    ring = np.array([[w, s], [e, s], [e, n], [w, n]]) if scene.aoi is None else scene.aoi
+    ring = outline_of(scene.units.box, scene.aoi)
     faults = {}
     known = mine[0].surface_names
     walls = [name for name in map(virtual_name, scene.fault_names) if name in known]
@@ -653,8 +653,7 @@ def lattice_over(
         For a size or an angle that is not a number, or too many columns.
     """
     size = _size(cell)
-    w, e, s, n = box[:4]
-    outline = np.array([[w, s], [e, s], [e, n], [w, n]]) if aoi is None else np.asarray(aoi)
+    outline = outline_of(box, aoi)
     if angle is None:
         axes = np.eye(2) if aoi is None else _best_axes(outline)
     elif is_number(angle) and np.isfinite(float(angle)):

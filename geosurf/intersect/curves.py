@@ -24,6 +24,7 @@ from geosurf.intersect.link import (
     touching_points,
 )
 from geosurf.kernels.contacts.triangle_contact import in_plane, n_corners
+from geosurf.kernels.lattices.sets import ranges
 from geosurf.kernels.meshes.mesh import edges, join_pairs, pieces
 from geosurf.model import Curves, Touch, TriSurface, frozen
 from geosurf.model.base import in_crs_of
@@ -214,8 +215,8 @@ def _sharing(
     count = np.searchsorted(other_pieces[order], pieces, side="right") - first
 
     # Repeat each face once for each row of its interval.
-    at = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count - first, count)
-    keys: np.ndarray = np.repeat(faces, count) * n + others[order[at]]
+    of, at = ranges(first, count)
+    keys: np.ndarray = faces[of] * n + others[order[at]]
     return keys
 
 

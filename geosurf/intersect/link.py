@@ -18,6 +18,7 @@ from geosurf.errors import InputError
 from geosurf.kernels.contacts.aligned_grids import points_near_segments
 from geosurf.kernels.contacts.triangle_contact import in_plane, n_corners
 from geosurf.kernels.exact.predicates import inside_segments
+from geosurf.kernels.lattices.sets import ranges
 from geosurf.kernels.meshes.linking import link_segments
 from geosurf.kernels.meshes.mesh import number_keys, weld
 from geosurf.model import Curves, Patches, TriSurface, frozen
@@ -484,12 +485,10 @@ def _inside(contacts: Contacts, segments: np.ndarray, groups: _Groups) -> np.nda
         found.append(hits)
 
         # A hit makes the point known in every group of its segment, which may lead to further hits.
-        # `nth` counts the groups of each segment from 0.
         segment, point = np.divmod(hits, n)
         count = first_group[segment + 1] - first_group[segment]
-        nth = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-        group = by_segment[np.repeat(first_group[segment], count) + nth, 0]
-        new = _without(group * n + np.repeat(point, count), known)
+        of, row = ranges(first_group[segment], count)
+        new = _without(by_segment[row, 0] * n + point[of], known)
         known = np.concatenate([known, new])
     return np.stack(np.divmod(np.concatenate(found), n), axis=1)
 

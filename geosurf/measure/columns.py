@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geosurf.kernels.exact.predicates import ORIENT2D_BOUND, TINY, frame_of, orient2d_rows
+from geosurf.kernels.lattices.sets import ranges
 from geosurf.model import Patches, TriSurface
 
 AT_ONCE = 1_000_000  # pairs of a triangle and a line that are held in memory
@@ -179,7 +180,7 @@ def _near(
     first, last = strip_of[south[met]], strip_of[beyond[met] - 1]
 
     # one row for each pair of a box and a strip that it meets, then the run of feet in it
-    which, strip = _spread(first, last - first + 1)
+    which, strip = ranges(first, last - first + 1)
     which = met[which]
     base = strip * len(eastings)
     start = np.searchsorted(key, base + west[which], "left")
@@ -190,19 +191,12 @@ def _near(
     # the number of pairs is known before they are made: parts of about AT_ONCE bound the memory
     cuts = np.searchsorted(np.cumsum(count), np.arange(0, int(count.sum()), AT_ONCE), "right")
     for a, b in zip(cuts, [*cuts[1:], len(count)], strict=True):
-        of, place = _spread(start[a:b], count[a:b])
+        of, place = ranges(start[a:b], count[a:b])
         one, foot = which[a:b][of], order[place]
 
         # runs are exact in easting but only strips in northing
         inside = (feet[foot, 1] >= low[one, 1]) & (feet[foot, 1] <= high[one, 1])
         yield rows[one[inside]], foot[inside]
-
-
-def _spread(first: np.ndarray, count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Rows repeated `count` times, and first, first + 1, ... for each."""
-    of = np.repeat(np.arange(len(count)), count)
-    start = np.cumsum(count) - count
-    return of, np.arange(len(of)) - start[of] + first[of]
 
 
 def weights_at(corners: np.ndarray, feet: np.ndarray) -> np.ndarray:

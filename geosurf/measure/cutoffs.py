@@ -17,18 +17,9 @@ import xarray
 
 from geosurf.conventions import is_whole
 from geosurf.errors import InputError
+from geosurf.kernels.lattices.sets import is_among
 from geosurf.kernels.meshes.mesh import edge_keys, number_keys
-from geosurf.measure.faces import (
-    MINUS,
-    PLUS,
-    POINTS,
-    Faces,
-    are_among,
-    edges_of,
-    faces_of,
-    row_inside,
-    row_of,
-)
+from geosurf.measure.faces import MINUS, PLUS, POINTS, Faces, edges_of, faces_of, row_inside, row_of
 from geosurf.measure.section import chains_of, ragged, rings_of
 from geosurf.model import Patches, Unit, Units
 
@@ -72,7 +63,7 @@ def cutoff_chains(
     # vertices are shared between surfaces that meet, so the edges that horizon and fault have in
     # common are found by their keys alone
     a, b = fault.point[edges].T
-    return chains_of(edges[are_among(a * POINTS + b, edges_of(units, row))], fault.x)
+    return chains_of(edges[is_among(a * POINTS + b, edges_of(units, row))], fault.x)
 
 
 def level_of(patches: Patches, row: int) -> int:
@@ -255,7 +246,7 @@ def _rings(fault: Faces, level: int, edges: np.ndarray) -> list[np.ndarray]:
             onward = np.roll(ring, -1)
             low, high = np.minimum(ring, onward), np.maximum(ring, onward)
             keys = fault.point[low] * POINTS + fault.point[high]
-            if are_among(keys, edges).any():  # otherwise others, which clip it, are torn there
+            if is_among(keys, edges).any():  # otherwise others, which clip it, are torn there
                 found.append(ring[::way])
     return found
 

@@ -235,14 +235,6 @@ def edges_of(units: Units, i: int) -> np.ndarray:
     return kept[key]
 
 
-def are_among(keys: np.ndarray, known: np.ndarray) -> np.ndarray:
-    """Whether keys are among others, which rise: at the cost of the keys alone."""
-    if not len(known):
-        return np.zeros(len(keys), dtype=bool)
-    at = np.minimum(np.searchsorted(known, keys), len(known) - 1)
-    return known[at] == keys
-
-
 def check_model(patches: object, units: object) -> None:
     """Refuse what is not a model: patches, and the units that were carved from them."""
     expect(patches, Patches, "measures take Patches", "pass the result of rebuild_surfaces")

@@ -367,30 +367,22 @@ def sample_units(
             boundaries, Boundaries, "boundaries are the Boundaries of these units", "leave them out"
         )
 
-    found = (_of_grid if places.is_grid else _of_points)(places, locator)
-    found = found.reshape(places.shape)
-
-    # one variable for each kind of name that tells units apart
-    listed = list(units.values())
-    data: dict[str, Any] = {}
-    for name, (meaning, read) in LABELS.items():
-        words = [read(unit) for unit in listed]
-        if name in ("region", "contact") and not any(words):
-            continue
-        data[name] = (places.dims, *_labels(found, words, meaning, codes=bool(codes)))
+    found = _of_grid(places, locator) if places.is_grid else _of_all(places, locator.find, np.int32)
+    data = _labels(units, found.reshape(places.shape), places.dims, codes=bool(codes))
     if boundaries is not None:
         attrs = {"units": "m", "long_name": "distance to the nearest boundary of a unit"}
-        data["distance"] = (places.dims, _distances(places, boundaries), attrs)
+        away = _of_all(places, boundaries.distance, np.float64)
+        data["distance"] = (places.dims, away.reshape(places.shape), attrs)
     crs = {} if units.crs is None else {"crs": units.crs}
     return xarray.Dataset(data, places.coords, {"rule": RULE, **crs})
 
 
-def _of_points(places: Places, locator: Locator) -> np.ndarray:
-    """Row of the unit at each place; parts in threads, each writes its own rows."""
-    found = np.empty(places.size, dtype=np.int32)
+def _of_all(places: Places, ask: Callable[[np.ndarray], np.ndarray], dtype: Any) -> np.ndarray:
+    """What is asked of each place; parts in threads, each writes its own rows."""
+    found = np.empty(places.size, dtype=dtype)
 
     def work(rows: slice, points: Callable[[], np.ndarray]) -> None:
-        found[rows] = locator.find(points())
+        found[rows] = ask(points())
 
     parts = list(places.parts(AT_ONCE))
     map_threads(work, parts, worth=len(parts) > 1)
@@ -413,25 +405,25 @@ def _of_grid(places: Places, locator: Locator) -> np.ndarray:
     return found
 
 
-def _distances(places: Places, boundaries: Boundaries) -> np.ndarray:
-    """Distance of each place to the nearest boundary of a unit [m]."""
-    found = np.empty(places.size)
-
-    def work(rows: slice, points: Callable[[], np.ndarray]) -> None:
-        found[rows] = boundaries.distance(points())
-
-    parts = list(places.parts(AT_ONCE))
-    map_threads(work, parts, worth=len(parts) > 1)
-    return found.reshape(places.shape)
-
-
 def _labels(
-    found: np.ndarray, words: list[str], meaning: str, *, codes: bool
-) -> tuple[np.ndarray, dict[str, Any]]:
-    """Names or codes at all places, and their attributes."""
-    if not codes:
-        # the last one is what -1 stands for: outside
-        return np.array([*words, ""], dtype=object)[found], {"long_name": meaning}
+    units: Units, found: np.ndarray, dims: tuple[str, ...], *, codes: bool = False
+) -> dict[str, Any]:
+    """One variable for each kind of name that tells units apart, from their rows."""
+    data: dict[str, Any] = {}
+    for name, (meaning, read) in LABELS.items():
+        words = [read(unit) for unit in units.values()]
+        if name in ("region", "contact") and not any(words):
+            continue
+        if codes:
+            data[name] = (dims, *_codes(found, words, meaning))
+        else:  # the last one is what -1 stands for: outside
+            names = np.array([*words, ""], dtype=object)[found]
+            data[name] = (dims, names, {"long_name": meaning})
+    return data
+
+
+def _codes(found: np.ndarray, words: list[str], meaning: str) -> tuple[np.ndarray, dict[str, Any]]:
+    """Codes at all places, and their attributes."""
     known = list(dict.fromkeys(words))
     number = {word: k for k, word in enumerate(known)}
     values = np.array([*(number[word] for word in words), -1], dtype=np.int32)
@@ -510,12 +502,7 @@ def well_intervals(
     for k, name in enumerate(NAMES):
         data[name] = (dims, places[:, :, k], {"units": "m"})
     crs = {} if units.crs is None else {"crs": units.crs}
-    listed = list(units.values())
-    for name, (meaning, read) in LABELS.items():
-        words = [read(unit) for unit in listed]
-        if name not in ("region", "contact") or any(words):
-            labels = np.array([*words, ""], dtype=object)[which]
-            data[name] = ("interval", labels, {"long_name": meaning})
+    data |= _labels(units, which, ("interval",))
     return xarray.Dataset(data, {"end": ["entry", "exit"]}, crs)
 
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import xarray
 
-from geosurf.conventions import real_numbers
+from geosurf.conventions import checked_points
 from geosurf.errors import InputError
 from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.meshes.linking import link_segments
@@ -262,18 +262,11 @@ STRAIGHT = 0.01  # m: a corner this near to the line without it is none
 
 def check_line(line: Any) -> np.ndarray:
     """Corners (n, 2) of the line in the map, without those on a straight line between others."""
-    how = "give easting and northing [m] of two points or more, shape (n, 2)"
-    try:
-        corners = real_numbers(line)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"the line of the section is {line!r}; {how}.") from error
-    if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 2:
-        raise InputError(f"the line of the section has shape {corners.shape}; {how}.")
-    if not np.isfinite(corners).all():
-        raise InputError(f"the line of the section has values that are not finite; {how}.")
+    how = "Give easting and northing [m]."
+    corners = checked_points(line, "the line of the section", how, widths=(2,), least=2)
     corners = corners[np.append(True, (np.diff(corners, axis=0) != 0).any(axis=1))]
     if len(corners) < 2:
-        raise InputError(f"all points of the line of the section are identical; {how}.")
+        raise InputError(f"all points of the line of the section are identical. {how}")
 
     # Each part is straight, or is split at the corner that is farthest off.
     kept, todo = {0, len(corners) - 1}, [(0, len(corners) - 1)]

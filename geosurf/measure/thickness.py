@@ -304,10 +304,7 @@ class _Lines:
     def by_foot(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Foot, way and elevation of all, foot by foot: sums have the order of a single group."""
         foot, way, elevation = (np.concatenate(of) for of in zip(*self.parts, strict=True))
-        alone = len(self.parts) == 1
         self.parts.clear()
-        if alone:
-            return foot, way, elevation
         order = np.argsort(foot, kind="stable")
         return foot[order], way[order], elevation[order]
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray
 
-from geosurf.conventions import place, real_numbers
+from geosurf.conventions import checked_points, place, real_numbers
 from geosurf.errors import GeometryError, InputError
 from geosurf.measure.columns import Columns, columns_through, fault_between, nearest_first
 from geosurf.measure.faces import check_model
@@ -230,22 +230,8 @@ def _section(
     """Columns of a cut-off line, in the direction of strike: along strike where it is compared,
     down dip, elevation, and along strike where it is.
     """
-    try:
-        points = real_numbers(line)
-    except (TypeError, ValueError) as error:
-        raise InputError(
-            f"a cut-off line of the {wall} is not an array of numbers ({error}). Give "
-            "points (n, 3): easting, northing, elevation [m]."
-        ) from error
-    if points.ndim != 2 or points.shape[1] != 3 or len(points) < 2:
-        raise InputError(
-            f"a cut-off line of the {wall} has shape {points.shape}, expected (n, 3) with at least "
-            "2 points: easting, northing, elevation."
-        )
-    if not np.isfinite(points).all():
-        raise InputError(
-            f"a cut-off line of the {wall} has values that are not finite; leave such points out."
-        )
+    how = "Give easting, northing, elevation [m]."
+    points = checked_points(line, f"a cut-off line of the {wall}", how, least=2)
 
     # first drop doubled vertices: they would turn back along the strike by rounding alone
     points = _thinned(points)

@@ -21,6 +21,7 @@ import xarray
 
 from geosurf.conventions import area_text, check_word, is_number, known_names, number_text, place
 from geosurf.errors import InputError
+from geosurf.kernels.lattices.sets import ranges
 from geosurf.model import Lattice, Unit, Units
 from geosurf.model.column import ELSEWHERE
 from geosurf.model.distributions import ends_of, is_distribution
@@ -510,9 +511,7 @@ def _split(
     near = NEAR * float(np.diff(lines).min())
     low = np.searchsorted(lines, h.min(axis=1) + near, "right")
     high = np.maximum(np.searchsorted(lines, h.max(axis=1) - near, "left"), low)
-    count = high - low + 1
-    row = np.repeat(np.arange(len(x)), count)
-    strip = np.arange(len(row)) - np.repeat(np.cumsum(count) - count - low, count)
+    row, strip = ranges(low, high - low + 1)
     parts = np.concatenate([x, h[..., None]], axis=2)[row]
     for side, level, cut in ((1.0, strip - 1, strip > low[row]), (-1.0, strip, strip < high[row])):
         some = np.flatnonzero(cut)

@@ -22,8 +22,9 @@ import numpy as np
 
 from geosurf.conventions import place
 from geosurf.errors import GeometryError
+from geosurf.kernels.lattices.sets import is_among
 from geosurf.kernels.meshes.mesh import edge_keys
-from geosurf.measure.faces import MINUS, PLUS, POINTS, Faces, are_among
+from geosurf.measure.faces import MINUS, PLUS, POINTS, Faces
 
 PRECISION = 1e-3  # of the ratio, halfway along the edges of triangles
 DIVISIONS = 6  # at most: where layers pinch out the ratio jumps
@@ -73,7 +74,7 @@ class Walls:
         units = faces.sides[rows, side][np.stack([order[twice], order[twice + 1]], axis=1) // 3]
         ends = np.stack(np.divmod(key[order[twice]], len(faces.x)), axis=1)
         a, b = faces.point[ends].T
-        cut = (np.diff(faces.zones[units], axis=1).ravel() != 0) & are_among(
+        cut = (np.diff(faces.zones[units], axis=1).ravel() != 0) & is_among(
             a * POINTS + b, horizons
         )
         ends, zones, blocks = (

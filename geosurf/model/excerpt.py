@@ -13,7 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
-from geosurf.kernels.lattices.sets import distinct
+from geosurf.kernels.lattices.sets import distinct, ranges
 from geosurf.model.base import in_crs_of
 from geosurf.model.lattice import Lattice
 from geosurf.model.patches import Patches
@@ -81,10 +81,8 @@ class Line:
         west, east = (-east, -west) if turn else (west, east)
         first = np.maximum(np.searchsorted(axis, west, side="left") - 1, 0)
         last = np.minimum(np.searchsorted(axis, east, side="right") - 1, len(x) - 2)
-        n = np.maximum(last - first + 1, 0)
-        row = np.repeat(np.arange(len(n)), n)
-        start = np.cumsum(n) - n
-        found: np.ndarray = row * (len(x) - 1) + np.arange(len(row)) + (first - start)[row]
+        row, column = ranges(first, np.maximum(last - first + 1, 0))
+        found: np.ndarray = row * (len(x) - 1) + column
         return found
 
     def meets(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:

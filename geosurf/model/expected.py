@@ -230,3 +230,10 @@ def listed(values: Any, takes: str, how: str) -> Sequence[Any]:
         return tuple(values)
     except (TypeError, ValueError, *CONVERSION_ERRORS) as error:
         raise InputError(f"{takes}, not {type(values).__name__}; {how}.") from error
+
+
+def outline_of(box: Sequence[float] | np.ndarray, aoi: Any = None) -> np.ndarray:
+    """Corners (n, 2) of an area of interest, else of a box, counter-clockwise from south-west."""
+    w, e, s, n = box[:4]
+    ring = [(w, s), (e, s), (e, n), (w, n)]
+    return np.array(ring if aoi is None else aoi, dtype=np.float64)

@@ -19,6 +19,7 @@ from geosurf.conventions import area_text, counted, did_you_mean, known_names, l
 from geosurf.conventions.card import Card, small_map
 from geosurf.errors import GeometryError, GeosurfWarning, InputError
 from geosurf.model.base import Shown
+from geosurf.model.expected import outline_of
 from geosurf.model.sheets import Sheet
 from geosurf.model.surfaces import TriSurface
 from geosurf.warning import warn
@@ -645,11 +646,10 @@ class FaultNetwork(Shown):
         if not self.faults:
             return ""
         corners = np.concatenate([fault.vertices[:, :2] for fault in self.faults])
-        (west, south), (east, north) = corners.min(axis=0), corners.max(axis=0)
-        outline = np.array([(west, south), (east, south), (east, north), (west, north)])
+        bounds = np.stack([corners.min(axis=0), corners.max(axis=0)], axis=1).ravel()
         traces = {fault.name: _trace(fault) for fault in self.faults}
         places = {str(i): row.place[:2] for i, row in enumerate(self.rows)}
-        return small_map(outline, traces, places)
+        return small_map(outline_of(bounds), traces, places)
 
     def __repr__(self) -> str:
         """The table, one row for each contact, near miss and dangling end."""

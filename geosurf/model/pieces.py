@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from geosurf.kernels.lattices.sets import ranges
 from geosurf.model.base import Noun, frozen
 from geosurf.model.surfaces import TriSurface
 
@@ -42,9 +43,7 @@ class Strips(Noun):
         from geosurf.kernels.search.tree import N_COL, RISING
 
         runs = self.runs[rows]
-        length = runs[:, LAST] - runs[:, FIRST] + 1
-        of = np.repeat(np.arange(len(runs)), length)
-        place = np.arange(len(of)) + (runs[:, FIRST] - np.cumsum(length) + length)[of]
+        of, place = ranges(runs[:, FIRST], runs[:, LAST] - runs[:, FIRST] + 1)
         if self.places[RISING]:  # halves of a cell come in the other order along a strip
             place ^= 1
         return runs[of, ROW] * 2 * (int(self.places[N_COL]) - 1) + place, rows[of]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import is_word, real_numbers
+from geosurf.conventions import checked_points, is_word
 from geosurf.conventions.card import Card
 from geosurf.conventions.checks import no_data_in
 from geosurf.errors import SurfaceError
@@ -454,27 +454,9 @@ def torn_sheet(
 
 def _checked_vertices(name: str, vertices: Any) -> np.ndarray:
     """Float64 (n, 3), finite, or a SurfaceError."""
-    try:
-        array = real_numbers(vertices)
-    except (TypeError, ValueError) as error:
-        raise SurfaceError(
-            f"surface {name!r}: vertices are not numbers ({error}). "
-            "Give easting, northing, elevation, shape (n_vertex, 3)."
-        ) from error
-    if array.ndim != 2 or array.shape[1] != 3:
-        raise SurfaceError(
-            f"surface {name!r}: vertices have shape {array.shape}, expected (n_vertex, 3): "
-            "easting, northing, elevation."
-        )
-    if not np.isfinite(array).all():  # at once: row by row takes ten times as long
-        bad = np.flatnonzero(~np.isfinite(array).all(axis=1))
-        raise SurfaceError(
-            f"surface {name!r}: {len(bad)} vertices are not finite, the first is vertex "
-            f"{bad[0]}: {array[bad[0]].tolist()}. Leave out nodes that are undefined."
-        )
-
-    # + 0.0 turns -0.0 into 0.0, so that equal coordinates have equal bytes
-    return frozen(array + 0.0, np.float64)
+    what = f"surface {name!r}: the array of vertices"
+    how = "Give easting, northing, elevation, shape (n_vertex, 3)."
+    return frozen(checked_points(vertices, what, how, error=SurfaceError), np.float64)
 
 
 def _checked_triangles(name: str, triangles: Any, n_vertex: int) -> np.ndarray:
@@ -507,6 +489,12 @@ def _checked_triangles(name: str, triangles: Any, n_vertex: int) -> np.ndarray:
     return frozen(array.copy() if array.flags.writeable else array, np.int64)
 
 
+def points_of_stick(stick: Any, what: str) -> np.ndarray:
+    """Points (n, 3) of one stick, two or more; or a SurfaceError."""
+    how = "Give easting, northing, elevation per point; join single points to a stick."
+    return checked_points(stick, what, how, least=2, error=SurfaceError)
+
+
 @dataclass(frozen=True, eq=False)
 class FaultSticks(Shown):
     """A fault as interpreters pick it: lines down the fault, side by side.
@@ -536,33 +524,16 @@ class FaultSticks(Shown):
         sticks = listed(self.sticks, "FaultSticks takes sticks", "give arrays (n_point, 3)")
         if len(sticks) == 0:
             raise SurfaceError(f"fault {self.name!r} has no sticks; give at least one.")
-        try:
-            # Sticks have different lengths: one array each.
-            arrays = tuple(frozen(real_numbers(stick), np.float64) for stick in sticks)
-        except (TypeError, ValueError) as error:
-            raise SurfaceError(
-                f"fault {self.name!r}: sticks are not numbers ({error}). Give arrays (n_point, 3): "
-                "easting, northing, elevation."
-            ) from error
-
-        # checked one by one, so that the message can name the stick
-        for i, stick in enumerate(arrays):
-            if stick.ndim != 2 or stick.shape[1] != 3 or len(stick) < 2:
-                raise SurfaceError(
-                    f"fault {self.name!r}: stick {i} has shape {stick.shape}, expected (n, 3) "
-                    "with at least 2 points: easting, northing, elevation."
-                )
-            if not np.isfinite(stick).all():
-                raise SurfaceError(
-                    f"fault {self.name!r}: stick {i} has values that are not finite. "
-                    "Leave out points that are undefined."
-                )
-            if absent := no_data_in(stick):
+        arrays = []
+        for i, stick in enumerate(sticks):
+            what = f"fault {self.name!r}: stick {i}"
+            arrays.append(frozen(points_of_stick(stick, what), np.float64))
+            if absent := no_data_in(arrays[-1]):
                 raise SurfaceError(
                     f"fault {self.name!r}: point {absent[0] + 1} of stick {i} has {absent[1]:g}, a "
                     "usual mark of no data. Leave that point out, or correct it."
                 )
-        object.__setattr__(self, "sticks", arrays)
+        object.__setattr__(self, "sticks", tuple(arrays))
 
     def __repr__(self) -> str:
         n_point = sum(len(stick) for stick in self.sticks)

@@ -260,25 +260,18 @@ def volumes_of(units: Units) -> tuple[tuple[str], np.ndarray, dict[str, Any]]:
 
 def labels_of(units: Units) -> dict[str, tuple[str, np.ndarray]]:
     """Return name, zone, block and region of each unit, and contact where there are some."""
-    each = list(units.values())
-    labels = {
-        "zone": ("unit", np.array([u.zone for u in each], dtype=object)),
-        "block": ("unit", np.array([u.block for u in each], dtype=object)),
-    }
-    if any(u.region for u in each):
-        labels["region"] = ("unit", np.array([u.region for u in each], dtype=object))
-    labels["zone_index"] = ("unit", np.array([u.zone_index for u in each], dtype=np.int64))
-    if any(u.contact for u in each):
-        labels["contact"] = ("unit", np.array([u.contact for u in each], dtype=object))
-    if any(u.compartment_of for u in each):
-        within = np.array([u.compartment_of for u in each], dtype=object)
-        labels["compartment_of"] = ("unit", within)
+    each, labels = list(units.values()), {}
+    for key in ("name", "zone", "block", "region", "zone_index", "contact", "compartment_of"):
+        values = [getattr(unit, key) for unit in each]
+        kind = np.int64 if key == "zone_index" else object
+        if any(values) or key not in ("region", "contact", "compartment_of"):
+            labels["unit" if key == "name" else key] = ("unit", np.array(values, dtype=kind))
     # Marked rather than left out, so that volumes of the table add up to the model.
     inside = np.array([u.zone in units.reservoir for u in each], dtype=bool)
     if not inside.all():
         labels["reservoir"] = ("unit", inside)
     labels["sliver"] = ("unit", np.array([u.name in units._small for u in each], dtype=bool))
-    return {"unit": ("unit", np.array([u.name for u in each], dtype=object)), **labels}
+    return labels
 
 
 def sums_of(units: Units, by: Any) -> xarray.Dataset:

@@ -13,7 +13,7 @@ from geosurf.arrangement.search import Contacts
 from geosurf.arrangement.threads import map_threads
 from geosurf.errors import InvariantError
 from geosurf.kernels.contacts.triangle_contact import in_plane, n_corners
-from geosurf.kernels.lattices.sets import distinct
+from geosurf.kernels.lattices.sets import distinct, first_rows
 from geosurf.kernels.lattices.strips import find_runs, join_runs, link_runs, lowest_keys
 from geosurf.kernels.meshes.linking import merge_by_face, number_patches
 from geosurf.kernels.meshes.mesh import edges, join_patches, weld
@@ -43,9 +43,7 @@ def first_of_equals(surface: TriSurface) -> np.ndarray | None:
         if _some_may_be_equal(surface):
             # The first vertex in each place: later rows are overwritten by earlier ones.
             number, count = weld(surface.vertices)
-            lead = np.empty(count, dtype=np.int64)
-            lead[number[::-1]] = np.arange(surface.n_vertex)[::-1]
-            first = lead[number] if count < surface.n_vertex else None
+            first = first_rows(number, count)[number] if count < surface.n_vertex else None
         surface.__dict__["_first_of_equals"] = first
     return surface.__dict__["_first_of_equals"]
 

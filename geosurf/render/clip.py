@@ -13,6 +13,8 @@ from functools import cached_property
 import numpy as np
 
 from geosurf.conventions.checks import straight_runs
+from geosurf.kernels.lattices.sets import ranges
+from geosurf.model.expected import outline_of
 
 # ---- outline cells ----------------------------------------
 # Which triangles and lines are certainly inside or outside of an outline, by cells of a raster.
@@ -82,9 +84,9 @@ class OutlineCells:
         """The code of each cell."""
         start, way = outline, np.roll(outline, -1, axis=0) - outline
         n = np.ceil(_PER_CELL * np.abs(way).max(axis=1) / self._step).astype(int) + 1
-        of = np.repeat(np.arange(len(n)), n)
-        part = (np.arange(len(of)) - np.repeat(np.cumsum(n) - n, n)) / n[of]
-        i, j = ((start[of] + part[:, None] * way[of] - self._low) / self._step).astype(int).T
+        of, part = ranges(0, n)
+        share = (part / n[of])[:, None]
+        i, j = ((start[of] + share * way[of] - self._low) / self._step).astype(int).T
 
         # the cells around each point, too: between two points a side passes no others
         codes = np.where(self._middles_inside(outline), INSIDE, OUTSIDE)
@@ -134,9 +136,7 @@ class Prism:
         self, box: Sequence[float] | np.ndarray, outline: np.ndarray | None = None
     ) -> None:
         self.box = tuple(float(value) for value in box)
-        west, east, south, north, *_ = self.box
-        corners = [(west, south), (east, south), (east, north), (west, north)]
-        self.outline = np.array(corners if outline is None else outline, dtype=np.float64)
+        self.outline = outline_of(self.box, outline)
         # exported outlines have many short sides on one line: each would cut every triangle
         if len(self.outline) > MANY:
             near = STRAIGHT * float(np.ptp(self.outline, axis=0).max())

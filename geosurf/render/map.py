@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import counted, length_text, palette, real_numbers
+from geosurf.conventions import checked_points, counted, length_text, palette, real_numbers
 from geosurf.conventions.axes import vertical_label, vertical_words
 from geosurf.conventions.palette import RGB
 from geosurf.errors import GeosurfWarning, InputError
@@ -566,16 +566,8 @@ def _hatch(axes: Axes, surface: TriSurface, outline: np.ndarray | None) -> bool:
 
 def _corners_of(outline: Any) -> np.ndarray:
     """Return the corners (n, 2) of the area that is shown, or raise an InputError."""
-    how = "give easting and northing [m] of three corners or more, shape (n, 2)"
-    try:
-        corners = real_numbers(outline)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"the outline of a map is {outline!r}; {how}.") from error
-    if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3:
-        raise InputError(f"the outline of a map has shape {corners.shape}; {how}.")
-    if not np.isfinite(corners).all():
-        raise InputError(f"the outline of a map has values that are not finite; {how}.")
-    return corners
+    how = "Give easting and northing [m] of its corners."
+    return checked_points(outline, "the outline of a map", how, widths=(2,), least=3)
 
 
 def _draw_elevation(sheet: Sheet, axes: Axes, surface: TriSurface, levels: np.ndarray) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import counted, length_text, palette, real_numbers
+from geosurf.conventions import checked_points, counted, length_text, palette
 from geosurf.conventions.checks import lines_of_foreign, points_of_foreign
 from geosurf.errors import InputError
 from geosurf.render.diagram import highest_in_view
@@ -496,8 +496,7 @@ def _checked(what: str, given: Any, widths: tuple[int, ...]) -> Parts:
 
 def _parts(what: str, value: Any, widths: tuple[int, ...]) -> tuple[np.ndarray, ...]:
     """The arrays of one entry: a dataset with columns, one array, or a list of arrays."""
-    size = " or ".join(f"(n, {width})" for width in widths)
-    how = f"expected {size}: easting, northing, elevation [m]"
+    how = f"Give {', '.join(('easting', 'northing', 'elevation')[: widths[-1]])} [m]."
     if all(hasattr(value, name) for name in _COLUMNS):
         columns = [np.asarray(getattr(value, name), dtype=np.float64) for name in _COLUMNS]
         whole = np.stack(columns, axis=1)
@@ -506,21 +505,14 @@ def _parts(what: str, value: Any, widths: tuple[int, ...]) -> tuple[np.ndarray, 
     try:
         foreign = (points_of_foreign if widths == (3,) else lines_of_foreign)(value)
     except ValueError as error:
-        raise InputError(f"{what}: {error}; {how}.") from error
+        raise InputError(f"{what}: {error}. {how}") from error
     if foreign is not None:
         value = foreign
     listed = value if isinstance(value, list | tuple) else [value]
     single = isinstance(value, np.ndarray) or np.ndim(listed[0] if listed else 0) < 2
     found = []
     for one in [value] if single else listed:
-        try:
-            points = real_numbers(one)
-        except (TypeError, ValueError) as error:
-            raise InputError(f"{what} is a {type(value).__name__}, {how}.") from error
-        if points.ndim != 2 or points.shape[1] not in widths or not len(points):
-            raise InputError(f"{what} has shape {points.shape}, {how}.")
-        if not np.isfinite(points).all():
-            raise InputError(f"{what} has values that are not finite. Remove these rows.")
+        points = checked_points(one, what, how, widths=widths, least=1)
         # files of outlines have 0 where they have no elevation
         flat = widths[0] == 2 and points.shape[1] == 3 and not points[:, 2].any()
         found.append(points[:, :2] if flat else points)

@@ -28,7 +28,7 @@ from geosurf.faults.rules import Rule
 from geosurf.lazy import xarray
 from geosurf.measure.regions import overlap, region_map, regions_by_name
 from geosurf.model import Patches, Sheet, TriSurface, Unit, Units
-from geosurf.model.expected import box_of_sides
+from geosurf.model.expected import box_of_sides, outline_of
 from geosurf.model.regions import KnownRegions, Regions, label_regions
 from geosurf.model.tops import Tops
 from geosurf.read.features import features
@@ -215,13 +215,9 @@ def box_around(
 
 def box_off_rims(box: Box, horizons: Iterable[TriSurface], memory: Memory) -> Box:
     """Return a box of which no side runs along the rim of a horizon except for rounding."""
-    west, east, south, north, *heights = box
-
-    # corners counter-clockwise from the south-west
-    ring = np.array([(west, south), (east, south), (east, north), (west, north)])
-    moved = outline_off_rims(ring, horizons, "model box", memory)
+    moved = outline_off_rims(outline_of(box), horizons, "model box", memory)
     (west, south), _, (east, north), _ = moved.tolist()
-    return west, east, south, north, *heights
+    return west, east, south, north, *box[4:]
 
 
 def outline_off_rims(

@@ -29,7 +29,7 @@ from geosurf.measure.volumetrics import ARGUMENTS, Factor, factors_of
 from geosurf.model import FaultSticks, Lattice, Sheet, check_column
 from geosurf.model.column import MadeHorizon, in_column, names_of_zones, read_compartments, zones_of
 from geosurf.model.distributions import is_distribution
-from geosurf.model.expected import box_of_sides, flag_of, name_of
+from geosurf.model.expected import box_of_sides, flag_of, name_of, outline_of
 from geosurf.model.network import filling_by_horizon
 from geosurf.model.regions import check_regions, sliver_settings
 from geosurf.model.tops import tie_settings
@@ -336,8 +336,7 @@ class SceneInputs:
         """The same inputs without velocity, and without what is in metres: a scene in time."""
         ring = self.aoi
         if self.box is not None and ring is None:
-            west, east, south, north = self.box[:4]
-            ring = [(west, south), (east, south), (east, north), (west, north)]
+            ring = outline_of(self.box)
         return self.replaced(
             velocity=None,
             box=None,

@@ -21,7 +21,7 @@ from geosurf.measure.faces import MINUS, faces_of
 from geosurf.measure.section import chains_of, rings_of
 from geosurf.measure.volumetrics import fluid_of, fluids_rule
 from geosurf.model import Curves, Sheet, SheetReport, TriSurface
-from geosurf.model.expected import expect, flag_of, listed, number_of
+from geosurf.model.expected import expect, flag_of, listed, number_of, outline_of
 from geosurf.model.protocols import DrawnModel, MeasuredModel
 from geosurf.render.allan import draw_allan
 from geosurf.render.clip import Prism
@@ -66,7 +66,7 @@ def map_of(
     scene: MeasuredModel, name: str, clip: bool
 ) -> tuple[TriSurface, Curves, dict[str, Any]]:
     """What a map of a horizon shows: surface, curves, and the other arguments of `draw_map`."""
-    inside = outline_of(scene)
+    inside = outline_of(scene.box, scene.aoi)
     surface = scene.surface(name)
     options = {
         "outline": inside if flag_of(clip, "clip") else None,
@@ -80,13 +80,6 @@ def map_of(
         ),
     }
     return as_modelled(scene, surface, MAX_MAP_TRIANGLE), scene.curves, options
-
-
-def outline_of(scene: MeasuredModel) -> np.ndarray:
-    """The area of interest, or the box in the map (n, 2) [m]."""
-    west, east, south, north = scene.box[:4]
-    ring = np.array([(west, south), (east, south), (east, north), (west, north)])
-    return ring if scene.aoi is None else scene.aoi
 
 
 def fluids_on(scene: MeasuredModel, name: str) -> list[FluidArea]:
@@ -444,7 +437,7 @@ class ScenePlots:
         """
         checked = _flat(**look)
         thickness, polygons = thickness_of(self._scene, zone, grid, contact)
-        outline = outline_of(self._scene)
+        outline = outline_of(self._scene.box, self._scene.aoi)
         return plotted(draw_thickness, thickness, polygons=polygons, outline=outline, **checked)
 
     def section(

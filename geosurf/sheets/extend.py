@@ -18,7 +18,7 @@ from scipy.ndimage import binary_dilation, binary_fill_holes, distance_transform
 from geosurf.conventions import area_text, is_number, length_text, real_numbers
 from geosurf.errors import GeosurfWarning, HorizonError, InputError
 from geosurf.model import Sheet, TriSurface
-from geosurf.model.expected import box_of_sides, flag_of
+from geosurf.model.expected import box_of_sides, flag_of, outline_of
 from geosurf.sheets.faults.network import Network
 from geosurf.sheets.faults.traces import mesh_in_frame
 from geosurf.sheets.lattice.picks import Frame, frame_of_lattice
@@ -178,8 +178,7 @@ def _corners(area: Any) -> np.ndarray:
     if values.ndim != 1:
         return check_outline(values)
     heights = (0.0, 1.0) if len(values) == 4 else ()
-    west, east, south, north, _, _ = box_of_sides([*values.tolist(), *heights]).tolist()
-    return np.array([(west, south), (east, south), (east, north), (west, north)])
+    return outline_of(box_of_sides([*values.tolist(), *heights]))
 
 
 def _enlarged(

@@ -375,7 +375,7 @@ def pinched_out(sheet: Sheet, nodes: np.ndarray, data: np.ndarray, other: StandI
     """
     # Parts of the mesh by vertex; nodes without one have no part.
     number = sheet.lattice.vertex_of_node.ravel()
-    own = parts_of(sheet)
+    own = parts_of(sheet.surface)
     part = np.where(number >= 0, own[np.maximum(number, 0)], -1)
     with_data = np.unique(part[data])
     # Parts without any data are exchanged as a whole.

@@ -15,8 +15,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from geosurf.arrangement.triangles import halved
@@ -394,10 +392,7 @@ def flat_parts(x: np.ndarray, faces: np.ndarray, kind: np.ndarray, size: float) 
     one, other, _, _ = pairs_of(faces, len(x))
     level = np.einsum("ij,ij->i", normal[one], normal[other]) > 1.0 - BEND
     joined = level & (kind[one] == kind[other])
-    links = coo_array(
-        (np.ones(int(joined.sum())), (one[joined], other[joined])), shape=(len(faces),) * 2
-    )
-    label = connected_components(links, directed=False)[1]
+    label = join_pairs(np.stack([one[joined], other[joined]], axis=1), len(faces))
 
     # only parts of several faces with a long edge
     longest = np.square(corners - np.roll(corners, 1, axis=1)).sum(axis=2).max(axis=1)

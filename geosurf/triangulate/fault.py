@@ -10,12 +10,12 @@ import numpy as np
 
 from geosurf.conventions import (
     FAULT_DIMS,
+    checked_points,
     elevation_sign,
     first_given,
     is_number,
     metres_per_unit,
     place,
-    real_numbers,
 )
 from geosurf.conventions.crs import crs_of
 from geosurf.errors import InputError, SurfaceError
@@ -367,19 +367,8 @@ def fault_from_polygons(
 def _ring(polygon: Any, horizon: str, name: str) -> np.ndarray:
     """One polygon (n, 3) without its repeated first point."""
     what = f"fault {name!r}: the polygon of {horizon!r}"
-    try:
-        ring = real_numbers(polygon)
-    except (TypeError, ValueError) as error:
-        raise SurfaceError(
-            f"{what} is not numbers ({error}). Give easting, northing, z."
-        ) from error
-    if ring.ndim != 2 or ring.shape[1] != 3:
-        raise SurfaceError(
-            f"{what} has shape {ring.shape}, expected (n, 3). Add the elevation of the horizon "
-            "at its points as a third column."
-        )
-    if not np.isfinite(ring).all():
-        raise SurfaceError(f"{what} has points that are not finite. Leave them out.")
+    how = "Give easting, northing, z. Add the elevation of the horizon as a third column."
+    ring = checked_points(polygon, what, how, error=SurfaceError)
     ring = ring[np.r_[True, (np.diff(ring, axis=0) != 0).any(axis=1)]]
     if len(ring) > 1 and (ring[0] == ring[-1]).all():
         ring = ring[:-1]

@@ -15,6 +15,7 @@ import numpy as np
 
 from geosurf.conventions import area_text, counted, place
 from geosurf.errors import InputError
+from geosurf.kernels.lattices.sets import ranges
 from geosurf.triangulate.footprint import REGULAR, Axes, Footprint
 from geosurf.triangulate.outline import (
     check_outline,
@@ -176,9 +177,7 @@ def _windings(rim: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
     low, high = np.minimum(y, v), np.maximum(y, v)
     first = np.clip(np.ceil(low - 0.5), 0, rows).astype(np.int64)
     last = np.clip(np.ceil(high - 0.5), 0, rows).astype(np.int64)  # not included
-    of = np.repeat(np.arange(len(rim)), last - first)
-    row = np.arange(len(of)) - np.repeat(np.cumsum(last - first) - (last - first), last - first)
-    row += first[of]
+    of, row = ranges(first, last - first)
 
     # where the segment crosses the middle of the row; the steps count from the cell after it on
     at = x[of] + (u[of] - x[of]) * (row + 0.5 - y[of]) / (v[of] - y[of])
@@ -196,8 +195,7 @@ def _entered(rim: np.ndarray, shape: tuple[int, int], slack: np.ndarray) -> np.n
     # segments in parts of three cells at most: then each part meets few cells around it
     longest = np.abs(rim[:, 1] - rim[:, 0]).max(axis=1)
     n_part = np.maximum(np.ceil(longest / 3.0), 1.0).astype(np.int64)
-    of = np.repeat(np.arange(len(rim)), n_part)
-    part = np.arange(len(of)) - np.repeat(np.cumsum(n_part) - n_part, n_part)
+    of, part = ranges(0, n_part)
     way = (rim[:, 1] - rim[:, 0])[of] / n_part[of, None]
     start = rim[of, 0] + part[:, None] * way
     low = np.minimum(start, start + way)

@@ -23,6 +23,7 @@ from geosurf.conventions import counted, place
 from geosurf.conventions.checks import HUGE, NO_DATA, UNITS_OF_MARKS
 from geosurf.errors import GeosurfWarning, HorizonError
 from geosurf.kernels.lattices.lattice_corners import steepest_step
+from geosurf.kernels.meshes.mesh import join_pairs
 from geosurf.model import TriSurface
 from geosurf.warning import warn
 
@@ -310,8 +311,8 @@ def _look_at_islands(
         joined = ~jump & here & there
     else:
         joined = ~jump
-    part = _parts(len(z), first[joined], second[joined])
-    n_part = int(part.max()) + 1
+    part = join_pairs(np.stack([first[joined], second[joined]], axis=1), len(z))
+    n_part = len(z)
 
     apart = part[a] != part[b]
     a, b, step = a[apart], b[apart], step[apart]
@@ -344,16 +345,6 @@ def _look_at_islands(
         return False
     _warn(surface, mine, part, a, b, step, limit)
     return True
-
-
-def _parts(n: int, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Number of the part that each of n nodes belongs to."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    links = coo_array((np.ones(len(first), dtype=bool), (first, second)), shape=(n, n))
-    part: np.ndarray = connected_components(links, directed=False)[1]
-    return part
 
 
 def _warn(

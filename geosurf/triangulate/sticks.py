@@ -13,11 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import counted, is_number, place, real_numbers
+from geosurf.conventions import counted, is_number, place
 from geosurf.errors import GeosurfWarning, SurfaceError
 from geosurf.model import FaultSticks, TriSurface
 from geosurf.model.base import in_crs_of
 from geosurf.model.expected import listed, name_of
+from geosurf.model.surfaces import points_of_stick
 from geosurf.triangulate.mesh import find_zero_area, orient_fault, refuse_far, refuse_zero_area
 from geosurf.warning import warn
 
@@ -136,7 +137,7 @@ def _lines_of(sticks: Sequence[Any], name: str) -> list[np.ndarray]:
     """All sticks from top to bottom, each once; or a SurfaceError."""
     lines, moved = [], []
     for i, stick in enumerate(sticks):
-        given = _points(stick, i, name)
+        given = points_of_stick(stick, f"fault {name!r}: stick {i}")
         line, in_order = _checked(given, i, name)
         lines.append(line)
         if not in_order:
@@ -170,29 +171,6 @@ def _checked(line: np.ndarray, i: int, name: str) -> tuple[np.ndarray, bool]:
     # top first; level sticks by their first coordinates, until neighbours decide
     down = (-line[0, 2], *line[0, :2]) < (-line[-1, 2], *line[-1, :2])
     return (line if down else line[::-1]), in_order
-
-
-def _points(stick: Any, i: int, name: str) -> np.ndarray:
-    """Float64 (n_point, 3), two or more, finite; or a SurfaceError."""
-    try:
-        line = real_numbers(stick)
-    except (TypeError, ValueError) as error:
-        raise SurfaceError(
-            f"fault {name!r}: stick {i} is not a numeric array ({error}). Give easting, "
-            "northing, elevation per point."
-        ) from error
-    if line.ndim != 2 or line.shape[1] != 3 or len(line) < 2:
-        raise SurfaceError(
-            f"fault {name!r}: stick {i} has shape {line.shape}, expected (n_point, 3) with two "
-            "points or more. Join single points to a stick, or leave them out."
-        )
-    bad = np.flatnonzero(~np.isfinite(line).all(axis=1))
-    if len(bad):
-        raise SurfaceError(
-            f"fault {name!r}: point {bad[0]} of stick {i} is {line[bad[0]].tolist()}, expected "
-            "finite numbers. Leave out points that are undefined."
-        )
-    return line + 0.0
 
 
 def _gaps(lines: list[np.ndarray]) -> np.ndarray:

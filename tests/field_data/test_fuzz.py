@@ -126,7 +126,10 @@ TRIANGLE = np.array([[0.0, 0, 0], [9, 0, 0], [0, 9, 0]])
 def test_what_numpy_would_make_numbers_of_is_refused(wrong):
     """Dates would be days since 1970, and complex numbers lose a part."""
     for take, words in (
-        (lambda x: gs.TriSurface("A", "fault", x, [[0, 1, 2]]), r"'A': vertices are not numbers"),
+        (
+            lambda x: gs.TriSurface("A", "fault", x, [[0, 1, 2]]),
+            r"'A': the array of vertices is not a num",
+        ),
         (lambda x: gs.intersect_triangles(x, TRIANGLE), "triangle P is not made of numbers"),
         (
             lambda x: gs.triangulate_sticks([x, TRIANGLE], name="F1"),

@@ -113,10 +113,13 @@ MODELS = [faulted((4.0, 4.0))]
 @pytest.mark.parametrize(
     ("line", "words"),
     [
-        ([(0, 0)], r"has shape \(1, 2\); give easting and northing"),
-        ("AB", r"line of the section is 'AB'; give"),
-        ([(0, 0), (np.nan, 1)], r"has values that are not finite; give"),
-        ([(9, 9), (9, 9), (9, 9)], r"all points of the line of the section are identical; give"),
+        ([(0, 0)], r"has shape \(1, 2\), expected \(n, 2\) .*Give easting and northing"),
+        ("AB", r"line of the section is not a numeric array \(.*'AB'.*Give"),
+        (
+            [(0, 0), (np.nan, 1)],
+            r"has values that are not finite: 1 of 2 points, the first is point 1",
+        ),
+        ([(9, 9), (9, 9), (9, 9)], r"all points of the line of the section are identical\. Give"),
         ([(900, 900), (999, 999)], r"lies outside the model \(0 to 60, 0 to 30\)\. Give easting"),
     ],
 )

@@ -37,7 +37,11 @@ def test_quads_are_split(tmp_path):
     [
         ("a.obj", OBJ.replace("1 2 3 4", "1 2 7 4"), r"triangle 0 refers to vertices"),
         ("a.obj", OBJ.replace("9 9 9", "9 9 nine"), r"meshio cannot read it .*nine.*export it"),
-        ("a.obj", OBJ.replace("9 9 9", "9 nan 9"), r"vertices are not finite.*vertex 2"),
+        (
+            "a.obj",
+            OBJ.replace("9 9 9", "9 nan 9"),
+            r"vertices has values that are not finite.*point 2",
+        ),
         ("a.stl", "solid\nfacet normal 0 0 1\n", r"the last line is 'facet.*expected 'endsolid'"),
         (
             "a.vtk",

@@ -326,7 +326,7 @@ WRONG_STICKS = {
     "text": ([A, "no stick"], r"stick 1 is not a numeric array.*Give easting"),
     "not finite": (
         [A, [[1, 2, np.nan], [3, 4, 5]]],
-        r"point 0 of stick 1 is \[1\.0, 2\.0, nan\].*",
+        r"stick 1 has values .*: 1 of 2 points, the first is point 0, \[1\.0, 2\.0, nan\]",
     ),
     "loop": (
         [A, [[0, 400, 0], [9, 400, -9], [0, 400, -9], [9, 400, -9], [0, 400, -20]]],

@@ -35,3 +35,29 @@ def is_among(numbers: np.ndarray, some: np.ndarray) -> np.ndarray:
     at[at == len(some)] = 0
     found: np.ndarray = some[at] == numbers
     return found
+
+
+def ranges(first: np.ndarray | int, count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Ranges of whole numbers one after the other: the row of each number's range, and the number.
+
+    Examples
+    --------
+    >>> [found.tolist() for found in ranges(np.array([7, 2]), np.array([2, 3]))]
+    [[0, 0, 1, 1, 1], [7, 8, 2, 3, 4]]
+    """
+    row = np.repeat(np.arange(len(count)), count)
+    return row, np.arange(len(row)) + (first - np.cumsum(count) + count)[row]
+
+
+def first_rows(of: np.ndarray, n: int) -> np.ndarray:
+    """The first row of each of n numbers among some, int64 (n,); -1 where there is none."""
+    first = np.full(n, -1)
+    first[of[::-1]] = np.arange(len(of))[::-1]
+    return first
+
+
+def pairs_of_equal(numbers: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Of some rows those with the same number: each one, and the next one that has it."""
+    order = rows[np.argsort(numbers[rows], kind="stable")]
+    same = np.flatnonzero(numbers[order[1:]] == numbers[order[:-1]])
+    return order[same], order[same + 1]

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from geosurf.arrangement.threads import map_threads
-from geosurf.kernels.lattices.sets import distinct, is_among
+from geosurf.kernels.lattices.sets import distinct, is_among, ranges
 from geosurf.kernels.sheets.fault_trace import block_bounds
 from geosurf.kernels.sheets.link_lines import UNIT, line_crossings
 from geosurf.sheets.faults.cut_edges import (
@@ -462,8 +462,7 @@ def _side_of(branch: FaultMesh, main: FaultMesh) -> float:
     ends = np.stack([branch.triangles, np.roll(branch.triangles, -1, axis=1)], axis=2)
     a, b = branch.points[ends.reshape(-1, 2)].transpose(1, 0, 2)
     number = np.minimum(np.hypot(*(b - a)[:, :2].T) / EVERY, MOST).astype(np.int64) + 1
-    edge = np.repeat(np.arange(len(a)), number)
-    step = np.arange(len(edge)) - np.repeat(np.cumsum(number) - number, number)
+    edge, step = ranges(0, number)
     share = (step + 0.5) / number[edge]
     places = a[edge] + share[:, None] * (b - a)[edge]
 

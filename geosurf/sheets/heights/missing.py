@@ -11,13 +11,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.ndimage import label
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from geosurf.conventions import place
 from geosurf.errors import GeometryError, InputError
 from geosurf.kernels.lattices.sets import distinct
-from geosurf.model import Sheet
+from geosurf.kernels.meshes.mesh import join_pairs
+from geosurf.model import Sheet, TriSurface
 from geosurf.sheets.faults.fault_distance import mesh_blocks, side_at_own_height
 from geosurf.sheets.faults.traces import FaultMesh
 from geosurf.sheets.heights.grid_solver import FILL
@@ -204,7 +203,7 @@ class StandIn:
                 "are on different grids. Resample one of them to the nodes of the other."
             )
         number = _vertex_of_nodes(sheet)
-        block_of_vertex = parts_of(sheet)
+        block_of_vertex = parts_of(sheet.surface)
         block = np.where(number >= 0, block_of_vertex[np.maximum(number, 0)], -1)
         return cls(sheet, heights.ravel(), block_of_vertex, block)
 
@@ -225,14 +224,11 @@ def _vertex_of_nodes(sheet: Sheet) -> np.ndarray:
     return found
 
 
-def parts_of(sheet: Sheet) -> np.ndarray:
-    """Connected part of the mesh of a sheet that each of its vertices is in, int64 (n_vertex,)."""
-    surface = sheet.surface
-    t, n = surface.triangles, surface.n_vertex
-    one, two = np.concatenate([t[:, [0, 1]], t[:, [1, 2]]]).T
-    links = coo_array((np.ones(len(one)), (one, two)), shape=(n, n))
-    label: np.ndarray = connected_components(links, directed=False)[1].astype(np.int64)
-    return label
+def parts_of(surface: TriSurface) -> np.ndarray:
+    """Connected part of a mesh that each of its vertices is in, int64 (n_vertex,)."""
+    t = surface.triangles
+    found: np.ndarray = join_pairs(np.concatenate([t[:, :2], t[:, 1:]]), surface.n_vertex)
+    return found
 
 
 def nodes_to_stand_in(

@@ -14,6 +14,7 @@ import numpy as np
 from geosurf.arrangement.threads import map_threads
 from geosurf.conventions import place
 from geosurf.errors import GeometryError
+from geosurf.kernels.lattices.sets import ranges
 from geosurf.model.sheets import DataUse
 from geosurf.sheets.faults.cut_edges import Cuts, Part, Walls, is_torn, walls_of, within
 from geosurf.sheets.faults.fault_distance import (
@@ -274,9 +275,8 @@ def _overlap_at_dip(picks: Picks, mesh: FaultMesh, high: np.ndarray, low: np.nda
     upper, lower = _points(picks, high), _points(picks, low)
     rows, block = blocks.of(upper)
     count = blocks.starts[block + 1] - blocks.starts[block]
-    point = np.repeat(rows, count)
-    k = np.arange(len(point)) - np.repeat(np.cumsum(count) - count, count)
-    t = blocks.items[np.repeat(blocks.starts[block], count) + k]
+    of, at = ranges(blocks.starts[block], count)
+    point, t = rows[of], blocks.items[at]
 
     # most triangles are above both picks, or below both
     foot, top = corners[..., 2].min(axis=1), corners[..., 2].max(axis=1)

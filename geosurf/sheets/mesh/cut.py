@@ -15,16 +15,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array
-from scipy.sparse.csgraph import breadth_first_order, connected_components, maximum_flow
+from scipy.sparse.csgraph import breadth_first_order, maximum_flow
 from scipy.spatial import cKDTree
 
 from geosurf.arrangement.search import find_contacts
 from geosurf.conventions import frame_origin
 from geosurf.kernels.lattices.sets import distinct, is_among
+from geosurf.kernels.meshes.mesh import join_pairs
 from geosurf.model import Patches, TriSurface
 from geosurf.model.base import all_of, any_of
 from geosurf.rebuild import patches_from
 from geosurf.rebuild.ghosts import WALL, kept_parts
+from geosurf.sheets.heights.missing import parts_of
 from geosurf.sheets.lattice.picks import Frame
 from geosurf.sheets.lattice.solve import around
 from geosurf.sheets.mesh.torn_mesh import Torn, Triangles, outer_ghosts, renumbered
@@ -218,9 +220,8 @@ def _clusters(uv: np.ndarray) -> list[np.ndarray]:
     """Rows of points [cells] that are joined by steps of at most `ONE_HOLE`."""
     # Single linkage in the map: holes are lines along faults.
     pairs = cKDTree(uv).query_pairs(ONE_HOLE, output_type="ndarray")
-    links = coo_array((np.ones(len(pairs)), pairs.T), shape=(len(uv), len(uv)))
-    count, label = connected_components(links, directed=False)
-    return [np.flatnonzero(label == k) for k in range(count)]
+    label = join_pairs(pairs, len(uv))
+    return [np.flatnonzero(label == k) for k in distinct(label)]
 
 
 def _hole(
@@ -432,10 +433,7 @@ def cut_band(
 
 def _near_holes(band: Band, vertices: np.ndarray, holes: Sequence[Hole]) -> np.ndarray:
     """Which vertices, numbers of `Torn`, are on an island of the band that has a hole."""
-    n, faces = len(band.vertex), band.surface.triangles
-    one, two = faces[:, [0, 1]].T.ravel(), faces[:, [1, 2]].T.ravel()
-    links = coo_array((np.ones(len(one), dtype=bool), (one, two)), shape=(n, n))
-    _, island = connected_components(links, directed=False)
+    island = parts_of(band.surface)
     ghosts = np.concatenate([np.empty(0, dtype=np.int64), *(hole.ghosts for hole in holes)])
     return is_among(
         island[np.searchsorted(band.vertex, vertices)],

@@ -24,10 +24,10 @@ from geosurf.sheets.faults.network import faults_in_words
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.data import Scattered
 from geosurf.sheets.lattice.picks import Picks, scale_of
-from geosurf.sheets.lattice.solve import BEND, CHOLESKY, EXACT, Graph, around, energy_of, weights_of
+from geosurf.sheets.lattice.solve import BEND, CHOLESKY, EXACT, Graph, energy_of, weights_of
 from geosurf.sheets.mesh.build import Built
 from geosurf.sheets.mesh.cut import Hole, walls_of_vertices
-from geosurf.sheets.mesh.ghosts import HOLD, JOINED, bends, mesh_graph
+from geosurf.sheets.mesh.ghosts import HOLD, sheet_around
 from geosurf.sheets.mesh.torn_mesh import Torn, Triangles
 from geosurf.triangulate import triangulate_fault
 
@@ -102,10 +102,9 @@ def ghosts_by_points(
 
         # nodes near these ghosts move with them; farther ones hold the sheet
         fixed = distinct(vertex[vertex >= torn.n_node]) - torn.n_node
-        shape = picks.frame.shape
-        inner = around(distinct(torn.node_of_ghost[fixed]), shape, JOINED)
-        nodes = distinct(around(inner, shape, 3), around(torn.node_of_ghost, shape, 3))
-        nodes = nodes[np.isfinite(state.values[nodes])]
+        nodes, graph, value, bend, moves = sheet_around(
+            torn, triangles, bits, state.values, fixed, bent
+        )
 
         # points of the wall itself in that region are rows as well
         used = np.flatnonzero(state.used)
@@ -122,11 +121,6 @@ def ghosts_by_points(
         )
 
         # solve for what is left without the bend at tips, nodes first, then ghosts
-        graph, _ = mesh_graph(torn, triangles, nodes, bits)
-        bend = bends(bent, torn, nodes)
-        start = state.values[torn.anchor] - (0.0 if bent is None else bent(torn.anchor))
-        value = np.concatenate([state.values[nodes] - bend[: len(nodes)], start])
-        moves = np.concatenate([is_among(nodes, inner), np.ones(len(torn.anchor), dtype=bool)])
         z = picks.z[pick] - (share * bend[slot]).sum(axis=1)
         value = _drawn_to(graph, value, moves, slot, share, z, picks.frame.stretch, weight) + bend
         moved = moves[: len(nodes)]

@@ -12,6 +12,7 @@ from functools import partial
 import numpy as np
 
 from geosurf.kernels.lattices.sets import distinct, is_among
+from geosurf.kernels.meshes.mesh import join_pairs
 from geosurf.sheets.faults.cut_edges import EAST, NORTH
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.picks import Frame, Picks, scale_of
@@ -110,23 +111,13 @@ def joined_heights(
     are bent by at tips, which is not smoothed. Writes new `heights` around the ghosts of `fixed`,
     and returns these nodes and smooth heights of the ghosts.
     """
-    shape = (triangles.n_row, triangles.n_col)
     given = np.fromiter(fixed.keys(), dtype=np.int64, count=len(fixed))
     picked = np.fromiter(fixed.values(), dtype=np.float64, count=len(fixed))
-
-    # inner: nodes that move; three more cells of nodes hold them, as far as third differences reach
-    inner = around(distinct(torn.node_of_ghost[given]), shape, JOINED)
-    nodes = distinct(around(inner, shape, 3), around(torn.node_of_ghost, shape, 3))
-    nodes = nodes[np.isfinite(heights[nodes])]
-    graph, _ = mesh_graph(torn, triangles, nodes, cut)
-    n, n_ghost = len(nodes), len(torn.anchor)
-    bend = bends(bent, torn, nodes)
-    start = heights[torn.anchor] - (0.0 if bent is None else bent(torn.anchor))
-    value = np.concatenate([heights[nodes] - bend[:n], start])
-    free = np.concatenate([is_among(nodes, inner), np.ones(n_ghost, dtype=bool)])
+    nodes, graph, value, bend, free = sheet_around(torn, triangles, cut, heights, given, bent)
+    n = len(nodes)
     # As in `ghost_heights`, but real nodes next to the ghosts are unknowns as well.
     number = np.where(free, np.cumsum(free) - 1, -1)
-    pull, target = np.full(n + n_ghost, HOLD), value.copy()
+    pull, target = np.full(len(value), HOLD), value.copy()
 
     # data of nodes and of ghosts, each with the weight that its noise allows
     known = data(nodes)
@@ -140,6 +131,32 @@ def joined_heights(
     moved = free[:n]
     heights[nodes[moved]] = value[:n][moved]
     return nodes[moved], dict(zip(given.tolist(), value[n + given].tolist(), strict=True))
+
+
+def sheet_around(
+    torn: Torn,
+    triangles: Triangles,
+    cut: np.ndarray,
+    heights: np.ndarray,
+    ghosts: np.ndarray,
+    bent: Callable[..., np.ndarray] | None,
+) -> tuple[np.ndarray, Graph, np.ndarray, np.ndarray, np.ndarray]:
+    """The sheet around some ghosts, to be solved for with them: its nodes, then all ghosts.
+
+    Nodes; the graph of both; heights without what they are bent by at tips, and that bend; which
+    of them move.
+    """
+    shape = (triangles.n_row, triangles.n_col)
+
+    # inner: nodes that move; three more cells of nodes hold them, as far as third differences reach
+    inner = around(distinct(torn.node_of_ghost[ghosts]), shape, JOINED)
+    nodes = distinct(around(inner, shape, 3), around(torn.node_of_ghost, shape, 3))
+    nodes = nodes[np.isfinite(heights[nodes])]
+    bend = bends(bent, torn, nodes)
+    start = heights[torn.anchor] - (0.0 if bent is None else bent(torn.anchor))
+    value = np.concatenate([heights[nodes] - bend[: len(nodes)], start])
+    moves = np.concatenate([is_among(nodes, inner), np.ones(len(start), dtype=bool)])
+    return nodes, mesh_graph(torn, triangles, nodes, cut)[0], value, bend, moves
 
 
 def mesh_graph(
@@ -251,15 +268,6 @@ def _with_pieces(torn: Torn, triangles: Triangles, pieces: Sequence[Piece]) -> T
     # New ghosts are numbered behind the old ones.
     n_old = torn.n_node + len(torn.anchor)
     corners = triangles.corners(np.array([t for t, _ in pieces], dtype=np.int64)).tolist()
-    # corner k of piece p is 3 p + k; it is one with its lead, which is a corner of an earlier piece
-    lead = list(range(3 * len(pieces)))
-
-    def find(x: int) -> int:
-        """The corner that stands for all that are one with x."""
-        while lead[x] != x:
-            x = lead[x]
-        return x
-
     # (known node, other node, vertex over the known one) -> other corners of pieces with that edge
     edges: dict[tuple[int, int, int], list[int]] = {}
     for p, (_, known) in enumerate(pieces):
@@ -268,25 +276,24 @@ def _with_pieces(torn: Torn, triangles: Triangles, pieces: Sequence[Piece]) -> T
                 if m != n:
                     edges.setdefault((m, n, v), []).append(3 * p + k)
 
-    # union of corners: pieces that share an edge from a known end share its other end
-    for first, *others in edges.values():
-        for other in others:
-            a, b = find(first), find(other)
-            lead[max(a, b)] = min(a, b)
+    # union of corners, 3 p + k for corner k of piece p: pieces that share an edge from a known end
+    # share its other end
+    pairs = [(first, other) for first, *others in edges.values() for other in others]
+    lead = join_pairs(np.array(pairs, dtype=np.int64).reshape(-1, 2), 3 * len(pieces)).tolist()
 
     # known corners keep their vertex; each other group becomes one new ghost
     vertex: dict[int, int] = {}
     for p, (_, known) in enumerate(pieces):
         for k, n in enumerate(corners[p]):
             if n in known:
-                vertex[find(3 * p + k)] = known[n]
+                vertex[lead[3 * p + k]] = known[n]
     anchors: list[int] = []
     nodes: list[int] = []
     rows = []
     for p, (_, known) in enumerate(pieces):
         row = []
         for k, n in enumerate(corners[p]):
-            root = find(3 * p + k)
+            root = lead[3 * p + k]
             if root not in vertex:
                 vertex[root] = n_old + len(nodes)
                 # The anchor of a new ghost is that of a vertex next to it: it is on the same sheet.

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
-from geosurf.kernels.meshes.mesh import edge_keys
+from geosurf.kernels.lattices.sets import pairs_of_equal
+from geosurf.kernels.meshes.mesh import edge_keys, join_pairs
 from geosurf.measure.columns import columns_through, fault_between, nearest_first
 from geosurf.model import Patches, Sheet, TriSurface
 from geosurf.model.tops import Tops
@@ -101,10 +100,7 @@ def _own_corners(faces: np.ndarray, on_fault: np.ndarray, n_vertex: int) -> np.n
     key = edge_keys(faces, n_vertex)
 
     # half-edges with the same key follow each other; pairs one, two are the two sides of an edge
-    half = np.flatnonzero(~on_fault)
-    half = half[np.argsort(key[half], kind="stable")]
-    same = np.flatnonzero(key[half[1:]] == key[half[:-1]])
-    one, two = half[same], half[same + 1]
+    one, two = pairs_of_equal(key, np.flatnonzero(~on_fault))
 
     # both ends of a common edge: corner k of a triangle, and the one after it
     flat = faces.ravel()
@@ -112,11 +108,11 @@ def _own_corners(faces: np.ndarray, on_fault: np.ndarray, n_vertex: int) -> np.n
     starts = np.where(flat[one] == flat[two], two, after[two])
     ends = np.where(flat[one] == flat[two], after[two], two)
     a, b = np.concatenate([one, after[one]]), np.concatenate([starts, ends])
-    links = coo_array((np.ones(len(a)), (a, b)), shape=(len(flat), len(flat)))
 
     # corners that are joined are one vertex
-    number: np.ndarray = connected_components(links, directed=False)[1]
-    return number.astype(np.int64)
+    joined = join_pairs(np.stack([a, b], axis=1), len(flat))
+    number: np.ndarray = np.unique(joined, return_inverse=True)[1]
+    return number
 
 
 def place_keys(points: np.ndarray) -> np.ndarray:
