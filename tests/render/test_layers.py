@@ -27,11 +27,11 @@ def test_a_big_grid_is_strided_to_its_border_and_its_own_triangles_are_never_mad
 
 def test_blocks_move_sideways_and_zones_up_and_down(units):
     shifts = dict(zip(units, surface_layers.explosion(units, 0.5), strict=True))
-    west, east = shifts["Top/Base, F1-"], shifts["Top/Base, F1+"]
+    west, east = shifts["Top/Base F1-"], shifts["Top/Base F1+"]
     assert west[0] < 0 < east[0]
     assert west[2] == east[2] == 0.0
     height = units.box[5] - units.box[4]
-    assert shifts["above Top, F1-"][2] == 0.5 * height
-    assert shifts["below Base, F1-"][2] == -0.5 * height
-    np.testing.assert_array_equal(shifts["above Top, F1-"][:2], west[:2])
+    assert shifts["above Top F1-"][2] == 0.5 * height
+    assert shifts["below Base F1-"][2] == -0.5 * height
+    np.testing.assert_array_equal(shifts["above Top F1-"][:2], west[:2])
     assert all((shift == 0.0).all() for shift in surface_layers.explosion(units, 0.0))

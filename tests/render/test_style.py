@@ -101,7 +101,7 @@ def test_themes_change_the_background_and_no_zone(units, tmp_path):
 def test_only_selects_surfaces_units_zones_and_blocks(scene, units, tmp_path):
     assert len(show_units(units).legend) == 6
     path = tmp_path / "x.png"
-    for only, count in ((["Top/Base"], 2), (["F1-"], 3), (["below Base, F1+"], 1)):
+    for only, count in ((["Top/Base"], 2), (["F1-"], 3), (["below Base F1+"], 1)):
         ScenePlots(SimpleNamespace(units=units)).units(path=path, only=only, size=SMALL)
         assert pixels(path).min() < 0.9
         assert len(show_units(units, only=Selection(tuple(only))).legend) == count
