@@ -24,6 +24,7 @@ from geosurf.conventions.axes import (
     HORIZON_DIMS,
     METRES_PER_UNIT,
     elevation_sign,
+    metres_of,
     metres_per_unit,
     rising_diagonal,
 )
@@ -75,6 +76,7 @@ __all__ = [
     "is_word",
     "known_names",
     "length_text",
+    "metres_of",
     "metres_per_unit",
     "number_text",
     "place",

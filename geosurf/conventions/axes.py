@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions.checks import is_word
+from geosurf.conventions.checks import is_word, real_numbers
 from geosurf.errors import InputError
 
 # ---- length units ----------------------------------------
@@ -157,6 +157,17 @@ def metres_per_unit(length_unit: str | None, what: str) -> float:
             f"Set attrs['units'] or length_unit= to one of {known}."
         )
     return factor
+
+
+def metres_of(part: Any, what: str) -> np.ndarray:
+    """Values of a DataArray [m], by its own unit of length; without one they are metres."""
+    factor = metres_per_unit(part.attrs.get("units", "m"), what)
+    try:
+        return real_numbers(part.values) * factor
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            f"{what} has values of dtype {part.dtype}, expected metres. Convert them to float."
+        ) from error
 
 
 # ---- column names ----------------------------------------

@@ -217,6 +217,13 @@ def weights_at(corners: np.ndarray, feet: np.ndarray) -> np.ndarray:
     return weight
 
 
+def shares_at(corners: np.ndarray, feet: np.ndarray) -> np.ndarray:
+    """The same weights with a sum of 1: shares of the corners in values at the feet."""
+    weight = weights_at(corners, feet)
+    shares: np.ndarray = weight / weight.sum(axis=1, keepdims=True)
+    return shares
+
+
 def elevations(corners: np.ndarray, feet: np.ndarray) -> np.ndarray:
     """Elevation of triangles (n, 3, 3) at feet (n, 2) inside their shadows."""
     weight = weights_at(corners, feet)

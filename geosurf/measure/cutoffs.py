@@ -319,9 +319,7 @@ def juxtaposition_table(patches: Patches, units: Units, fault: str) -> xarray.Da
     pairs, group, between = pairs_of(faces)
 
     # fsum, so that the areas of all pairs and their total agree to the last digit
-    order, ends = _by_group(group, len(pairs))
-    of_pair = np.split(faces.areas[between][order], ends[:-1])[: len(pairs)]
-    areas = [math.fsum(some.tolist()) for some in of_pair]
+    areas = sums_by_group(group, faces.areas[between], len(pairs))
     listed = faces.listed
     coords: dict[str, Any] = {}
 
@@ -358,11 +356,13 @@ def pairs_of(faces: Faces) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return np.stack(np.divmod(keys, n_unit), axis=1), group, between
 
 
-def _by_group(group: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Rows in the order of their groups, and where each of n groups ends."""
+def sums_by_group(group: np.ndarray, values: np.ndarray, n: int) -> np.ndarray:
+    """Sum of the values of each of n groups, without rounding in between, float64 (n,)."""
     # numbers of 16 bits are sorted in a time that grows with their number only
     order = np.argsort(group.astype(np.uint16) if n < 1 << 16 else group, kind="stable")
-    return order, np.cumsum(np.bincount(group, minlength=n))
+    ends = np.cumsum(np.bincount(group, minlength=n))
+    parts = np.split(values[order], ends[:-1])[:n]
+    return np.array([math.fsum(part.tolist()) for part in parts])
 
 
 def _kind(listed: Sequence[Unit], a: int, b: int) -> str:

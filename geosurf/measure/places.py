@@ -17,7 +17,7 @@ from geosurf.conventions import (
     HORIZON_DIMS,
     elevation_sign,
     is_number,
-    metres_per_unit,
+    metres_of,
     real_numbers,
 )
 from geosurf.conventions.checks import points_of_foreign
@@ -225,13 +225,10 @@ def _of_xarray(where: Any) -> Places:
     found = []
     for name in NAMES:
         one = xarray.DataArray(known[name]).drop_vars([*known[name].coords], errors="ignore")
-        factor = metres_per_unit(one.attrs.get("units", "m"), f"{name!r} of the places")
+        values = metres_of(one, f"{name!r} of the places")
         if name == "elevation":
-            factor *= elevation_sign(one.attrs.get("positive", "up"), "the places")
-        try:
-            found.append(one.copy(data=real_numbers(one.values) * factor + 0.0))
-        except (TypeError, ValueError) as error:
-            raise InputError(f"{name!r} of the places is not numeric ({error}). {HOW}.") from error
+            values = values * elevation_sign(one.attrs.get("positive", "up"), "the places")
+        found.append(one.copy(data=values + 0.0))
 
     # levels lead, rows and columns follow, as grids have them
     xarray.align(*found, join="exact")

@@ -11,7 +11,7 @@ import numpy as np
 
 from geosurf.conventions import known_names, place
 from geosurf.errors import InputError
-from geosurf.kernels.meshes.mesh import edge_keys
+from geosurf.kernels.lattices.sets import rim_edges
 from geosurf.measure.closures import area_in_map, clipped
 from geosurf.measure.faces import faces_of
 from geosurf.measure.locate import boundaries_of, locator_of
@@ -98,8 +98,7 @@ def region_labels(patches: Patches, units: Units, horizon: str) -> dict[str, np.
     for name in units.regions:
         t = faces.triangles[names == name]
         if len(t):
-            key, count = np.unique(edge_keys(t, len(faces.x)), return_counts=True)
-            ends = np.stack(np.divmod(key[count == 1], len(faces.x)), axis=1)
+            ends = rim_edges(t)
             middles = faces.x[t].mean(axis=1)
             rim = np.concatenate([faces.x[ends[:, 0]], faces.x[ends].mean(axis=1)])
             away = KDTree(rim[:, :2]).query(middles[:, :2])[0]

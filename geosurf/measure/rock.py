@@ -15,6 +15,7 @@ import numpy as np
 
 from geosurf.errors import InputError
 from geosurf.kernels.exact.predicates import frame_of
+from geosurf.kernels.lattices.sets import pairs_of_equal
 from geosurf.kernels.meshes.mesh import edge_keys, edges, join_pairs, renumbered
 from geosurf.kernels.meshes.seams import DONE, NEEDS_EXACT, sort_seams
 from geosurf.measure.cutoffs import level_of
@@ -246,11 +247,9 @@ def _fans(x: np.ndarray, t: np.ndarray, inside: np.ndarray, is_fault: np.ndarray
     ends[falls] = ends[falls, ::-1]
 
     # around an edge that no fault has, all see the same rock, each from the side where rock is
-    plain = np.flatnonzero(~at)
-    plain = plain[np.argsort(key[plain], kind="stable")]
-    same = np.flatnonzero(key[plain[1:]] == key[plain[:-1]])
-    seen = ends[plain] + 3 * (plain // 3 + inside[plain // 3, 1])[:, None]
-    pairs = [np.stack([seen[same], seen[same + 1]], axis=2).reshape(-1, 2)]
+    plain = pairs_of_equal(key, np.flatnonzero(~at))
+    seen = [ends[of] + 3 * (of // 3 + inside[of // 3, 1])[:, None] for of in plain]
+    pairs = [np.stack(seen, axis=2).reshape(-1, 2)]
 
     # at a fault, in the order of their angles: each sees the next one
     faults = np.flatnonzero(at)

@@ -16,7 +16,7 @@ import numpy as np
 from geosurf.conventions import is_number, known_names, real_numbers
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.lazy import xarray
-from geosurf.measure.cutoffs import juxtaposition_table, pairs_of
+from geosurf.measure.cutoffs import juxtaposition_table, pairs_of, sums_by_group
 from geosurf.measure.faces import edges_of, faces_of
 from geosurf.measure.walls import Walls
 from geosurf.model import Patches, Units
@@ -243,7 +243,7 @@ def fault_seal(
     known = np.isfinite(sgr).all(axis=1)
     held = np.where(known[:, None], sgr, 0.0)
     reach = [known * share_above(held, limit) for limit in (-np.inf, *classes, np.inf)]
-    by_class = [_sums(pair, area * (more - less), n) for more, less in pairwise(reach)]
+    by_class = [sums_by_group(pair, area * (more - less), n) for more, less in pairwise(reach)]
     told = {"units": "m2", "long_name": "area with a shale gouge ratio in each class"}
     data["class_area"] = (("pair", "sgr_class"), np.stack(by_class, axis=1), told)
     assumed = values.assumed.reshape(shape).any(axis=1)
@@ -251,7 +251,11 @@ def fault_seal(
         ("unknown_area", ~known, "area without a shale gouge ratio"),
         ("assumed_area", assumed, "area that rests on cut-offs continued beyond their ends"),
     ):
-        data[name] = "pair", _sums(pair, mask * area, n), {"units": "m2", "long_name": meaning}
+        data[name] = (
+            "pair",
+            sums_by_group(pair, mask * area, n),
+            {"units": "m2", "long_name": meaning},
+        )
     data |= _of_pairs(data, pair, np.where(known, area, 0.0), n)
     reservoir = [u.zone in units.reservoir and vshale[u.zone] < shale for u in faces.listed]
     kinds = np.array(JUXTAPOSED, dtype=object)[np.array(reservoir)[pairs].sum(axis=1)]
@@ -271,14 +275,6 @@ JUXTAPOSED = (
 )  # fmt: skip
 
 
-def _sums(pair: np.ndarray, values: np.ndarray, n: int) -> np.ndarray:
-    """Sum over the triangles of each pair, without rounding in between."""
-    order = np.argsort(pair, kind="stable")
-    ends = np.cumsum(np.bincount(pair, minlength=n))
-    parts = np.split(values[order], ends[:-1])[:n]
-    return np.array([math.fsum(part.tolist()) for part in parts])
-
-
 def _of_pairs(
     data: Mapping[str, Any], pair: np.ndarray, weight: np.ndarray, n: int
 ) -> dict[str, Any]:
@@ -287,7 +283,7 @@ def _of_pairs(
     for key in ("sgr", "throw"):
         values, attrs = np.nan_to_num(data[key][1].mean(axis=1)), data[key][2]
         with np.errstate(invalid="ignore", divide="ignore"):
-            mean = _sums(pair, weight * values, n) / _sums(pair, weight, n)
+            mean = sums_by_group(pair, weight * values, n) / sums_by_group(pair, weight, n)
         found[f"mean_{key}"] = "pair", mean, {**attrs, "long_name": f"mean {attrs['long_name']}"}
     for key, choose, word in (
         ("sgr", np.fmin, "min"), ("sgr", np.fmax, "max"), ("csp", np.fmin, "min"),

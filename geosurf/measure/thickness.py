@@ -16,12 +16,10 @@ from geosurf.conventions import (
     did_you_mean,
     is_number,
     length_text,
-    metres_per_unit,
-    real_numbers,
+    metres_of,
 )
 from geosurf.errors import GeosurfWarning, InputError, InvariantError
-from geosurf.kernels.lattices.sets import distinct
-from geosurf.kernels.meshes.mesh import edge_keys
+from geosurf.kernels.lattices.sets import distinct, rim_edges
 from geosurf.measure.columns import cross_columns, elevations
 from geosurf.measure.faces import faces_of
 from geosurf.measure.locate import keys_at, runs_of_keys
@@ -221,14 +219,7 @@ def nodes_of(grid: Any, box: tuple[float, ...]) -> Nodes:
                 "Give northing and easting [m], or the width of a cell."
             )
         axis = grid.coords[name]
-        factor = metres_per_unit(axis.attrs.get("units", "m"), f"coordinate {name!r} of the map")
-        try:
-            values = real_numbers(axis.values) * factor
-        except (TypeError, ValueError) as error:
-            raise InputError(
-                f"coordinate {name!r} of the map has dtype {axis.dtype}, expected metres. Convert "
-                "it to float."
-            ) from error
+        values = metres_of(axis, f"coordinate {name!r} of the map")
         if not np.isfinite(values).all():
             raise InputError(f"coordinate {name!r} of the map has values that are not finite.")
         axes.append((axis.dims, values))
@@ -614,8 +605,7 @@ def horizon_on_grid(
     )  # fmt: skip
 
     # rims of the horizon on faults: both walls, where they are apart
-    key, uses = np.unique(edge_keys(faces.triangles, len(faces.x)), return_counts=True)
-    ends = np.stack(np.divmod(key[uses == 1], len(faces.x)), axis=1)
+    ends = rim_edges(faces.triangles)
     rows = [i for i, source in enumerate(patches.sources) if source.role == "fault"]
     on_fault = np.isin(faces.point, patches.triangles[np.isin(patches.surface_of_triangle, rows)])
     a, b = faces.x[ends[on_fault[ends].all(axis=1)]].transpose(1, 0, 2)

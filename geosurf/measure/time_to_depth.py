@@ -18,7 +18,7 @@ import numpy as np
 
 from geosurf.arrangement.triangles import halved
 from geosurf.errors import GeometryError, InputError
-from geosurf.measure.columns import cross_columns, signs_of_turns, weights_at
+from geosurf.measure.columns import cross_columns, shares_at, signs_of_turns
 from geosurf.measure.locate import boundaries_of, locator_of
 from geosurf.measure.places import NAMES, well_intervals
 from geosurf.measure.velocity import Velocity, deeper, later
@@ -241,8 +241,7 @@ def crossings_of(mesh: Mesh, groups: tuple[int, ...], feet: np.ndarray) -> Cross
     found = cross_columns(mesh.local, t, feet, middle)
     order = np.lexsort((found.triangle, -found.elevation, found.foot))
     foot, triangle = found.foot[order], found.triangle[order]
-    weights = weights_at(mesh.local[t[triangle]], feet[foot])
-    weights /= weights.sum(axis=1)[:, None]
+    weights = shares_at(mesh.local[t[triangle]], feet[foot])
     return Crossings(foot, t[triangle], weights, below[rows[triangle]], found.elevation[order])
 
 
@@ -415,8 +414,7 @@ def shadowed(
     near = near[np.lexsort((found.triangle[near], away[near], found.foot[near]))]
     rows, first = np.unique(found.foot[near], return_index=True)
     corners = t[found.triangle[near[first]]]
-    weights = weights_at(mesh.local[corners], feet[rows])
-    return rows, corners, weights / weights.sum(axis=1)[:, None]
+    return rows, corners, shares_at(mesh.local[corners], feet[rows])
 
 
 def velocities_at_wells(

@@ -22,7 +22,7 @@ import numpy as np
 
 from geosurf.conventions import place
 from geosurf.errors import GeometryError
-from geosurf.kernels.lattices.sets import is_among
+from geosurf.kernels.lattices.sets import is_among, pairs_of_equal
 from geosurf.kernels.meshes.mesh import edge_keys
 from geosurf.measure.faces import MINUS, PLUS, POINTS, Faces
 
@@ -69,10 +69,9 @@ class Walls:
         faces = self.faces
         rows = np.flatnonzero(faces.sides[:, side] >= 0)
         key = edge_keys(faces.triangles[rows], len(faces.x))
-        order = np.argsort(key, kind="stable")
-        twice = np.flatnonzero(key[order[1:]] == key[order[:-1]])
-        units = faces.sides[rows, side][np.stack([order[twice], order[twice + 1]], axis=1) // 3]
-        ends = np.stack(np.divmod(key[order[twice]], len(faces.x)), axis=1)
+        one, two = pairs_of_equal(key, np.arange(len(key)))
+        units = faces.sides[rows, side][np.stack([one, two], axis=1) // 3]
+        ends = np.stack(np.divmod(key[one], len(faces.x)), axis=1)
         a, b = faces.point[ends].T
         cut = (np.diff(faces.zones[units], axis=1).ravel() != 0) & is_among(
             a * POINTS + b, horizons

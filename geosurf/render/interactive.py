@@ -11,6 +11,7 @@ import numpy as np
 from geosurf.conventions import counted, palette, volume_text
 from geosurf.conventions.palette import unit_colours
 from geosurf.errors import InputError
+from geosurf.kernels.lattices.sets import rim_edges
 from geosurf.kernels.meshes.mesh import first_seen, number_keys
 from geosurf.model import (
     Curves,
@@ -29,7 +30,6 @@ from geosurf.render.surface_layers import (
     explosion,
     mesh_to_draw,
     outline,
-    rim,
     shells_to_draw,
     thinned,
 )
@@ -378,7 +378,7 @@ def view_of_surfaces(
                 light.vertices,
                 light.triangles,
                 np.zeros(light.n_triangle, dtype=np.int64),
-                rim(light.triangles),
+                rim_edges(light.triangles),
                 (("Role", surface.role), ("Size", counted(surface.n_triangle, "triangle"))),
                 closed=False,
                 shown=only_walls or surface.role != "wall",  # walls hide all others

@@ -13,6 +13,7 @@ import numpy as np
 from geosurf.conventions import counted, is_number, length_text, palette, volume_text
 from geosurf.errors import InputError
 from geosurf.kernels.lattices.run_checks import find_blocks
+from geosurf.kernels.lattices.sets import rim_edges
 from geosurf.kernels.meshes.mesh import edges, ends_of, number_keys, renumbered
 from geosurf.lazy import xarray
 from geosurf.model import Curves, Lattice, Patches, TriSurface, Units
@@ -593,7 +594,7 @@ def _surface_layers(
     # the rim is that of the whole surface: edges where it is clipped are walls'
     points, triangles = surface.vertices, surface.triangles
     walls = np.empty((0, 2), dtype=np.int64)
-    edges = rim(triangles) if len(triangles) <= MAX_RIMMED else walls
+    edges = rim_edges(triangles) if len(triangles) <= MAX_RIMMED else walls
     ends = points[edges]
     if within is not None and len(triangles):
         ends = within.segments(points, edges)
@@ -627,15 +628,6 @@ def show_seals(seals: Sequence[xarray.Dataset], style: PictureStyle) -> Content:
         colour = palette.WALL if math.isnan(mean) else (red, green, blue)
         legend.append(Entry(found.attrs["fault"], colour, words))
     return Content(tuple(layers), tuple(legend), bar=bar)
-
-
-def rim(triangles: np.ndarray) -> np.ndarray:
-    """Return the edges (n_edge, 2) that belong to one triangle only."""
-    # one number for each edge by its ends, the smaller row first: neighbours have the same
-    ends = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-    n = int(triangles.max(initial=0)) + 1
-    keys, count = np.unique(ends.min(axis=1) * n + ends.max(axis=1), return_counts=True)
-    return np.stack(np.divmod(keys[count == 1], n), axis=1)
 
 
 def show_patches(

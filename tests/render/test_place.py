@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from geosurf.conventions import palette
+from geosurf.kernels.lattices.sets import rim_edges
 from geosurf.render import render_place
 from geosurf.render.clip import Prism
 from geosurf.render.compose import show_place
-from geosurf.render.surface_layers import rim
 from tests.strategies import grid, sheet
 
 
@@ -48,7 +48,7 @@ def test_triangles_that_are_cut_still_share_their_corners():
     low, high = np.array([2.3, 3.1, -0.7]), np.array([8.7, 9.9, 0.7])
     box = np.column_stack([low, high]).ravel()
     vertices, triangles, _ = Prism(box).triangles(surface.vertices, surface.triangles)
-    rims = vertices[rim(triangles)]
+    rims = vertices[rim_edges(triangles)]
     on_a_side = (np.isclose(rims, low) | np.isclose(rims, high)).any(axis=2).all(axis=1)
     assert len(rims) > 20
     assert on_a_side.all()

@@ -61,3 +61,13 @@ def pairs_of_equal(numbers: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, n
     order = rows[np.argsort(numbers[rows], kind="stable")]
     same = np.flatnonzero(numbers[order[1:]] == numbers[order[:-1]])
     return order[same], order[same + 1]
+
+
+def rim_edges(triangles: np.ndarray) -> np.ndarray:
+    """Edges (n, 2) that one triangle only has, the lower vertex first."""
+    start, end = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
+
+    # as one number each: rows are sorted ten times as slowly
+    n = int(triangles.max(initial=0)) + 1
+    keys, times = np.unique(np.minimum(start, end) * n + np.maximum(start, end), return_counts=True)
+    return np.stack(np.divmod(keys[times == 1], n), axis=1)

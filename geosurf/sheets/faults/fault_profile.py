@@ -22,7 +22,7 @@ import numpy as np
 
 from geosurf.conventions import place
 from geosurf.errors import GeometryError
-from geosurf.kernels.lattices.sets import distinct
+from geosurf.kernels.lattices.sets import distinct, rim_edges
 from geosurf.kernels.sheets.fault_trace import values_on_triangles
 from geosurf.kernels.sheets.moved_rock import across_fault, distances_from_fault, values_in_table
 from geosurf.model import Sheet, TriSurface, frozen
@@ -299,20 +299,9 @@ def overlapping(triangle: np.ndarray, others: np.ndarray) -> np.ndarray:
     return rows[~apart]
 
 
-def _rim(triangles: np.ndarray) -> np.ndarray:
-    """Edges (n, 2) that one triangle has."""
-    edges = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2)
-    low, high = edges.min(axis=1), edges.max(axis=1)
-
-    # as one number each: rows are sorted ten times as slowly
-    n = int(high.max(initial=0)) + 1
-    keys, times = np.unique(low * n + high, return_counts=True)
-    return np.column_stack(np.divmod(keys[times == 1], n))
-
-
 def _ends(plane: np.ndarray, triangles: np.ndarray, z: np.ndarray) -> np.ndarray:
     """First and last s (n, 2) of a mesh at levels from the lowest to the highest."""
-    a, b = plane[_rim(triangles)].transpose(1, 0, 2)
+    a, b = plane[rim_edges(triangles)].transpose(1, 0, 2)
     low, high = np.minimum(a[:, 1], b[:, 1]), np.maximum(a[:, 1], b[:, 1])
     out = np.empty((MOST[1], 2))
     for i, level in enumerate(np.linspace(z[0], z[1], MOST[1])):
@@ -335,7 +324,7 @@ def _read(
     if len(outside):
         # beyond the mesh: on from the nearest place of its rim, by the mean dip; in parts, as pairs
         # of all points and all rim edges would not fit into memory
-        rim = _rim(triangles)
+        rim = rim_edges(triangles)
         for rows in np.array_split(outside, len(outside) * len(rim) // PAIRS + 1):
             at, value = _nearest(plane, r, rim, points[rows])
             found[rows] = value + slope * (points[rows, 1] - at[:, 1])

@@ -14,13 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import (
-    CONVERSION_ERRORS,
-    HORIZON_DIMS,
-    is_number,
-    metres_per_unit,
-    real_numbers,
-)
+from geosurf.conventions import CONVERSION_ERRORS, HORIZON_DIMS, is_number, metres_of, real_numbers
 from geosurf.errors import InputError
 from geosurf.kernels.sheets.moved_rock import move_rock
 from geosurf.sheets.faults.fault_profile import STEPS, DipLines, Section
@@ -284,20 +278,8 @@ def _profile_of(given: Any, what: str) -> tuple[np.ndarray, np.ndarray]:
             f"and easting, or a profile with coordinate {name!r}."
         )
     along = given[name] if name in given.coords else given[given.dims[0]]
-    found = [_metres_of(part, what) for part in (along, given)]
+    found = [metres_of(part, what) for part in (along, given)]
     return found[0], found[1]
-
-
-def _metres_of(part: Any, what: str) -> np.ndarray:
-    """Values of a DataArray [m]."""
-    factor = metres_per_unit(part.attrs.get("units", "m"), what)
-    try:
-        return real_numbers(part.values) * factor
-    except (TypeError, ValueError) as error:
-        raise InputError(
-            f"{what}: {part.name or 'values'} have dtype {part.dtype}, expected metres. Convert "
-            "them to float."
-        ) from error
 
 
 def _of_profile(s: np.ndarray, throw: np.ndarray, what: str) -> Amount:
@@ -321,13 +303,13 @@ def _of_map(given: Any, corner: np.ndarray, what: str) -> Amount:
             f"{sorted(map(str, given.coords))}; a map has northing and easting [m] as both."
         )
     grid = given.transpose(*HORIZON_DIMS).sortby(list(HORIZON_DIMS))
-    values = _metres_of(grid, what)
+    values = metres_of(grid, what)
     if min(values.shape) < 2 or not np.isfinite(values).all():
         raise InputError(
             f"{what}: a map needs 2 x 2 finite values or more, this is {values.shape[0]} x "
             f"{values.shape[1]}. Fill it with 0 where there is no throw."
         )
-    axes = [_metres_of(grid[key], what) - corner[k] for k, key in enumerate(HORIZON_DIMS[::-1])]
+    axes = [metres_of(grid[key], what) - corner[k] for k, key in enumerate(HORIZON_DIMS[::-1])]
     for key, axis in zip(HORIZON_DIMS[::-1], axes, strict=True):
         if not (np.diff(axis) > 0).all():
             raise InputError(

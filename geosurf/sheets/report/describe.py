@@ -189,11 +189,6 @@ def make_report(closed: Closed, cuts: dict[str, FaultCut], measured: Trims) -> S
     picks, built, solver = closed.picks, closed.built, closed.rebuilt.solver
     state = built.state
     names = list(cuts)
-    traces = state.network.traces
-    shortened: dict[str, int] = {}
-    for (trace, _), n in built.repairs.shortened.items():
-        name = names[traces[trace].fault]
-        shortened[name] = shortened.get(name, 0) + n
     trim = closed.trims.widest
     notes = [
         f"Fault {name!r} does not meet the horizon." for name in names if not len(cuts[name].along)
@@ -222,12 +217,21 @@ def make_report(closed: Closed, cuts: dict[str, FaultCut], measured: Trims) -> S
         sign_changes={name: _sign_changes(cut.throw) for name, cut in cuts.items()},
         tips=count_tips(built),
         declared_tips=state.network.declared_tips,
-        shortened=shortened,
+        shortened=shortened_by_fault(built, names),
         noise=noise,
         filled_blocks=[*closed.rebuilt.filled, *state.filled_blocks],
         notes=notes,
         warnings=warnings,
     )
+
+
+def shortened_by_fault(built: Built, names: Sequence[str]) -> dict[str, int]:
+    """By how many links the tears of each fault end early."""
+    found: dict[str, int] = {}
+    for (trace, _), n in built.repairs.shortened.items():
+        name = names[built.state.network.traces[trace].fault]
+        found[name] = found.get(name, 0) + n
+    return found
 
 
 def _overlap_notes(picks: Picks, state: Heights, names: Sequence[str], trim: float) -> list[str]:

@@ -29,58 +29,6 @@ CLOSE = 1e-10  # cells: how near the particle has to come
 Parts = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
-@dataclass(frozen=True, eq=False)
-class GradualParts:
-    """Parts of the throw where walls change gradually across each fault.
-
-    Attributes
-    ----------
-    slips : sequence of Slip
-    lean : float
-        Wall on a fault itself.
-    widths : sequence of float
-        Distance across each fault over which half of the change takes place [m].
-    acts : sequence of bool
-        Faults that part rock.
-    ends : sequence of (int, int, float, float)
-        Branch, main fault, its wall of that, and the wall that it has beyond.
-    """
-
-    slips: Sequence[Slip]
-    lean: float
-    widths: Sequence[float]
-    acts: Sequence[bool]
-    ends: Sequence[tuple[int, int, float, float]]
-
-    def __call__(self, xy: np.ndarray, z: np.ndarray) -> np.ndarray:
-        """Parts (n_slip, n) at places and elevations."""
-        walls = np.empty((len(self.slips), len(xy)))
-        for wall, slip, width in zip(walls, self.slips, self.widths, strict=True):
-            far = slip.section.distance(xy, z)
-            wall[:] = np.clip(self.lean + far / (2.0 * width), 0.0, 1.0)
-        return parts_in(self.slips, self.acts, self.ends, walls)
-
-
-def parts_in(
-    slips: Sequence[Slip],
-    acts: Sequence[bool],
-    ends: Sequence[tuple[int, int, float, float]],
-    walls: np.ndarray,
-) -> np.ndarray:
-    """Parts (n_slip, n) of the throw in walls, 1 hanging, 0 foot; see `GradualParts`."""
-    out = np.empty_like(walls)
-    for k, slip in enumerate(slips):
-        # a fault that does not meet the horizon moves nothing: part 0
-        wall = walls[k] if acts[k] else np.full_like(walls[k], 1.0 - slip.share)
-        for branch, main, own, beyond in ends:
-            # beyond its main fault a branch has one wall only
-            if branch == k:
-                here = walls[main] if own > 0.5 else 1.0 - walls[main]
-                wall = wall * here + beyond * (1.0 - here)
-        out[k] = wall - 1.0 + slip.share
-    return out
-
-
 class Before:
     """The horizon before it was faulted, linear on its triangles, and on past its rim."""
 
@@ -304,16 +252,35 @@ class Movement:
             out[k] = np.rint(self.distance(k, xy, z) / self.frame.cell * UNIT) > 0
         return out
 
-    def gradual_parts(self, lean: float, branches: Branches) -> GradualParts:
+    def gradual_parts(self, lean: float, branches: Branches) -> Parts:
         """Parts of the throw in walls that change gradually from 0 to 1, `lean` on each fault."""
-        return GradualParts(self.slips, lean, self.blend, branches.acts, self._ends(branches))
+
+        def parts(xy: np.ndarray, z: np.ndarray) -> np.ndarray:
+            """Parts (n_slip, n) at places and elevations."""
+            far = [slip.section.distance(xy, z) for slip in self.slips]
+            walls = [
+                np.clip(lean + f / (2.0 * w), 0.0, 1.0)
+                for f, w in zip(far, self.blend, strict=True)
+            ]
+            return self.parts(branches, np.array(walls).reshape(len(far), len(xy)))
+
+        return parts
 
     def parts(self, branches: Branches, walls: np.ndarray) -> np.ndarray:
         """Parts (n_slip, n) of the throw (see `Slip.move`) in walls, 1 hanging, 0 foot.
 
         Beyond its main fault a branch has one wall only: the one that lies in that direction.
         """
-        return parts_in(self.slips, branches.acts, self._ends(branches), walls)
+        out, ends = np.empty_like(walls), self._ends(branches)
+        for k, slip in enumerate(self.slips):
+            # a fault that does not meet the horizon moves nothing: part 0
+            wall = walls[k] if branches.acts[k] else np.full_like(walls[k], 1.0 - slip.share)
+            for branch, main, own, beyond in ends:
+                if branch == k:
+                    here = walls[main] if own > 0.5 else 1.0 - walls[main]
+                    wall = wall * here + beyond * (1.0 - here)
+            out[k] = wall - 1.0 + slip.share
+        return out
 
     def _ends(self, branches: Branches) -> list[tuple[int, int, float, float]]:
         """Branches, their main faults, their walls of these, and the wall that they have beyond."""

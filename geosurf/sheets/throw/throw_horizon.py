@@ -35,7 +35,14 @@ from geosurf.sheets.mesh.finish import (
     refuse_lost_cutoffs,
     sheet_of,
 )
-from geosurf.sheets.report.describe import count_tips, fault_cuts, longest, met, no_cuts
+from geosurf.sheets.report.describe import (
+    count_tips,
+    fault_cuts,
+    longest,
+    met,
+    no_cuts,
+    shortened_by_fault,
+)
 from geosurf.sheets.throw.attempt import Attempt, attempt, throw_at_early_ends
 from geosurf.sheets.throw.displacement import Movement, movement_of
 
@@ -206,17 +213,13 @@ def _sheet(movement: Movement) -> Sheet:
         lost += lost_at_tips(cuts[name], requested, largest, movement.frame.cell)
 
     # what did not come out as requested
-    shortened: dict[str, int] = {}
-    for (trace, _), n in built.repairs.shortened.items():
-        name = faults[state.network.traces[trace].fault].name
-        shortened[name] = shortened.get(name, 0) + n
     early = throw_at_early_ends(movement, state.network, built.cuts, built.repairs.shortened)
     report = replace(
         _report(best, state, cuts),
         tips=count_tips(built),
         declared_tips=state.network.declared_tips,
         attempts=built.n_cut,
-        shortened=shortened,
+        shortened=shortened_by_fault(built, list(cuts)),
         lost=tuple(lost),
         notes=[*best.notes, *early, *map(str, lost)],
     )

@@ -10,7 +10,7 @@ import numpy as np
 
 from geosurf.kernels.lattices.sets import pairs_of_equal
 from geosurf.kernels.meshes.mesh import edge_keys, join_pairs
-from geosurf.measure.columns import columns_through, fault_between, nearest_first
+from geosurf.measure.columns import columns_through, fault_between, nearest_first, shares_at
 from geosurf.model import Patches, Sheet, TriSurface
 from geosurf.model.tops import Tops
 from geosurf.rebuild import rebuild_surfaces, trim_sheets
@@ -196,19 +196,4 @@ def controls_of(cut: CutHorizon, tops: Tops, rows: np.ndarray) -> Controls:
 
 def shares_in(cut: CutHorizon, triangle: np.ndarray, places: np.ndarray) -> np.ndarray:
     """Shares (n, 3) of the corners of triangles in values at places (n, 2) inside them."""
-    corners = cut.x[cut.triangles[triangle], :2] - places[:, None, :]
-    turn = np.stack(
-        [
-            corners[:, (k + 1) % 3, 0] * corners[:, (k + 2) % 3, 1]
-            - corners[:, (k + 1) % 3, 1] * corners[:, (k + 2) % 3, 0]
-            for k in range(3)
-        ],
-        axis=1,
-    )
-    total = turn.sum(axis=1, keepdims=True)
-    turn = np.maximum(turn * np.sign(total), 0.0)  # below 0 by rounding only
-    total = turn.sum(axis=1, keepdims=True)
-    flat = total[:, 0] == 0
-    turn[flat], total[flat] = 1.0, 3.0
-    shares: np.ndarray = turn / total
-    return shares
+    return shares_at(cut.x[cut.triangles[triangle]], places)

@@ -14,6 +14,7 @@ from geosurf.conventions import length_text, place
 from geosurf.conventions.checks import are_points
 from geosurf.conventions.crs import crs_of
 from geosurf.errors import GeometryError, GeosurfWarning, InputError
+from geosurf.kernels.lattices.sets import ranges
 from geosurf.measure.columns import columns_through
 from geosurf.model import Sheet, SheetReport, TriSurface, frozen
 from geosurf.model.tops import TieReport, TieSettings, Tops
@@ -617,8 +618,8 @@ def _hidden(p: np.ndarray, walls: np.ndarray) -> np.ndarray:
         count = np.searchsorted(sorted_angle, right, "right") - first
 
         # all pairs (wall, point in its angle), one row each
-        wall = np.repeat(which, count)
-        point = order[np.arange(len(wall)) + np.repeat(first - np.cumsum(count) + count, count)]
+        of, at = ranges(first, count)
+        wall, point = which[of], order[at]
 
         # beyond: on the other side of the wall's line than the origin, or within rounding of it
         a, b, v = walls[wall, 0], walls[wall, 1], p[point]
@@ -644,8 +645,7 @@ def _spread(p: np.ndarray, faces: np.ndarray, far: np.ndarray, reach: float) -> 
     while len(changed):
         # triangles around the front, and what they give for each of their corners
         first, last = (np.searchsorted(corner, changed, side) for side in ("left", "right"))
-        count = last - first
-        at = np.arange(count.sum()) + np.repeat(first - np.cumsum(count) + count, count)
+        at = ranges(first, last - first)[1]
         corners, found = _across(p, faces[np.unique(order[at] // 3)], far)
         np.minimum.at(best, corners, found)
         touched = np.unique(corners)
