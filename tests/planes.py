@@ -30,6 +30,16 @@ elevation_m = [-2500, -1700]
 def write_grids(folder: Path) -> World:
     """Write the grids that `INPUTS` names; return the world that they are from."""
     world = gs.synthetic.tilted_planes(n=5)
-    for name, surface in {**world.horizons, **world.faults}.items():
-        gs.write(surface, folder / f"{name}.nc")
+    scenario_tables(folder, world.horizons, world.faults)
     return world
+
+
+def scenario_tables(folder: Path, horizons: dict, faults: dict | None = None) -> str:
+    """Write surfaces as files; the tables of a scenario that name them."""
+    tables = ""
+    for kind, surfaces in (("horizons", horizons), ("faults", faults or {})):
+        for name, one in surfaces.items():
+            file = f"{name}.ts" if isinstance(one, gs.TriSurface) else f"{name}.nc"
+            gs.write(one, folder / file)
+            tables += f'[[{kind}]]\nname = "{name}"\nfile = "{file}"\n'
+    return tables

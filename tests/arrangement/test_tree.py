@@ -121,13 +121,6 @@ def test_voxels_that_would_fill_the_memory_are_refused():
         fit_voxels(a, a, 1e-3)
 
 
-@pytest.mark.parametrize("size", [0.0, -1.0, np.nan, np.inf])
-def test_sizes_that_make_no_sense_are_refused(size):
-    top = grid("Top", np.zeros((3, 3)))
-    with pytest.raises(InputError, match="voxel"):
-        find_contacts([top, top.renamed("Base")], voxel_size=size)
-
-
 def test_unknown_methods_are_refused():
     top = grid("Top", np.zeros((3, 3)))
     with pytest.raises(InputError, match=r"method is 'octree', expected one of \('auto'"):

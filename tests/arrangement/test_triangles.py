@@ -196,15 +196,3 @@ def test_nearly_flat_triangles_are_not_refused():
     contact = assert_true(sliver, FLAT)
     assert contact.kind == "segment"
     assert contact.points[0, 1] != contact.points[1, 1]
-
-
-def test_outside_catalogue(shared, monkeypatch):
-    """Every contact of two triangles that another author thought of, under exact motions."""
-    monkeypatch.syspath_prepend(str(shared))
-    cases = pytest.importorskip("verify.cases")
-    n = 0
-    for configuration, (VA, FA), (VB, FB) in cases.catalogue_variants(4, 6):
-        contact = assert_true(VA[FA[0]], VB[FB[0]])
-        assert len(contact.points) == configuration.corners, configuration.name
-        n += 1
-    assert n > 300

@@ -26,7 +26,6 @@ from geosurf.carve.certificate import certify
 from geosurf.errors import GeometryError, InputError, OpenUnitError
 from geosurf.model import Unit
 from geosurf.synthetic.world import make_fault, make_horizon
-from geosurf.triangulate import triangulate_fault, triangulate_horizon
 from tests import laws, oracles
 from tests.carve.test_certificate import assert_noticed
 from tests.strategies import BOX, faulted_worlds, grid, level, shuffled, soup, upright
@@ -249,15 +248,6 @@ def test_order_changes_nothing(surfaces, seed):
 def test_map_areas_of_faces_are_those_of_all_triangles(surfaces):
     for unit in carve_units(rebuild_surfaces(surfaces)).values():
         assert unit.map_area == pytest.approx(Unit.map_area.func(unit), rel=1e-14)
-
-
-def test_grids_and_their_triangles_give_the_same_units():
-    world = synthetic.graben(n=5)
-    surfaces = [triangulate_horizon(h, name=k) for k, h in world.horizons.items()]
-    surfaces += [triangulate_fault(f, name=k) for k, f in world.faults.items()]
-    units = carve(surfaces, world.box)
-    scene = Scene(world.horizons, world.faults, world.box)
-    assert volumes(units) == pytest.approx(volumes(scene.units), rel=1e-14)
 
 
 def test_three_faults_that_cross_and_five_horizons():

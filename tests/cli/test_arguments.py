@@ -15,6 +15,7 @@ import pytest
 import geosurf as gs
 from geosurf import cli
 from geosurf.cli.parser import commands_of, completion_script, options_of
+from tests.planes import scenario_tables
 
 COMMANDS = commands_of(cli.build_parser())
 MISTAKES = {
@@ -63,11 +64,9 @@ def test_every_command_has_common_options_and_an_example_that_is_accepted(name):
 def scenario(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("arguments")
     world = gs.synthetic.tilted_planes(n=5)
-    for name, surface in {**world.horizons, **world.faults}.items():
-        gs.write(surface, folder / f"{name}.nc")
-    tables = "".join(f'[[horizons]]\nname = "{n}"\nfile = "{n}.nc"\n' for n in world.horizons)
     path = folder / "scenario.toml"
-    path.write_text(f'title = "Planes"\n{tables}[[faults]]\nname = "F1"\nfile = "F1.nc"\n')
+    tables = scenario_tables(folder, world.horizons, world.faults)
+    path.write_text(f'title = "Planes"\n{tables}')
     return path
 
 

@@ -21,6 +21,7 @@ from geosurf.cli.console import ExitCode
 from geosurf.conventions import length_text
 from geosurf.errors import InvariantError
 from geosurf.model import Certificate, Check
+from tests.planes import scenario_tables
 from tests.processes import told_by
 
 
@@ -29,10 +30,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Grids of a small world, a scenario for them, and one that leaks."""
     folder = tmp_path_factory.mktemp("scenario")
     world = gs.synthetic.tilted_planes(n=5)
-    for name, surface in {**world.horizons, **world.faults}.items():
-        gs.write(surface, folder / f"{name}.nc")
-    tables = "".join(f'[[horizons]]\nname = "{n}"\nfile = "{n}.nc"\n' for n in world.horizons)
-    tables += '[[faults]]\nname = "F1"\nfile = "F1.nc"\n'
+    tables = scenario_tables(folder, world.horizons, world.faults)
     output = "[output]\nsize_px = [400, 260]\nmaps = false\nexploded = false\n"
     box = "[box]\neasting_m = [0, 4000]\nnorthing_m = [0, 3000]\nelevation_m = [-2500, -1700]\n"
     (folder / "good.toml").write_text(tables + box + output)

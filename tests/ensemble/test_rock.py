@@ -12,6 +12,7 @@ from geosurf.ensemble import ContactLevel, DepthShift, Discrete, Normal, Uniform
 from geosurf.errors import InputError
 from geosurf.scenario import read_scenario
 from tests.ensemble.worlds import AREA, fault, layer_cake, plane
+from tests.planes import scenario_tables
 
 GIVEN = {
     "net_to_gross": Uniform(0.5, 0.9),
@@ -134,12 +135,10 @@ def test_what_cannot_be_is_refused_before_it_starts(scene, given, words):
 
 
 def test_scenarios_state_them(tmp_path):
-    for name, level in (("Top", -1000.0), ("Base", -1100.0)):
-        gs.write(plane(level), tmp_path / f"{name}.nc")
     path = tmp_path / "s.toml"
+    tables = scenario_tables(tmp_path, {"Top": plane(-1000.0), "Base": plane(-1100.0)})
     path.write_text(
-        '[[horizons]]\nname = "Top"\nfile = "Top.nc"\n[[horizons]]\nname = "Base"\n'
-        'file = "Base.nc"\n[[contacts]]\nname = "OWC"\nelevation_m = -1050.0\n[volumetrics]\n'
+        tables + '[[contacts]]\nname = "OWC"\nelevation_m = -1050.0\n[volumetrics]\n'
         "net_to_gross = {normal = [0.8, 0.1, 0.5, 1.0]}\n"
         "porosity = {oil = {uniform = [0.2, 0.3]}, elsewhere = 0.2}\n"
         "water_saturation = 0.2\nformation_volume_factor = 1.25\n"

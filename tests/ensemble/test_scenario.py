@@ -17,6 +17,7 @@ from geosurf.errors import InputError, ScenarioError
 from geosurf.scene.given import frame_of
 from geosurf.sheets import tear
 from tests.ensemble.worlds import AREA, fault, layer_cake, plane
+from tests.planes import scenario_tables
 
 BOX = """
 [box]
@@ -71,13 +72,10 @@ def write(tmp_path):
     """Write a scenario of the layer cake, with more tables."""
 
     def written(*more):
-        for name, elevation in (("Top", -1000.0), ("Base", -1100.0)):
-            gs.write(plane(elevation), tmp_path / f"{name}.nc")
-        gs.write(fault(), tmp_path / "F1.ts")
-        tables = [f'[[horizons]]\nname = "{n}"\nfile = "{n}.nc"\n' for n in ("Top", "Base")]
-        tables.append('[[faults]]\nname = "F1"\nfile = "F1.ts"\n')
+        horizons = {"Top": plane(-1000.0), "Base": plane(-1100.0)}
+        tables = scenario_tables(tmp_path, horizons, {"F1": fault()})
         path = tmp_path / "scenario.toml"
-        path.write_text("".join([*tables, BOX, *more]))
+        path.write_text("".join([tables, BOX, *more]))
         return path
 
     return written
@@ -121,13 +119,9 @@ def test_where_throws_are_certain_nothing_is_thrown_again(write):
 
 def test_the_base_case_is_torn_once_and_has_the_area_of_what_is_built(tmp_path, monkeypatch):
     world = gs.synthetic.torn("through", n=31)
-    gs.write(world.horizons["Top"], tmp_path / "Top.nc")
-    gs.write(gs.triangulate_fault(world.faults["F1"], name="F1"), tmp_path / "F1.ts")
+    tables = scenario_tables(tmp_path, {"Top": world.horizons["Top"]}, world.faults)
     path = tmp_path / "scenario.toml"
-    path.write_text(
-        '[[horizons]]\nname = "Top"\nfile = "Top.nc"\n[[faults]]\nname = "F1"\nfile = "F1.ts"\n'
-        'extend = ["up", "down"]\n' + TEAR  # a taller box makes the fault longer
-    )
+    path.write_text(tables + 'extend = ["up", "down"]\n' + TEAR)  # a taller box: a longer fault
     plan = planned(path, 1, (), 0, None)[0]
     change, model = plan._change(None), plan.model
     frames = [frame_of(make(change)) for make in (model.outline, model.build)]

@@ -7,7 +7,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.carve.certificate import certify
-from geosurf.errors import InputError, SurfaceError
+from geosurf.errors import SurfaceError
 
 WALLS = gs.build_walls((0.5, 3.5, 0.25, 3.25, -5.0, 5.0))
 
@@ -116,27 +116,3 @@ def test_masked_nodes_are_absent():
     z = np.ma.masked_array(np.zeros((3, 3)), mask=np.eye(3))
     lattice = gs.Lattice(np.arange(3.0), np.arange(3.0), z)
     assert lattice.present.sum() == 6
-
-
-DATES = np.zeros((3, 3), dtype="datetime64[D]")
-TRIANGLE = np.array([[0.0, 0, 0], [9, 0, 0], [0, 9, 0]])
-
-
-@pytest.mark.parametrize("wrong", [DATES, DATES - DATES, TRIANGLE + 1j], ids=str)
-def test_what_numpy_would_make_numbers_of_is_refused(wrong):
-    """Dates would be days since 1970, and complex numbers lose a part."""
-    for take, words in (
-        (
-            lambda x: gs.TriSurface("A", "fault", x, [[0, 1, 2]]),
-            r"'A': the array of vertices is not a num",
-        ),
-        (lambda x: gs.intersect_triangles(x, TRIANGLE), "triangle P is not made of numbers"),
-        (
-            lambda x: gs.triangulate_sticks([x, TRIANGLE], name="F1"),
-            "stick 0 is not a numeric array",
-        ),
-        (lambda x: gs.build_walls((0, 9, 0, 9, 0, 9), x[:, :2]), "aoi: ndarray does not hold num"),
-        (lambda x: gs.build_walls(x[:2].ravel()), "expected six numbers"),
-    ):
-        with pytest.raises(InputError, match=words):
-            take(wrong)

@@ -3,34 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 import geosurf as gs
-from geosurf.errors import InputError
-from geosurf.render.views import check_exaggeration
-from geosurf.synthetic import tilted_planes
-
-NO_NUMBERS = ["25", [25.0], np.nan, np.inf, True, -1.0]
-CALLS = {
-    "voxel_size": lambda s, v: gs.intersect_surfaces(s, voxel_size=v),
-    "reach": lambda s, v: gs.propose_network(
-        gs.rebuild_surfaces([x for x in s if x.role == "fault"]), reach=v
-    ),
-    "exaggeration": lambda s, v: check_exaggeration(v, (0.0, 9.0, 0.0, 9.0, 0.0, 1.0)),
-}
-
-
-@pytest.fixture(scope="module")
-def surfaces():
-    world = tilted_planes()
-    return list(gs.Scene(world.horizons, world.faults, world.box).surfaces)
-
-
-@pytest.mark.parametrize("value", NO_NUMBERS, ids=repr)
-@pytest.mark.parametrize("name", CALLS)
-def test_what_is_no_number_is_refused_by_name(name, value, surfaces):
-    with pytest.raises(InputError, match=rf"^{name} is "):
-        CALLS[name](surfaces, value)
 
 
 def test_a_surface_does_not_change_with_the_arrays_it_was_made_of():

@@ -18,6 +18,7 @@ from tests.invalid_input.building import BUILDING
 from tests.invalid_input.showing import SHOWING
 
 ROWS = {**BUILDING, **SHOWING}
+NAMED = ("voxel_size", "reach", "exaggeration", "tolerance", "noise", "spacing")
 CASES = [(name, argument) for name, row in ROWS.items() for argument in row.wrong]
 
 
@@ -56,6 +57,7 @@ def test_wrong_things_are_told_in_a_sentence(name, argument, tmp_path, monkeypat
         assert not isinstance(caught.value, InvariantError), shown
         assert words.endswith((".", "?", ")", '"')), f"{shown}: {words}"
         assert words.count(" ") > 3, f"{shown}: {words}"
+        assert argument in words or argument not in NAMED, f"{shown}: {words}"
     assert not list(tmp_path.iterdir()), "a refused call leaves no files"
 
 

@@ -8,13 +8,7 @@ import pytest
 import geosurf as gs
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.synthetic.torn_horizon import side_of
-
-
-def table(points, horizon="Top"):
-    """Tops at points (n, 3), one well each."""
-    points = np.atleast_2d(points)
-    names = {"well": [f"W{k}" for k in range(len(points))], "horizon": [horizon] * len(points)}
-    return names | dict(zip(("easting", "northing", "elevation"), points.T, strict=True))
+from tests.measure.worlds import tops_at
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +35,7 @@ def test_law_misfit_of_a_plane_is_what_was_added(planes):
     ramp, *_ = np.linalg.lstsq(np.column_stack([nodes[:, :2], np.ones(len(nodes))]), nodes[:, 2])
     truth = np.column_stack([place, np.ones(40)]) @ ramp
     added = rng.uniform(-20.0, 20.0, 40)
-    found = planes.misfit(table(np.column_stack([place, truth - added])))
+    found = planes.misfit(tops_at(np.column_stack([place, truth - added])))
     np.testing.assert_allclose(found.model, truth, atol=1e-8)
     np.testing.assert_allclose(found.misfit, added, atol=1e-8)
     assert set(found.status.values) == {"found"}
@@ -51,9 +45,9 @@ def test_law_misfit_of_a_plane_is_what_was_added(planes):
 def test_a_top_on_the_other_side_of_a_fault_names_the_fault(planes):
     fault, top = (planes.surface(name) for name in ("F1", "Top"))
     middle = fault.vertices.mean(axis=0)
-    level = float(planes.misfit(table(middle)).model[0])
+    level = float(planes.misfit(tops_at(middle)).model[0])
     beyond = 2.0 * middle[2] - level  # as far on the other side of the fault
-    found = planes.misfit(table([[*middle[:2], beyond], [*middle[:2], level]]))
+    found = planes.misfit(tops_at([[*middle[:2], beyond], [*middle[:2], level]]))
     assert found.fault.values.tolist() == ["F1", ""]
     assert found.block.values[0] != found.block.values[1]
     assert top.n_triangle
@@ -65,7 +59,7 @@ def test_every_sheet_of_a_torn_horizon_is_compared_at_its_own_height(torn):
     step = 25.0
     inner = truth[(truth[:, :2] > 5 * step).all(axis=1) & (truth[:, :2] < 35 * step).all(axis=1)]
     tops = inner[::7]
-    found = scene.misfit(table(tops))
+    found = scene.misfit(tops_at(tops))
     usable = found.status.isin(["found", "several"]).values
     assert usable.mean() > 0.97  # nodes in the cells of the cut-offs may be in the gap
     assert np.nanpercentile(np.abs(found.misfit), 95) < 0.5
@@ -78,7 +72,7 @@ def test_gap_and_repetition(torn):
     world, scene = torn
     foot, hang = (world.truth["cutoffs"]["F1", wall] for wall in "-+")
     middle = 0.5 * (foot + hang)[len(foot) // 2]
-    found = scene.misfit(table(middle + np.array([[0.0, 0.0, -25.0], [0.0, 0.0, 25.0]])))
+    found = scene.misfit(tops_at(middle + np.array([[0.0, 0.0, -25.0], [0.0, 0.0, 25.0]])))
     if world.name.endswith("through"):
         assert found.status.values.tolist() == ["fault gap"] * 2
         assert found.fault.values.tolist() == ["F1"] * 2
@@ -92,8 +86,8 @@ def test_gap_and_repetition(torn):
 def test_what_cannot_be_compared_has_a_status(planes):
     place = planes.surface("Top").vertices[40]
     with pytest.warns(GeosurfWarning, match="1 well top of 'Topp'.*Did you mean 'Top'"):
-        assert planes.misfit(table(place, "Topp")).status.values.tolist() == ["unknown horizon"]
-    far = planes.misfit(table(place + np.array([1e6, 0.0, 0.0])))
+        assert planes.misfit(tops_at(place, "Topp")).status.values.tolist() == ["unknown horizon"]
+    far = planes.misfit(tops_at(place + np.array([1e6, 0.0, 0.0])))
     assert far.status.values.tolist() == ["outside"]
     assert np.isnan(far.model).all()
 

@@ -6,6 +6,8 @@ at whole numbers, so that models are sealed and exact.
 
 from __future__ import annotations
 
+import numpy as np
+
 from geosurf import Scene, TriSurface
 
 BOX = (0.0, 60.0, 0.0, 30.0, -40.0, 0.0)
@@ -43,3 +45,10 @@ def level(name, z):
     """A flat horizon."""
     corners = [(WEST, SOUTH, z), (EAST, SOUTH, z), (EAST, NORTH, z), (WEST, NORTH, z)]
     return TriSurface(name, "horizon", corners, [(0, 1, 2), (0, 2, 3)])
+
+
+def tops_at(points, horizon="Top"):
+    """Tops at points (n, 3), one well each."""
+    points = np.atleast_2d(points)
+    names = {"well": [f"W{k}" for k in range(len(points))], "horizon": [horizon] * len(points)}
+    return names | dict(zip(("easting", "northing", "elevation"), points.T, strict=True))

@@ -13,7 +13,7 @@ from geosurf.cli import main
 from geosurf.errors import OpenUnitError, ScenarioError
 from geosurf.scenario import build_scene, read_scenario, run
 from tests.messages import refused
-from tests.planes import INPUTS, write_grids
+from tests.planes import INPUTS, scenario_tables, write_grids
 
 OUTPUT = """
 [output]
@@ -208,11 +208,7 @@ def test_a_horizon_of_a_scenario_is_continued_and_filled(tmp_path):
     world = gs.synthetic.tilted_planes(n=21)
     top, base = world.horizons["Top"], world.horizons["Base"][2:-2, 3:-1].copy()
     base[4:7, 8:10] = np.nan
-    for name, horizon in (("Top", top), ("Base", base)):
-        gs.write(horizon, tmp_path / f"{name}.nc")
-    text = "".join(
-        f'[[horizons]]\nname = "{name}"\nfile = "{name}.nc"\n' for name in ("Top", "Base")
-    )
+    text = scenario_tables(tmp_path, {"Top": top, "Base": base})
     path = tmp_path / "model.toml"
     path.write_text(text)
     with pytest.raises(gs.errors.InputError, match=r"1 hole: in 'Base' .*fill_holes = true"):

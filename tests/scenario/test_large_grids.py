@@ -11,6 +11,7 @@ from geosurf.errors import GeosurfWarning, InputError, ScenarioError
 from geosurf.read import netcdf
 from geosurf.scenario import output
 from geosurf.triangulate import stored
+from tests.planes import scenario_tables
 
 pytest.importorskip("zarr")
 pytest.importorskip("h5netcdf")
@@ -74,8 +75,7 @@ def test_law_a_run_has_the_results_of_grids_in_memory(path, tmp_path, monkeypatc
 
 def test_lists_that_memory_does_not_hold_are_left_out_or_refused(tmp_path, monkeypatch):
     world = gs.synthetic.tilted_planes(n=9)
-    for name, one in {**world.horizons, **world.faults}.items():
-        gs.write(one, tmp_path / f"{name}.nc")
+    scenario_tables(tmp_path, world.horizons, world.faults)
     path = tmp_path / "scenario.toml"
     body = BODY.replace('file = "field.zarr"\nvariable = "Top"', 'file = "Top.nc"')
     body = body.replace("base.nc", "Base.nc")

@@ -10,6 +10,7 @@ from geosurf.errors import InputError
 from geosurf.scenario import read_scenario
 from geosurf.scenario.build import build_scene, untorn_scene
 from geosurf.scene import tearing as passed_faults
+from tests.planes import scenario_tables
 
 pytestmark = pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
 
@@ -83,14 +84,9 @@ def scenario(field, tmp_path_factory):
     """The same field as a scenario in files; F2 ends at F1."""
     horizons, faults = field
     folder = tmp_path_factory.mktemp("field")
-    for name in horizons:
-        gs.write(horizons[name], folder / f"{name}.nc")
-    for name in faults:
-        gs.write(faults[name], folder / f"{name}.ts")
-    tables = [f'[[horizons]]\nname = "{name}"\nfile = "{name}.nc"\n' for name in horizons]
-    tables += [f'[[faults]]\nname = "{name}"\nfile = "{name}.ts"\n' for name in faults]
     path = folder / "scenario.toml"
-    path.write_text("".join(tables) + "[tear]\ntrim_cells = 2\n", encoding="utf-8")
+    tables = scenario_tables(folder, horizons, faults)
+    path.write_text(tables + "[tear]\ntrim_cells = 2\n", encoding="utf-8")
     return path
 
 

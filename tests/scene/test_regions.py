@@ -16,6 +16,7 @@ from geosurf.report.tables import volume_table
 from geosurf.scenario.validate import find_mistakes, read_scenario
 from tests.grids import gridded
 from tests.messages import refused
+from tests.planes import scenario_tables
 
 SIZE, N_ZONE = 1000.0, 3
 BOX = (0.0, SIZE, 0.0, SIZE, -500.0, 0.0)
@@ -295,11 +296,7 @@ def test_ensembles_have_those_of_the_base_case():
 
 def test_scenarios_name_them(tmp_path):
     world = gs.synthetic.tilted_planes(n=5)
-    for name, one in world.horizons.items():
-        gs.write(one, tmp_path / f"{name}.nc")
-    gs.write(gs.triangulate_fault(world.faults["F1"], name="F1"), tmp_path / "F1.ts")
-    tables = "".join(f'[[horizons]]\nname = "{n}"\nfile = "{n}.nc"\n' for n in world.horizons)
-    tables += '[[faults]]\nname = "F1"\nfile = "F1.ts"\n'
+    tables = scenario_tables(tmp_path, world.horizons, world.faults)
     path = tmp_path / "scenario.toml"
     for value, words in (('["F2+"]', "unknown side"), ('"no.pol"', "not there"), ("5", "Give {")):
         path.write_text(f"{tables}[regions]\nHigh = {value}\n")
@@ -446,9 +443,7 @@ def test_pictures_show_it(scene):
 
 def test_scenarios_have_it(tmp_path):
     world = gs.synthetic.tilted_planes(n=5)
-    for name, horizon in world.horizons.items():
-        gs.write(horizon, tmp_path / f"{name}.nc")
-    tables = "".join(f'[[horizons]]\nname = "{n}"\nfile = "{n}.nc"\n' for n in world.horizons)
+    tables = scenario_tables(tmp_path, world.horizons)
     path = tmp_path / "scenario.toml"
     path.write_text(f'title = "A"\nreservoir = ["Top/Bsae"]\n{tables}[output]\ninclude = "al"\n')
     mistakes = [(one.line, one.sentence) for one in find_mistakes(path)]

@@ -11,6 +11,7 @@ import geosurf as gs
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.scenario import build_scene, read_scenario
 from tests.grids import gridded
+from tests.planes import scenario_tables
 
 X = np.linspace(0.0, 2000.0, 21)
 BOX = (100.0, 1900.0, 100.0, 1900.0, -2600.0, -1500.0)
@@ -173,10 +174,9 @@ def test_ties_and_ensembles_count_for_made_horizons():
 
 
 def test_a_scenario_has_the_same_zones(tmp_path):
-    for name, one in (("Top", TOP), ("Base", BASE), ("sand", grid(20.0))):
-        gs.write(one, tmp_path / f"{name}.nc")
+    gs.write(grid(20.0), tmp_path / "sand.nc")
     path = tmp_path / "scenario.toml"
-    files = "".join(f'[[horizons]]\nname = "{n}"\nfile = "{n}.nc"\n' for n in ("Top", "Base"))
+    files = scenario_tables(tmp_path, {"Top": TOP, "Base": BASE})
     path.write_text(
         files + '[zones.Upper]\nbelow = "Top"\nthickness = "sand.nc"\nbase = "Middle"\n'
         '[zones.Lower]\nbelow = "Upper"\nthickness = 30\nbase = "Base"\n'

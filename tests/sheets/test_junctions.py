@@ -17,6 +17,7 @@ from geosurf.sheets import tear as attempts
 from geosurf.sheets.mesh import build, close
 from geosurf.synthetic.torn_horizon import Fault
 from tests.grids import gridded
+from tests.planes import scenario_tables
 from tests.sheets.junctions import KINDS, junction, misses
 from tests.sheets.table import measure
 
@@ -61,13 +62,10 @@ def test_a_refusal_names_its_fault_and_the_place_is_drawn(tmp_path, monkeypatch)
     moved = branch.vertices - (3.0, 2.0, 0.0)  # it ends beside its main fault
     faults["F3"] = gs.TriSurface("F3", "fault", moved, branch.triangles)
     text = (
-        '[[horizons]]\nname = "Top"\nfile = "Top.nc"\n[tear]\ntrim_cells = 1.5\n[box]\n'
+        "[tear]\ntrim_cells = 1.5\n[box]\n"
         "easting_m = [0, 4000]\nnorthing_m = [0, 3000]\nelevation_m = [-2000, -1400]\n"
     )
-    gs.write(grid, tmp_path / "Top.nc")
-    for name, fault in faults.items():
-        gs.write(fault, tmp_path / f"{name}.ts")
-        text += f'[[faults]]\nname = "{name}"\nfile = "{name}.ts"\n'
+    text += scenario_tables(tmp_path, {"Top": grid}, faults)
     (tmp_path / "scenario.toml").write_text(text)
     monkeypatch.setattr(attempts, "TRIM_CHANGES", ())
     words = (

@@ -9,6 +9,7 @@ import geosurf as gs
 from geosurf.errors import GeometryError, GeosurfWarning, InputError, ScenarioError
 from geosurf.scenario import build_scene, read_scenario
 from tests.grids import gridded
+from tests.planes import scenario_tables
 
 CELL = 40.0
 X, Y = np.arange(-200.0, 4201.0, CELL), np.arange(-200.0, 1801.0, CELL)
@@ -196,11 +197,8 @@ def test_wrong_settings_are_refused(value, words, tmp_path):
 
 
 def test_a_scenario_pinches_out(tmp_path):
-    for name, grid in world(X < 1950).items():
-        gs.write(grid.rename("z"), tmp_path / f"{name}.nc")
-    gs.write(wall("F1", 2003.0), tmp_path / "F1.ts")
-    text = "".join(f'[[horizons]]\nname = "{n}"\nfile = "{n}.nc"\n' for n in ("Top", "Mid", "Base"))
-    text += '[[faults]]\nname = "F1"\nfile = "F1.ts"\n[tear]\nfill_empty_blocks = {}\n'
+    text = scenario_tables(tmp_path, world(X < 1950), {"F1": wall("F1", 2003.0)})
+    text += "[tear]\nfill_empty_blocks = {}\n"
     path = tmp_path / "scenario.toml"
     path.write_text(text.format('{Mid = "lower"}'))
     scene = build_scene(read_scenario(path))

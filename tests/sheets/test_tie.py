@@ -13,15 +13,9 @@ from geosurf.sheets.tie.controls import cut_horizon
 from geosurf.sheets.tie.tie_horizon import map_distances
 from geosurf.synthetic.torn_horizon import side_of
 from tests.grids import gridded
+from tests.measure.worlds import tops_at
 
 REACH = 300.0
-
-
-def table(points, horizon="Top"):
-    """Tops at points (n, 3), one well each."""
-    points = np.atleast_2d(points)
-    names = {"well": [f"W{k}" for k in range(len(points))], "horizon": [horizon] * len(points)}
-    return names | dict(zip(("easting", "northing", "elevation"), points.T, strict=True))
 
 
 def plane(n=41, step=25.0):
@@ -46,7 +40,7 @@ def untorn(data, points, faults=(), **settings):
     """A grid that is tied without tearing."""
     data = data_to_tie(data, "Top")
     settings = TieSettings(**{"range": REACH, **settings})
-    return tie_horizon("Top", data, lambda one: one, faults, tops_of(table(points)), settings)
+    return tie_horizon("Top", data, lambda one: one, faults, tops_of(tops_at(points)), settings)
 
 
 def share(q):
@@ -73,11 +67,11 @@ def test_law_all_wells_are_met_wherever_they_are():
     place = rng.uniform(20.0, 980.0, (14, 2))
     added = 0.02 * place[:, 0] - 9.0  # smooth: no two contradict each other
     tops = np.column_stack([place, on_plane(*place.T) + added])
-    scene = gs.Scene({"Top": plane()}, tops=table(tops), tie={"range": REACH})
+    scene = gs.Scene({"Top": plane()}, tops=tops_at(tops), tie={"range": REACH})
     found = scene.misfit()
     np.testing.assert_allclose(found.misfit, 0.0, atol=1e-8)
     assert scene.ties["Top"].before == pytest.approx(np.abs(added).max())
-    again = gs.Scene({"Top": plane()}, tops=table(tops), tie={"range": REACH})
+    again = gs.Scene({"Top": plane()}, tops=tops_at(tops), tie={"range": REACH})
     one, two = (one.surface("Top").vertices.tobytes() for one in (scene, again))
     assert one == two
 
@@ -120,7 +114,7 @@ def test_law_a_well_moves_its_own_side_of_a_fault_only(form):
     from geosurf.measure.columns import columns_through
 
     height = columns_through(cut.patches, east[None], cut.rows).elevation[0]
-    tops = tops_of(table([[*east[:2], height + 9.0]]))
+    tops = tops_of(tops_at([[*east[:2], height + 9.0]]))
     tied = tie_horizon("Top", raw, make, [fault], tops, TieSettings(REACH, 0.01))
     before, after = (data_points(one) for one in (raw, tied.data))
     moved = before[:, 2] != after[:, 2]
@@ -158,12 +152,12 @@ def test_torn_horizons_meet_their_tops_and_still_end_on_their_faults(kind):
     wells[:, 2] += 0.012 * wells[:, 0] - 6.0
     data = data_to_tie(points, "Top", positive="up")
     make = lambda one: gs.tear_horizon(one, faults, name="Top")  # noqa: E731
-    tied = tie_horizon("Top", data, make, faults, tops_of(table(wells)), TieSettings(400.0, 0.05))
+    tied = tie_horizon("Top", data, make, faults, tops_of(tops_at(wells)), TieSettings(400.0, 0.05))
     assert tied.report.after <= 0.05 < 1.0 < tied.report.before
     assert len(tied.report.wells) + len(tied.report.unused) == 6
     assert any("tied to well tops" in note for note in tied.made.report.notes)
     surfaces = {fault.name: fault for fault in faults}
-    scene = gs.Scene({"Top": tied.made}, surfaces, world.box, tops=table(wells), tie=True)
+    scene = gs.Scene({"Top": tied.made}, surfaces, world.box, tops=tops_at(wells), tie=True)
     assert scene.check().ok
     found = scene.misfit().misfit.values
     assert np.nanmax(np.abs(found)) <= 0.05
@@ -180,7 +174,9 @@ def test_two_wells_on_both_sides_of_a_fault_change_its_throw():
     rows = [int(np.argmin(np.where((sign * away > 60) & (sign * away < 110), near, np.inf)))
             for sign in (1, -1)]  # fmt: skip
     wells = points[rows] + np.array([[0.0, 0.0, -10.0], [0.0, 0.0, 5.0]])
-    tied = tie_horizon("Top", data, make, [fault], tops_of(table(wells)), TieSettings(600.0, 0.02))
+    tied = tie_horizon(
+        "Top", data, make, [fault], tops_of(tops_at(wells)), TieSettings(600.0, 0.02)
+    )
     before, after = make(data).cuts["F1"], tied.made.cuts["F1"]
     middle = int(np.argmin(np.hypot(*(before.stations[:, :2] - [500.0, 500.0]).T)))
     other = int(np.argmin(np.hypot(*(after.stations[:, :2] - [500.0, 500.0]).T)))
@@ -216,7 +212,7 @@ def test_tops_that_are_not_used_are_listed_with_their_reason():
     outside = [5000.0, 5000.0, -1800.0]
     data = data_to_tie(world.truth["points"], "Top", positive="up")
     make = lambda one: gs.tear_horizon(one, [fault], name="Top")  # noqa: E731
-    tops = tops_of(table([gap, beyond, outside]))
+    tops = tops_of(tops_at([gap, beyond, outside]))
     with pytest.warns(GeosurfWarning, match="The tie does not use 3 of 3 well tops") as found:
         tied = tie_horizon("Top", data, make, [fault], tops, TieSettings(REACH))
     assert tied.report.wells == ()
@@ -232,7 +228,7 @@ def test_the_default_range_is_stated_with_its_effect():
     with pytest.warns(GeosurfWarning, match="moved .* by up to 7 m: those within 1 km of a well"):
         tied = tie_horizon(
             "Top", data_to_tie(plane(), "Top"), lambda one: one, [],
-            tops_of(table([500.0, 500.0, on_plane(500.0, 500.0) + 7.0])), tie_settings(True),
+            tops_of(tops_at([500.0, 500.0, on_plane(500.0, 500.0) + 7.0])), tie_settings(True),
         )  # fmt: skip
     assert tied.report.settings.range == 1000.0
 
@@ -244,6 +240,6 @@ def test_a_tie_needs_tops_and_data():
     fault = gs.triangulate_fault(world.faults["F1"], name="F1")
     sheet = gs.tear_horizon(world.horizons["Top"], [fault], name="Top")
     top = sheet.lattice.places_of_nodes(np.array([41 * 20 + 5]))[0] + [0.0, 0.0, 6.0]
-    scene = gs.Scene({"Top": sheet}, {"F1": fault}, tops=table(top), tie=True)
+    scene = gs.Scene({"Top": sheet}, {"F1": fault}, tops=tops_at(top), tie=True)
     with pytest.raises(InputError, match=r"torn before.*misses them by up to 6 m"):
         scene.surface("Top")
