@@ -20,14 +20,17 @@ HEAD = "FFASCI 0 0 COMPUTED 0 1.0E+30\nFFATTR 0 0\n"
 LINES = f"{HEAD}-> 1\n0 0 1500\n0 50 1600\n-> 2\n90 0 1500\n95 50 1600\n->\n"
 
 
+def written(tmp_path, content, name="a.txt"):
+    path = tmp_path / name
+    if isinstance(content, dict):
+        content = json.dumps(content)
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return path
+
+
 @pytest.fixture
 def file(tmp_path):
-    def write(text):
-        path = tmp_path / "lines.dat"
-        path.write_text(text)
-        return path
-
-    return write
+    return lambda text: written(tmp_path, text, "lines.dat")
 
 
 def test_lines_are_polygons_or_sticks(file):
@@ -62,11 +65,6 @@ HEAD_GOCAD_LINES = (
     "GOCAD {}\nGOCAD_ORIGINAL_COORDINATE_SYSTEM\nZPOSITIVE Depth\nEND_ORIGINAL_COORDINATE_SYSTEM\n"
 )
 VERTICES = "VRTX 7 0 0 10\nPVRTX 8 5 0 20\nVRTX 3 5 5 30\n"
-
-
-def written(tmp_path, text, name="a.txt"):
-    (tmp_path / name).write_text(text)
-    return tmp_path / name
 
 
 def test_points_of_several_vsets_are_elevations(tmp_path):
@@ -210,13 +208,8 @@ TABLE = (
 )
 
 
-def written_sticks(tmp_path, text, name="faults.dat"):
-    (tmp_path / name).write_text(text)
-    return tmp_path / name
-
-
 def test_charisma_is_recognised_and_asks_for_the_fault(tmp_path):
-    path = written_sticks(tmp_path, CHARISMA, "faults")
+    path = written(tmp_path, CHARISMA, "faults")
     fault = gs.read_fault(path, name="F1", positive="down")
     assert [len(stick) for stick in fault.sticks] == [2, 2]
     assert fault.sticks[0].tolist() == [[461000.1, 5932000.5, -1500.25], [461050, 5932000, -1600]]
@@ -240,7 +233,7 @@ def test_charisma_is_recognised_and_asks_for_the_fault(tmp_path):
     ],
 )
 def test_tables_with_names_hold_several_faults(tmp_path, text, name, columns):
-    path = written_sticks(tmp_path, text, name)
+    path = written(tmp_path, text, name)
     for key, y in (("F1", 5932000.0), ("F2", 5932100.0)):
         fault = gs.read_fault(path, name=key, positive="down", columns=columns)
         assert (fault.name, len(fault.sticks), fault.sticks[0][1, 1]) == (key, 1, y)
@@ -252,7 +245,7 @@ def test_tables_with_names_hold_several_faults(tmp_path, text, name, columns):
 
 
 def test_a_stick_column_alone_splits_lines(tmp_path):
-    path = written_sticks(tmp_path, "1 2 3 7\n4 5 6 7\n1 3 3 8\n4 6 6 8\n")
+    path = written(tmp_path, "1 2 3 7\n4 5 6 7\n1 3 3 8\n4 6 6 8\n", "faults.dat")
     fault = gs.read_fault(path, positive="up", columns=(1, 2, 3, 4))
     assert (fault.name, len(fault.sticks)) == ("faults", 2)
 
@@ -300,7 +293,7 @@ DAMAGES_STICKS = {
 @pytest.mark.parametrize("case", DAMAGES_STICKS)
 def test_damaged_sticks_get_one_sentence(tmp_path, case):
     text, words, message = DAMAGES_STICKS[case]
-    path = written_sticks(tmp_path, text, "a.csv" if text.startswith("X_") else "a.dat")
+    path = written(tmp_path, text, "a.csv" if text.startswith("X_") else "a.dat")
     refused(FormatError, message, gs.read_fault, path, positive="up", **{"name": "F1"} | words)
 
 
@@ -318,14 +311,6 @@ def collection(*shapes, crs=CRS, **more):
         for kind, place, words in shapes
     ]
     return {"type": "FeatureCollection", "crs": crs, "features": features} | more
-
-
-def written_features(tmp_path, content, name="a.txt"):
-    path = tmp_path / name
-    if isinstance(content, dict):
-        content = json.dumps(content)
-    path.write_bytes(content if isinstance(content, bytes) else content.encode())
-    return path
 
 
 FAULTS = collection(
@@ -374,15 +359,15 @@ WKT = 'PROJCS["ED50_UTM_31N",GEOGCS["ED50",UNIT["Degree",0.0174]],UNIT["Meter",1
 
 
 def shapefile(tmp_path, records, rows=None, prj=WKT):
-    path = written_features(tmp_path, shp(*records), "a.shp")
+    path = written(tmp_path, shp(*records), "a.shp")
     if rows is not None:
-        written_features(tmp_path, dbf(rows), "a.dbf")
-    written_features(tmp_path, prj, "a.prj")
+        written(tmp_path, dbf(rows), "a.dbf")
+    written(tmp_path, prj, "a.prj")
     return path
 
 
 FORMS = {
-    "geojson": lambda tmp_path: written_features(tmp_path, FAULTS),
+    "geojson": lambda tmp_path: written(tmp_path, FAULTS),
     "shapefile": lambda tmp_path: shapefile(
         tmp_path, [shape(13, [LINE]), shape(13, [OTHER, LINE])], [("F1", 1), ("F2", 2)]
     ),
@@ -413,7 +398,7 @@ def test_lines_are_sticks_of_named_faults(tmp_path, form):
 
 
 def test_polygons_without_elevations_lie_in_the_map(tmp_path):
-    path = written_features(tmp_path, collection(("MultiPolygon", [[RING, RING]], {})), "a.geojson")
+    path = written(tmp_path, collection(("MultiPolygon", [[RING, RING]], {})), "a.geojson")
     assert [part[:, :2].tolist() for part in gs.read_polygons(path)] == [RING, RING]
     path = shapefile(tmp_path, [shape(5, [RING]), struct.pack("<i", 0)])
     (ring,) = gs.read_polygons(path)
@@ -426,7 +411,7 @@ def test_polygons_without_elevations_lie_in_the_map(tmp_path):
 
 def test_points_keep_their_attributes_and_take_elevations_from_one(tmp_path):
     places = [("Point", p[:2], {"well": f"W{k}", "DEPTH": 9 * k}) for k, p in enumerate(OTHER)]
-    points = gs.read_points(written_features(tmp_path, collection(*places)), positive="down")
+    points = gs.read_points(written(tmp_path, collection(*places)), positive="down")
     assert points.elevation.values.tolist() == [0, -9, -18]
     assert points.well.values.tolist() == ["W0", "W1", "W2"]
     assert points.attrs["crs"] == "EPSG:23031"
@@ -444,9 +429,9 @@ def test_points_keep_their_attributes_and_take_elevations_from_one(tmp_path):
 def test_degrees_are_refused_or_named(tmp_path):
     line = [[2.5, 56.1, 0], [2.6, 56.2, 9]]
     for crs in ("urn:ogc:def:crs:OGC:1.3:CRS84", "EPSG:4326"):
-        path = written_features(tmp_path, collection(("LineString", line, {}), crs=crs))
+        path = written(tmp_path, collection(("LineString", line, {}), crs=crs))
         refused(InputError, "coordinates are in degrees", gs.read_fault, path, positive="up")
-    path = written_features(tmp_path, collection(("LineString", line, {}), crs=None))
+    path = written(tmp_path, collection(("LineString", line, {}), crs=None))
     with pytest.warns(GeosurfWarning, match=r"2.5 to 2.6 by 56.1 to 56.2, which could be degrees"):
         gs.read_fault(path, positive="up")
     with pytest.raises(InputError, match="coordinates are in degrees"):
@@ -457,7 +442,7 @@ def test_degrees_are_refused_or_named(tmp_path):
 
 def test_a_collection_may_state_direction_and_unit(tmp_path):
     more = {"positive": "down", "units": "ft"}
-    path = written_features(tmp_path, collection(("LineString", LINE, {}), **more))
+    path = written(tmp_path, collection(("LineString", LINE, {}), **more))
     assert gs.read_fault(path).sticks[0][1, 2] == pytest.approx(-1600 * 0.3048)
 
 
@@ -496,7 +481,7 @@ DAMAGES_FEATURES = {
 @pytest.mark.parametrize("case", DAMAGES_FEATURES)
 def test_damaged_features_get_one_sentence(tmp_path, case):
     content, message = DAMAGES_FEATURES[case]
-    path = written_features(tmp_path, content, "a.shp" if case.startswith("shp") else "a.geojson")
+    path = written(tmp_path, content, "a.shp" if case.startswith("shp") else "a.geojson")
     refused(FormatError, message, gs.read_fault, path, positive="up")
 
 
@@ -509,7 +494,7 @@ def test_attributes_of_another_export_are_refused(tmp_path):
 
 def test_the_index_of_a_shapefile_is_not_a_shapefile(tmp_path):
     index = shp()[:100] + struct.pack(">ii", 50, 64)
-    assert gs.info(written_features(tmp_path, index, "a.shx")).format == "unknown"
+    assert gs.info(written(tmp_path, index, "a.shx")).format == "unknown"
 
 
 def test_signatures_exclude_those_of_other_formats():

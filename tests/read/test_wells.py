@@ -60,7 +60,7 @@ HEADS = {"A": (1000.0, 1500.0, 25.0), "s": (0.0, 0.0, 0.0)}
 
 def written(tmp_path: Path, text: str, name: str = "s.csv") -> Path:
     file = tmp_path / name
-    file.write_text(text)
+    file.write_text(text, encoding="utf-8")
     return file
 
 
@@ -228,13 +228,8 @@ TOPS = (
 )
 
 
-def written_las(tmp_path, text):
-    (tmp_path / "w.las").write_text(text)
-    return tmp_path / "w.las"
-
-
 def test_the_path_is_taken_from_its_curves(tmp_path):
-    path = written_las(tmp_path, HEAD + ROWS_LAS)
+    path = written(tmp_path, HEAD + ROWS_LAS, "w.las")
     well = gs.read_points(path, positive="down")
     assert well.attrs["well"] == "W-1"
     assert well.md.values.tolist() == [0, 500, 1000]  # one station has no easting
@@ -251,7 +246,7 @@ def test_the_path_is_taken_from_its_curves(tmp_path):
 
 @pytest.mark.filterwarnings("ignore:1 of 3 rows")
 def test_tops_lie_on_the_path(tmp_path):
-    path = written_las(tmp_path, HEAD + ROWS_LAS + TOPS)
+    path = written(tmp_path, HEAD + ROWS_LAS + TOPS, "w.las")
     with pytest.warns(GeosurfWarning, match="'Deep' in well 'W-1'.*is outside of the path"):
         tops = gs.read_tops(path, positive="down")
     assert tops.horizon.values.tolist() == ["Top", "Base"]
@@ -263,12 +258,12 @@ def test_tops_lie_on_the_path(tmp_path):
 
 
 def test_notes_parameters_and_curves_without_a_name_are_passed_over(tmp_path):
-    plain = gs.read_points(written_las(tmp_path, HEAD + ROWS_LAS), positive="down")
+    plain = gs.read_points(written(tmp_path, HEAD + ROWS_LAS, "w.las"), positive="down")
     head = HEAD.replace("~A\n", "~Parameter\n-------\n~Other\nNote: stuck at 625 m\n~A\n")
     for old, new in (("GR  .GAPI", ".GAPI"), ("GR  .GAPI", "X   .GAPI")):
         text = head.replace(old, new).replace("X   .M", "EAST.M") + ROWS_LAS
         found = gs.read_points(
-            written_las(tmp_path, text), positive="down", columns=("EAST", "Y", "TVDSS")
+            written(tmp_path, text, "w.las"), positive="down", columns=("EAST", "Y", "TVDSS")
         )
         assert found.equals(plain)
 
@@ -292,15 +287,17 @@ DAMAGES = {
 def test_damaged_wells_get_one_sentence(tmp_path, case):
     text, message = DAMAGES[case]
     error = InputError if case == "unit" else FormatError
-    refused(error, message, lambda: gs.read_points(written_las(tmp_path, text), positive="down"))
+    refused(
+        error, message, lambda: gs.read_points(written(tmp_path, text, "w.las"), positive="down")
+    )
 
 
 def test_tops_without_a_section_or_a_path_are_refused(tmp_path):
     with pytest.raises(FormatError, match="no section ~Tops with data"):
-        gs.read_tops(written_las(tmp_path, HEAD + ROWS_LAS), positive="down")
+        gs.read_tops(written(tmp_path, HEAD + ROWS_LAS, "w.las"), positive="down")
     text = HEAD.replace("X   .M", "DX  .M").replace("Y   .M", "DY  .M")
     with pytest.raises(FormatError, match="no curve of the LAS file is x or y"):
-        gs.read_tops(written_las(tmp_path, text + ROWS_LAS + TOPS), positive="down")
+        gs.read_tops(written(tmp_path, text + ROWS_LAS + TOPS, "w.las"), positive="down")
 
 
 # ---- Well tops from files as programs export them; what cannot be used is refused or listed.
@@ -332,12 +329,6 @@ Float MD
 """
 
 
-def write(folder, text, name="tops.csv"):
-    """A file of that text."""
-    (folder / name).write_text(text, encoding="utf-8")
-    return folder / name
-
-
 def rows(tops):
     """Tops as rows of well, horizon, easting, northing and elevation."""
     names = ("well", "horizon", "easting", "northing", "elevation")
@@ -346,7 +337,7 @@ def rows(tops):
 
 def test_petrel_files_hold_elevations_and_declare_their_unit(tmp_path):
     with pytest.warns(GeosurfWarning, match="2 of 4 rows of 'tops.txt' are not used") as found:
-        tops = gs.read_tops(write(tmp_path, PETREL_TOPS, "tops.txt"))
+        tops = gs.read_tops(written(tmp_path, PETREL_TOPS, "tops.txt"))
     assert [row[:2] for row in rows(tops)] == [
         ("55/33-1 A", "Top Volantis"), ("55/33-1 A", "Base"),
     ]  # fmt: skip
@@ -359,7 +350,7 @@ def test_petrel_files_hold_elevations_and_declare_their_unit(tmp_path):
 
 def test_rms_points_with_attributes(tmp_path):
     with pytest.warns(GeosurfWarning, match="undefined z"):
-        tops = gs.read_tops(write(tmp_path, RMS_TOPS, "tops.rmsattr"), positive="down")
+        tops = gs.read_tops(written(tmp_path, RMS_TOPS, "tops.rmsattr"), positive="down")
     assert rows(tops) == [("OP_1", "TopVolantis", 459123.1, 5932000.2, -1600.0)]
 
 
@@ -378,7 +369,7 @@ def test_law_columns_may_come_in_any_order_and_with_any_separator(order, sign, c
     line = sign.join(values[name] for name in order)
     with tempfile.TemporaryDirectory() as folder:
         text = f"{sign.join(order)}\n{line.replace('.', ',') if comma else line}\n"
-        file = write(pathlib.Path(folder), text, "tops.txt")
+        file = written(pathlib.Path(folder), text, "tops.txt")
         found = gs.read_tops(file, positive="down", decimal="," if comma else ".")
     assert rows(found) == [("W 1", "Top", 10.25, 20.5, -1500.5)]
 
@@ -402,21 +393,21 @@ def test_law_columns_may_come_in_any_order_and_with_any_separator(order, sign, c
 )  # fmt: skip
 def test_what_cannot_be_read_is_refused_in_words(tmp_path, text, words, message):
     with pytest.raises(InputError, match=f"(?s){message}"):
-        gs.read_tops(write(tmp_path, text), positive="up", **words)
+        gs.read_tops(written(tmp_path, text), positive="up", **words)
 
 
 def test_repeated_rows_are_listed_and_a_second_place_is_a_top_of_its_own(tmp_path):
     text = "Well,X,Y,Z,Top\nW1,1,5,-2,Top\nW1,1,5,-2,Top\nW1,1,5,-3,Top\n"
     with warnings.catch_warnings(record=True) as found:
         warnings.simplefilter("always")
-        tops = gs.read_tops(write(tmp_path, text), positive="up")
+        tops = gs.read_tops(written(tmp_path, text), positive="up")
     assert tops.elevation.values.tolist() == [-2.0, -3.0]
     assert len(found) == 1
     assert "line 3) is there twice" in str(found[0].message)
 
 
 def test_columns_by_name_and_by_number(tmp_path):
-    file = write(tmp_path, "Hole,E,N,Sub,Pick\nW1,1,5,2,Top\n")
+    file = written(tmp_path, "Hole,E,N,Sub,Pick\nW1,1,5,2,Top\n")
     by_name = gs.read_tops(file, positive="up", columns=("Hole", "E", "N", "Sub", "Pick"))
     by_number = gs.read_tops(file, positive="up", columns=(1, 2, 3, 4, 5))
     assert rows(by_name) == rows(by_number) == [("W1", "Top", 1.0, 5.0, 2.0)]
