@@ -106,6 +106,7 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
         reproject as reproject,
         triangulate_sticks as triangulate_sticks,
         fault_from_polygons as fault_from_polygons,
+        propose_dip as propose_dip,
     )
     from geosurf.write import write as write
     from geosurf.write.points_and_lines import to_geodataframe as to_geodataframe

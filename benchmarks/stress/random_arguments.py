@@ -89,6 +89,7 @@ def given() -> SimpleNamespace:
         "out": "new", "line": [(0.0, 1500.0), (4000.0, 1500.0)], "da": world.horizons["Top"],
         "data": torn.horizons["Top"], "throw": {"F1": 20.0}, "P": corners, "Q": corners + 0.5,
         "polygons": {"Top": [[0, 0, 0], [-1, 5, 1], [0, 9, 0], [1, 5, -1]]},
+        "polygon": [[0, 0, 0], [-1, 5, 1], [0, 9, 0], [1, 5, -1]],
         "theme": "dark", "colours": {"Top": "teal"}, "colour_map": "viridis", "zoom": 2.0,
         "wells": {"W1": corners}, "points": {"P": corners}, "colour_by": "zone",
         "sticks": [corners[:2], corners[:2] + 5.0], "contacts": {"OWC": -2100.0},

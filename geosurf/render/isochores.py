@@ -350,8 +350,8 @@ def _legend(
         look = ("line", "dashes")[k]
         legend.append(Entry("Fault polygons", palette.ACCENT, f"at {horizon}", look))
     large = _large_blocks(thickness)
-    names = list(map(str, thickness.block.values[large]))
-    for name, letter, block in zip(names, letters, values, strict=True):
+    rows = zip(map(str, thickness.block.values[large]), letters, values, strict=True)
+    for name, letter, block in sorted(rows, key=lambda row: (row[1], row[0])):
         words = "no values"
         if np.isfinite(block).any():
             words = f"mean {np.nanmean(block):.4g} m, max {np.nanmax(block):.4g} m"

@@ -206,7 +206,7 @@ def fault_of(entry: FaultInput, words: dict[str, Any]) -> Any:
         table = {"columns": entry.columns, "decimal": entry.decimal}
     if entry.polygons:
         rings = {one.horizon: _polygon(one, entry.name, words | table) for one in entry.polygons}
-        return fault_from_polygons(rings, name=entry.name)
+        return fault_from_polygons(rings, name=entry.name, dip=entry.dip)
     assert entry.file is not None
     fault = read_fault(entry.file, name=entry.name_in_file or entry.name, **words, **table)
     return fault if entry.piece is None else _piece(fault, entry, entry.piece, entry.file)

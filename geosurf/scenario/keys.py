@@ -140,6 +140,10 @@ class FaultInput:
     piece
         Of a mesh in several pieces: which one, counted from 1, the largest. Left out: all, as one
         fault.
+    dip
+        Of polygons: dip of the fault, where gridding has smeared the horizons over it, so that gaps
+        look wide and the fault flat. It then passes midway between the two sides of a polygon;
+        above 90 it dips to the other side. Left out: as steep as the polygons are.
     positive
         Whether values are elevations or depths, for a file that does not declare it.
     length_unit
@@ -165,6 +169,7 @@ class FaultInput:
     name_in_file: str | None = key(values.text, default=None)
     piece: int | None = key(values.count, default=None)
     polygons: tuple[PolygonInput, ...] = key(tables(PolygonInput), default=())
+    dip: float | None = key(values.full_dip, unit="degrees", default=None)
     positive: str | None = key(values.direction, default=None)
     length_unit: str | None = key(values.length_unit, default=None)
     columns: tuple[str, ...] | tuple[int, ...] | None = key(values.columns, default=None)
@@ -219,10 +224,12 @@ def check_faults(faults: tuple[FaultInput, ...], at: KeyPath) -> None:
         with place.noting():
             if (entry.file is None) == (not entry.polygons):
                 place.refuse(f"{where}: give either file or [[faults.polygons]].")
-            for word in ("name_in_file", "piece") if entry.polygons else ():
+            needs, given = ("file", "polygons") if entry.polygons else ("polygons", "a file")
+            for word in ("name_in_file", "piece") if entry.polygons else ("dip",):
                 if getattr(entry, word) is not None:
+                    are = "are" if entry.polygons else "is"
                     place.inside(word).refuse(
-                        f"{where}: {word} needs file, and polygons are given. Remove {word}."
+                        f"{where}: {word} needs {needs}, and {given} {are} given. Remove {word}."
                     )
             horizons = [one.horizon for one in entry.polygons]
             twice = next((one for one in horizons if horizons.count(one) > 1), None)

@@ -6,8 +6,8 @@ stored.py       grids in a store: read into memory, or in bands where they do no
 decimate.py     every k-th node of a grid, with the error that this makes
 spikes.py       nodes that stand out from all around them
 fault.py        a fault in any of its forms: grid, sticks, mesh
-                  fault polygons of horizons: both cut-off lines, and beyond
                 fluid contacts: levels and grids
+fault_polygons  fault polygons of horizons: both cut-off lines, and beyond
 mesh.py         a horizon or fault from vertices and triangles
                 triangles without area, found exactly
                 normals of faults: into the hanging wall
@@ -30,8 +30,9 @@ from geosurf.lazy import lazily
 
 if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type checkers
     from geosurf.triangulate.fault import build_contacts as build_contacts
-    from geosurf.triangulate.fault import fault_from_polygons as fault_from_polygons
     from geosurf.triangulate.fault import triangulate_fault as triangulate_fault
+    from geosurf.triangulate.fault_polygons import fault_from_polygons as fault_from_polygons
+    from geosurf.triangulate.fault_polygons import propose_dip as propose_dip
     from geosurf.triangulate.horizon import triangulate_horizon as triangulate_horizon
     from geosurf.triangulate.mesh import orient_fault as orient_fault
     from geosurf.triangulate.neighbours import reproject as reproject

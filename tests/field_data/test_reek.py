@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import geosurf as gs
+from geosurf.scenario import read_scenario
+from geosurf.scenario.new import new_scenario
 from geosurf.triangulate.footprint import footprint_of
 from geosurf.triangulate.outline import signed_area
 
@@ -96,6 +98,24 @@ def test_lower_grid_as_base_takes_from_the_upper_one(reek_horizons, columns):
     assert clip.thickness == pytest.approx(3.5279541015625, abs=1e-9)  # at a node of both
     _, lowest = columns([low, base], CROSSING)
     assert clip.volume == pytest.approx(base_alone - lowest, rel=1e-9)
+
+
+def test_the_dip_of_the_horizons_closes_all_seven_polygons(data, tmp_path):
+    """`geosurf new` asks; its own question is answered by taking out the marks of comments."""
+    files = [*(data / "reek" / "horizons_gri").glob("0[14]*.gri")]
+    new = new_scenario(tmp_path, [*files, *(data / "reek" / "fault_polygons").glob("*.csv")])
+    head, asked = new.path.read_text().split("# QUESTION: has ")
+    first, *lines = asked.splitlines()
+    answered = "\n".join([f"# {first}", *(line.removeprefix("# ") for line in lines)])
+    new.path.write_text(head + answered)
+    scenario = read_scenario(new.path)
+    dips = {fault.name: fault.dip for fault in scenario.faults}
+    assert dips["P3"] == pytest.approx(80, abs=5)  # 38 in the polygon
+    scene = gs.run_scenario(new.path, tmp_path / "out", pictures=False)
+    assert scene.check().ok
+    assert {*scene.fault_names} == {f"P{k}" for k in range(1, 8)}
+    for name, sheet in scene.sheets.items():
+        assert {one.kind for one in sheet.report.remedies} <= {"fault extended"}, name
 
 
 @pytest.mark.slow

@@ -63,7 +63,7 @@ BUILDING = {
         sides=[5, None, True, "abc", ["abc"], [5], [None], object()],
     ),
     "fault_from_polygons": row(
-        {"polygons": LENS, "name": "F1"}, lengthen=["abc", -1, {}, [1]],
+        {"polygons": LENS, "name": "F1"}, lengthen=["abc", -1, {}, [1]], dip=["abc", 0, 180, [1]],
         polygons=[None, 5, "abc", {}, [], {"Top": None}, {"Top": [[0, 0]]}, {"Top": "abc"}],
     ),
     "lengthen_fault": row(
@@ -90,6 +90,11 @@ BUILDING = {
         lambda g: {"horizon": g.grid, "distance": 9.0},
         horizon=lambda g: wrong.horizons(g.grid), area=[*wrong.BOXES, *POINTS],
         distance=[*wrong.LENGTHS, 0], fill_holes=FLAGS, faults=NO_FAULTS,
+    ),
+    "propose_dip": row(
+        lambda g: {"polygon": LENS["Top"], "horizons": [g.grid, g.grid]},
+        polygon=[None, 5, "abc", [[0, 0]]],
+        horizons=lambda g: [[v] for v in wrong.horizons(g.grid)],
     ),
     "propose_trim": row(lambda g: {"faults": g.faults}, data=lambda g: wrong.horizons(g.grid)),
     "throw_horizon": row(

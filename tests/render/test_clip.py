@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from geosurf import Scene, synthetic, tear_horizon
-from geosurf.render import surface_layers
+from geosurf.kernels.lattices.sets import rim_edges
 from geosurf.render.clip import Prism, convex_parts
 from geosurf.render.surface_layers import as_modelled
 
@@ -67,7 +67,7 @@ def test_levels_cut_too_and_neighbours_share_the_cut():
     assert (x[:, 2].min(), x[:, 2].max()) == (0.2, 0.5)
     assert map_area(x, t) == pytest.approx(3.0 * 10.0, rel=1e-12)
     assert set(np.unique(x[walls][:, :, 2])) == {0.2, 0.5}
-    rim = surface_layers.rim(t)  # no seams inside
+    rim = rim_edges(t)  # no seams inside
     on_rim = np.isin(x[rim][:, :, 2], (0.2, 0.5)) | np.isin(x[rim][:, :, 1], (-1.0, 9.0))
     assert on_rim.all()
 

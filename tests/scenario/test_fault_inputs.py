@@ -65,6 +65,11 @@ def test_polygons_of_horizons_are_a_fault(tmp_path: Path) -> None:
     ]  # fmt: skip
     scene = scene_of(tmp_path, f"{text}{rows[0]}polygon = 1\n{rows[1]}polygon = 2\n")
     assert_same(scene.surface("F1"), gs.fault_from_polygons(gaps, name="F1"))
+    steep = scene_of(tmp_path, f"{text}dip = 80\n{rows[0]}polygon = 1\n")
+    ends = gs.fault_from_polygons({"Top": gaps["Top"]}, name="F1", dip=80.0)
+    assert_same(steep.surface("F1"), ends)
+    with pytest.raises(ScenarioError, match="dip needs polygons, and a file is given"):
+        scene_of(tmp_path, f'{text}dip = 80\nfile = "F.ts"\n')
     with pytest.raises(ScenarioError, match="2 polygons, and which one is not stated"):
         scene_of(tmp_path, text + rows[0])
     with pytest.raises(ScenarioError, match="two polygons are of horizon 'Top'"):

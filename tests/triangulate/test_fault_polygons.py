@@ -79,6 +79,51 @@ def test_a_bent_listric_fault_is_met_to_two_metres_between_its_lines():
     assert gs.intersect_surfaces([fault], self_intersections=True).n_curve == 0
 
 
+@pytest.mark.parametrize("degrees", [0, 130])
+@pytest.mark.parametrize("dip", [30.0, 60.0, 90.0, 120.0])
+def test_a_dip_that_is_given_counts_instead_of_the_gap(dip, degrees):
+    """It passes midway between the lines; no wall ends on them."""
+    ring = turned(polygon_on(plane, -1500.0), degrees)
+    fault = gs.fault_from_polygons({"Top": ring}, name="F1", lengthen=100, dip=dip)
+    x, y, z = turned(fault.vertices, -degrees).T
+    off = (x - 0.3 * y) / np.hypot(1.0, 0.3)  # across the strike
+    np.testing.assert_allclose(
+        off * np.sin(np.radians(dip)), -(z + 1500.0) * np.cos(np.radians(dip)), atol=0.05
+    )
+    assert not fault.vertex_data["cut-off on Top"].any()
+    thrown = polygon_on(plane, -1500.0, throw=0.0)  # without a heave: refused without a dip
+    assert gs.fault_from_polygons({"Top": thrown}, name="F1", lengthen=9, dip=dip).n_triangle
+
+
+@pytest.mark.parametrize("degrees", [0, 40])
+@pytest.mark.parametrize("reverse", [False, True])
+@pytest.mark.parametrize("dip", [40.0, 60.0, 90.0])
+def test_horizons_show_the_dip_that_their_smear_hides(dip, reverse, degrees):
+    """Horizons on a slope, with 40 m of throw smeared over 100 m; the polygon is the smear."""
+    grid = np.arange(0.0, 1500.0, 20.0)
+    east, north = np.meshgrid(grid, grid)
+
+    def horizon(level):
+        middle = 750.0 + 0.1 * (north - 750.0) - (level + 1500.0) / np.tan(np.radians(dip))
+        share = np.clip((east - middle) / 100.0 + 0.5, 0.0, 1.0)
+        z = level + 0.02 * (east - 750.0) - (-40.0 if reverse else 40.0) * share
+        points = np.column_stack([east.ravel(), north.ravel(), z.ravel()])
+        return turned(points, degrees)
+
+    along = np.linspace(300.0, 1200.0, 19)
+    lines = [
+        np.column_stack([750.0 + 0.1 * (along - 750.0) + away, along, np.full(19, -1500.0 + z)])
+        for away, z in ((-50.0, 0.0), (50.0, 40.0 if reverse else -40.0))
+    ]
+    ring = turned(np.concatenate([lines[0], lines[1][::-1]]), degrees)
+    horizons = [horizon(level) for level in (-1500.0, -1560.0, -1600.0)]
+    found = gs.propose_dip(ring, horizons)
+    assert abs(found - (180.0 - dip if reverse else dip)) < 3.0
+    assert np.isnan(gs.propose_dip(ring, horizons[:1]))
+    level = horizons[0] * [1.0, 1.0, 0.0]
+    assert np.isnan(gs.propose_dip(ring, [level, level - 50.0]))
+
+
 def test_such_a_fault_divides_a_model():
     fault = gs.fault_from_polygons({"Top": polygon_on(plane, -1500.0)}, name="F1", lengthen=400)
     box = (-400.0, 400.0, -1200.0, 1200.0, -1650.0, -1350.0)

@@ -18,8 +18,10 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
+
 from geosurf.conventions import METRES_PER_UNIT, counted, did_you_mean, toml_key
-from geosurf.errors import GeosurfWarning, InputError, OutputError
+from geosurf.errors import GeosurfWarning, InputError, OutputError, SurfaceError
 from geosurf.files import write_into_folder
 from geosurf.model.expected import path_of
 from geosurf.scenario.new.judge import (
@@ -42,9 +44,11 @@ from geosurf.scenario.new.network import (
 )
 from geosurf.scenario.new.recognise import recognised
 from geosurf.scenario.validate import read_scenario
+from geosurf.triangulate.fault_polygons import dip_of_polygon, propose_dip
 
 FILE = "scenario.toml"
 CERTIFICATE = "certificate.txt"  # of a folder with the results of a run
+SMEARED = 5.0  # degrees between the dip of a fault polygon and that of the horizons below it
 MOST_NAMED = 6  # files in one message
 
 
@@ -385,12 +389,14 @@ def _polygons(page: Page, folder: Path, ready: Ready) -> None:
     taken = {one.name for one in ready.of("horizon", "fault", "contact")}
     for one in ready.of("polygons"):
         horizon = nearest_horizon(ready, one)
+        clouds = [other.elevations for other in ready.of("horizon")]
         lines = []
-        for k in range(1, len(one.parts) + 1):
+        for k, part in enumerate(one.parts, 1):
             # short names, since names of blocks consist of them
             name = f"P{k}" if f"P{k}" not in taken else f"{one.name} {k}"
             taken.add(name)
             lines += ["[[faults]]", f"name = {quoted(name)}"]
+            lines += _dip(part * [1.0, 1.0, one.scale], clouds)
             lines += [] if one.positive is None or ready.positive else _file(folder, one, ready)[1:]
             lines += ["[[faults.polygons]]", f"horizon = {quoted(horizon)}"]
             lines += [f"file = {quoted(_path(folder, one.path))}", f"polygon = {k}"]
@@ -400,6 +406,17 @@ def _polygons(page: Page, folder: Path, ready: Ready) -> None:
             "horizons are cut. Without them the model has no faults.",
             *lines, "[tear]",
         )  # fmt: skip
+
+
+def _dip(polygon: np.ndarray, horizons: list[np.ndarray]) -> list[str]:
+    """The dip of a fault polygon, where horizons show one that the polygon does not have."""
+    try:
+        dip, flat = propose_dip(polygon, horizons), dip_of_polygon(polygon)
+    except SurfaceError:
+        return []  # the run names what is wrong with the polygon
+    if not abs(dip - flat) > SMEARED:
+        return []
+    return [f"dip = {dip:.0f}  # from where the horizons are steep; in the polygon {flat:.0f}"]
 
 
 def _others(page: Page, folder: Path, ready: Ready) -> None:
