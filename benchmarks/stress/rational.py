@@ -81,7 +81,7 @@ def meet(first: Sequence[Point], second: Sequence[Point]) -> list[Point]:
     # then with the three half-planes of its edges, seen along its normal (Sutherland & Hodgman
     # 1974)
     for p, q in zip(second, (*second[1:], second[0]), strict=True):
-        points = _clip(points, cross(normal, minus(q, p)), p)
+        points = clip(points, cross(normal, minus(q, p)), p)
     return points
 
 
@@ -120,7 +120,7 @@ def _cut(points: list[Point], normal: Point, through: Point) -> list[Point]:
     return list(dict.fromkeys(out))
 
 
-def _clip(points: list[Point], normal: Point, through: Point) -> list[Point]:
+def clip(points: list[Point], normal: Point, through: Point) -> list[Point]:
     """The part of a convex polygon (or segment, or point) on the side where a normal points."""
     out = []
     for (p, hp), (q, hq) in _ring(points, _heights(points, normal, through)):

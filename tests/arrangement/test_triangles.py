@@ -27,13 +27,14 @@ def assert_true(P, Q):
     assert contact.kind == KINDS.get(len(corners), "area")
     assert len(contact.points) == len(corners) == len(contact.features)
     # distinct corners may have equal doubles, so points and features are compared together
+    p, q = oracles.rational(P), oracles.rational(Q)
     true = Counter(
-        (oracles.rounded(c), oracles.feature(P, c), oracles.feature(Q, c)) for c in corners
+        (oracles.rounded(c), oracles.feature(p, c), oracles.feature(q, c)) for c in corners
     )
     named = zip(map(tuple, contact.points.tolist()), contact.features, strict=True)
     assert Counter((point, *features) for point, features in named) == true
     assert contact.coplanar == oracles.coplanar(P, Q)
-    crossing = len(corners) == 2 and oracles.straddles(P, Q) and oracles.straddles(Q, P)
+    crossing = len(corners) == 2 and oracles.straddles(p, q) and oracles.straddles(q, p)
     assert contact.crossing == crossing
     return contact
 

@@ -109,27 +109,17 @@ def volume_above(horizon) -> Fraction:
     west, east, south, north, _, top = (Fraction(v) for v in BOX)
     total = Fraction(0)
     for corners in horizon.vertices[horizon.triangles]:
-        points = set(oracles.rational(corners))
+        points = oracles.rational(corners)
         for normal, through in (
             ((1, 0, 0), (west, 0, 0)), ((-1, 0, 0), (east, 0, 0)),
             ((0, 1, 0), (0, south, 0)), ((0, -1, 0), (0, north, 0)),
         ):  # fmt: skip
             points = oracles.clip(points, normal, through)
-        ring = ring_of(oracles.extreme(points))
-        for b, c in itertools.pairwise(ring):
-            a = ring[0]
+        for b, c in itertools.pairwise(points):
+            a = points[0]
             map_area = abs((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])) / 2
             total += map_area * (top - (a[2] + b[2] + c[2]) / 3)
     return total
-
-
-def ring_of(points):
-    """Corners of a convex polygon in order around its map."""
-    if len(points) < 3:
-        return []
-    middle = np.mean([oracles.rounded(p) for p in points], axis=0)
-    angle = [np.arctan2(float(p[1]) - middle[1], float(p[0]) - middle[0]) for p in points]
-    return [points[i] for i in np.argsort(angle)]
 
 
 # --------------------------------------------------------------------- names

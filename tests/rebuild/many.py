@@ -179,11 +179,11 @@ def has_area_in_box(surface):
     low, high = ([Fraction(value) for value in BOX[k::2]] for k in (0, 1))
     axes = [tuple(Fraction(int(i == k)) for i in range(3)) for k in range(3)]
     for corners in surface.vertices[surface.triangles]:
-        points = set(oracles.rational(corners))
+        points = oracles.rational(corners)
         for axis in axes:
             points = oracles.clip(points, axis, tuple(low))
             points = oracles.clip(points, tuple(-value for value in axis), tuple(high))
-        if len(oracles.extreme(points)) > 2:
+        if len(points) > 2:
             return True
     return False
 
