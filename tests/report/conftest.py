@@ -1,11 +1,13 @@
-"""A model made by hand that has all that a report asks for."""
+"""A small model of which a test may replace what a report asks for."""
 
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from geosurf.model import Certificate, Check, Curves, TriSurface, Unit, Units
+import geosurf as gs
+from geosurf.model import Unit
+from geosurf.model.protocols import ReportedModel
 
 BOX = (0.0, 1000.0, 0.0, 1000.0, -300.0, 0.0)
 
@@ -26,55 +28,16 @@ def unit(zone, zone_index, block, volume):
     )
 
 
-# the other members that a report asks for, of a model that has nothing to tell there
-NOTHING_ELSE = {
-    **dict.fromkeys(("warnings", "contacts", "fault_actions", "faults_inside"), ()),
-    **dict.fromkeys(("horizons_inside", "horizon_names", "fault_names", "virtual_walls"), ()),
-    **dict.fromkeys(("surface", "search", "cutoffs", "thickness", "fault_polygons"), None),
-    **dict.fromkeys(
-        ("juxtaposition", "allan", "section", "throw", "aoi", "tolerance", "tops", "misfit"), None
-    ),
-    "sheets": {},
-    "volume_error_bound": 0.0,
-    "steps": (),
-    "render_pictures": lambda *_, **__: {},
-    "input_files": {},
-    "view_3d": lambda *_: None,
-}
+def changed(scene, **members):
+    """What a report asks of a scene, with some of it replaced; without pictures and a view."""
+    asked = (vars(base) for base in ReportedModel.__mro__)
+    names = {name for held in asked for name in held if not name.startswith("_")}
+    still = {"render_pictures": lambda *_, **__: {}, "view_3d": lambda *_: None}
+    return SimpleNamespace(**{name: getattr(scene, name) for name in names} | still | members)
 
 
 @pytest.fixture
 def scene():
-    return made_by_hand()
-
-
-def made_by_hand():
-    """Two surfaces, two units, one curve."""
-    top = TriSurface("Top <&>", "horizon", [[0, 0, -9], [1e3, 0, -9], [0, 1e3, -9]], [[0, 1, 2]])
-    fault = TriSurface("F1", "fault", [[5, 0, 0], [5, 1e3, 0], [9, 0, -300]], [[0, 1, 2]])
-    line = np.array([[5.0, 0, -9], [5.0, 900.0, -9]])
-    pair = np.array([[0, 1]])
-    return SimpleNamespace(
-        surfaces=(top, fault),
-        coverage={top.name: 1.0, fault.name: 0.5},
-        curves=Curves(
-            names=("Top <&>", "F1"),
-            local=line,
-            origin=np.zeros(3),
-            segments=pair,
-            surfaces_of_segment=pair,
-            curves=(np.array([0, 1]),),
-            surfaces_of_curve=pair,
-            closed=np.array([False]),
-            cost={"n_pair_tested": 123456},
-        ),
-        patches=SimpleNamespace(report={"n_cut": 2, "repaired": []}),
-        units=Units(
-            [unit("above Top", 0, "F1-", 1e8), unit("below Top", 1, "F1+", 2e8)],
-            BOX,
-            {"open_rim": {"F1": 12.5}},
-        ),
-        box=BOX,
-        check=lambda: Certificate((Check("closed", True, 0.0, "2 of 2 units are closed"),)),
-        **NOTHING_ELSE,
-    )
+    world = gs.synthetic.tilted_planes(n=3)
+    horizons = dict(zip(("Top <&>", "Base"), world.horizons.values(), strict=True))
+    return changed(gs.Scene(horizons, world.faults, world.box))

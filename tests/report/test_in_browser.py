@@ -12,7 +12,7 @@ from geosurf.model import TriSurface, Units
 from geosurf.render.interactive import view_of
 from geosurf.report import report_scene
 from tests.report.browser import visit
-from tests.report.conftest import BOX, made_by_hand, unit
+from tests.report.conftest import BOX, changed, unit
 
 N_BLOCK = 33
 EVIL = "<img src=x onerror=alert(1)>"  # a name that would ask for something, if it were not escaped
@@ -140,16 +140,21 @@ def volumes():
 @pytest.fixture(scope="module")
 def seen(model, units, volumes, tmp_path_factory):
     """The page of a model with many blocks and surfaces, opened and printed."""
-    folder, scene = tmp_path_factory.mktemp("browser"), made_by_hand()
+    folder = tmp_path_factory.mktemp("browser")
     corners = np.array([[0, 0, -9], [1e3, 0, -9], [0, 1e3, -9]])
-    scene.surfaces = tuple(
+    surfaces = tuple(
         TriSurface(f"s{i}", "fault" if i % 2 else "horizon", corners + 7 * i % 5, [[0, 1, 2]] * i)
         for i in range(12)
     )
-    scene.coverage = {surface.name: 1.0 for surface in scene.surfaces}
     blocks = (unit(EVIL * z or "Top", z, f"F{b}+", v) for (z, b), v in volumes.items())
-    scene.units = Units(blocks, BOX, {"open_rim": {"F1": 12.5}})
-    scene.view_3d = lambda: view_of([units, model.curves])
+    scene = changed(
+        model,
+        **dict.fromkeys(("horizon_names", "fault_names", "horizons_inside", "faults_inside"), ()),
+        surfaces=surfaces,
+        coverage={surface.name: 1.0 for surface in surfaces},
+        units=Units(blocks, BOX, {"open_rim": {"F1": 12.5}}),
+        view_3d=lambda: view_of([units, model.curves]),
+    )
     (folder / "grey.png").write_bytes(png(64, 40))
     page = report_scene(scene, folder, {EVIL: folder / "grey.png"}, title=EVIL)
     script = f"const both = {{}}; both.view = (() => {{{VIEWER}}})();"
