@@ -4,25 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from geosurf import TriSurface, extend_fault, triangulate_fault, triangulate_sticks
 from geosurf.arrangement.triangles import crossing_pairs
 from geosurf.errors import GeometryError, InputError, SurfaceError
 from geosurf.faults.rim import find_rim, find_rims, segments_meet_box
+from geosurf.synthetic.world import make_fault
 from tests.faults.worlds import BOX, triangles_of, turned
 from tests.strategies import grid, sheet, shuffled
 
-DIMS = ("down_dip", "along_strike")
 
-
-def parametric(x, y, z, name="F1"):
+def parametric(x, y, z):
     """A fault over (down_dip, along_strike) from arrays that broadcast."""
-    x, y, z = np.broadcast_arrays(*(np.asarray(v, dtype=float) for v in (x, y, z)))
-    ds = xr.Dataset({
-        "easting": (DIMS, x), "northing": (DIMS, y), "elevation": (DIMS, z, {"units": "m"}),
-    })  # fmt: skip
-    return triangulate_fault(ds, name=name)
+    return triangulate_fault(make_fault("F1", x, y, z, (0.0, 0.0, 0.0)), name="F1")
 
 
 def assert_leaves(made, given, box=BOX, sides=("start", "end", "up", "down")):

@@ -11,6 +11,7 @@ from scipy.ndimage import label
 
 import geosurf as gs
 from geosurf.errors import InputError
+from geosurf.synthetic.world import make_fault
 from tests.grids import gridded
 
 X = np.arange(0.0, 2001.0, 100.0)
@@ -27,10 +28,15 @@ def grid(values: np.ndarray, x: np.ndarray = X, y: np.ndarray = Y) -> xr.DataArr
 def upright(at: float = AT) -> xr.Dataset:
     """A vertical fault from south to north."""
     z, y = np.meshgrid([-1300.0, -2700.0], [-900.0, 900.0], indexing="ij")
-    parts = {"easting": np.full_like(z, at), "northing": y, "elevation": z}
-    attrs = {"positive": "up", "units": "m"}
-    dims = ("down_dip", "along_strike")
-    return xr.Dataset({key: (dims, value, attrs) for key, value in parts.items()})
+    return make_fault("F1", np.full_like(z, at), y, z, (0.0, 0.0, 0.0))
+
+
+def thrown(levels: dict[str, np.ndarray], throw: float, fault: xr.Dataset) -> dict[str, gs.Sheet]:
+    """Horizons of some elevations that one fault throws."""
+    return {
+        name: gs.throw_horizon(grid(z), {"F1": fault}, {"F1": throw}, name=name)
+        for name, z in levels.items()
+    }
 
 
 class Ridge:
@@ -44,12 +50,12 @@ class Ridge:
 
     def scene(self) -> gs.Scene:
         """The model."""
-        top = grid(self.crest - self.dip * abs(Y[:, None]))
-        faults, horizons = {"F1": upright()}, {"Top": top, "Base": grid(top.values - self.thick)}
+        top = self.crest - self.dip * abs(Y[:, None])
+        levels, fault = {"Top": top, "Base": top - self.thick}, upright()
+        horizons = {name: grid(z) for name, z in levels.items()}
         if self.throw:
-            for name, one in horizons.items():
-                horizons[name] = gs.throw_horizon(one, faults, {"F1": self.throw}, name=name)
-        return gs.Scene(horizons, faults, BOX)
+            horizons = thrown(levels, self.throw, fault)
+        return gs.Scene(horizons, {"F1": fault}, BOX)
 
     def closures(self, rule: str) -> list[tuple[float, ...]]:
         """Crest, level, area and volume of all closures: level by level, on the crest line."""
@@ -178,9 +184,7 @@ def test_a_contact_at_the_spill_point_holds_the_same_volume() -> None:
     axis = np.linspace(0.0, 4000.0, 21)
     top = 0.08 * (axis - 2000.0) - 0.05 * abs(axis - 2000.0)[:, None] - 2000.0
     z, y = np.meshgrid(np.linspace(-1400.0, -2600.0, 3), [-200.0, 4200.0], indexing="ij")
-    parts = {"easting": 2010.0 - 0.6 * (2000.0 + z), "northing": y, "elevation": z}
-    words = (("down_dip", "along_strike"), {"positive": "up", "units": "m"})
-    faults = {"F1": xr.Dataset({key: (words[0], of, words[1]) for key, of in parts.items()})}
+    faults = {"F1": make_fault("F1", 2010.0 - 0.6 * (2000.0 + z), y, z, (0.0, 0.0, 0.0))}
     horizons = {
         name: gs.throw_horizon(grid(top - below, axis, axis), faults, {"F1": 80.0}, name=name)
         for name, below in (("Top", 0.0), ("Base", 120.0))
@@ -259,10 +263,8 @@ def test_flooding_of_cells_comes_nearer_with_their_size(seed: int) -> None:
 def test_reservoirs_leak_into_each_other_past_a_shale_and_end_on_other_horizons() -> None:
     # a roof with its crest west of the fault, the east up by 60 m: A/B faces C/D from 25 m down
     top = -1800.0 - 0.1 * abs(X - 700.0) - 0.3 * abs(Y[:, None])
-    horizons = {
-        name: gs.throw_horizon(grid(top - below), {"F1": upright()}, {"F1": -60.0}, name=name)
-        for name, below in {"A": 0.0, "B": 20.0, "C": 50.0, "D": 90.0}.items()
-    }
+    levels = {"A": top, "B": top - 20.0, "C": top - 50.0, "D": top - 90.0}
+    horizons = thrown(levels, -60.0, upright())
     scene = gs.Scene(horizons, {"F1": upright()}, BOX, reservoir=["A/B", "C/D"])
     found = scene.closures(faults="juxtaposition")
     assert found.horizon.values.tolist() == ["A", "A", "C", "C"]

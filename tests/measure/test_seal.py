@@ -13,7 +13,7 @@ import pytest
 import geosurf as gs
 from geosurf.errors import InputError
 from geosurf.synthetic.planar import _KINDS, _LEVELS, _movement
-from tests.measure.test_closures import X, Y, grid, upright
+from tests.measure.test_closures import BOX, X, Y, thrown, upright
 from tests.messages import refused
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*beside the reservoir rests on cut-offs")
@@ -87,13 +87,11 @@ def test_planes_have_the_ratio_of_the_rock_between_the_layers_that_meet(kind, ti
 
 def test_smear_is_that_of_the_nearer_end():
     world = {"above A": 0.1, "A/B": 0.1, "B/C": 0.8, "C/D": 0.1, "below D": 0.1}
-    tops = dict(zip("ABCD", (-1900.0, -1950.0, -1960.0, -2000.0), strict=True))
-    faults = {"F1": upright()}
-    horizons = {
-        name: gs.throw_horizon(grid(np.full((len(Y), len(X)), z)), faults, {"F1": 60.0}, name=name)
-        for name, z in tops.items()
-    }
-    scene = gs.Scene(horizons, faults, (0.0, 2000.0, -600.0, 600.0, -2200.0, -1700.0))
+    tops = zip("ABCD", (-1900.0, -1950.0, -1960.0, -2000.0), strict=True)
+    fault, levels = upright(), {name: np.full((len(Y), len(X)), z) for name, z in tops}
+    scene = gs.Scene(
+        thrown(levels, 60.0, fault), {"F1": fault}, (0.0, 2000.0, -600.0, 600.0, -2200.0, -1700.0)
+    )
     found = scene.seal("F1", vshale=world)
     z, csp = found.elevation.values, found.csp.values
     beside = (found.unit_minus[found.triangle_pair] == "C/D F1-").values
@@ -159,12 +157,8 @@ def test_wells_give_the_mean_of_their_curve_in_each_zone():
 
 def test_a_closure_leaks_where_the_ratio_falls_below_the_limit():
     top = -1900.0 - 0.3 * abs(Y[:, None]) - 0.2 * abs(X - 950.0)  # -1910 at the fault
-    faults = {"F1": upright()}
-    horizons = {
-        name: gs.throw_horizon(grid(top - below), faults, {"F1": 40.0}, name=name)
-        for name, below in (("Top", 0.0), ("Middle", 60.0), ("Base", 120.0))
-    }
-    scene = gs.Scene(horizons, faults, (0.0, 2000.0, -600.0, 600.0, -2600.0, -1400.0))
+    fault, levels = upright(), {"Top": top, "Middle": top - 60.0, "Base": top - 120.0}
+    scene = gs.Scene(thrown(levels, 40.0, fault), {"F1": fault}, BOX)
     given = {"above Top": 0.9, "Top/Middle": 0.5, "Middle/Base": 0.05, "below Base": 0.9}
     spill = lambda rule: scene.closures("Top", faults={"F1": rule}, vshale=given)  # noqa: E731
     found = spill({"sgr": 0.2})
@@ -185,15 +179,9 @@ def test_a_closure_leaks_where_the_ratio_falls_below_the_limit():
 
 
 def test_multipliers_are_those_of_the_formula_and_decks_hold_them(tmp_path: Path):
-    horizons = {
-        name: grid(np.full((len(Y), len(X)), z)) for name, z in (("T", -1950.0), ("B", -2050.0))
-    }
-    faults = {"F1": upright(1000.0)}
-    torn = {
-        name: gs.throw_horizon(one, faults, {"F1": 33.0}, name=name)
-        for name, one in horizons.items()
-    }
-    scene = gs.Scene(torn, faults, (0.0, 2000.0, -600.0, 600.0, -2200.0, -1800.0))
+    fault, flat = upright(1000.0), np.zeros((len(Y), len(X)))
+    torn = thrown({"T": flat - 1950.0, "B": flat - 2050.0}, 33.0, fault)
+    scene = gs.Scene(torn, {"F1": fault}, (0.0, 2000.0, -600.0, 600.0, -2200.0, -1800.0))
     model = gs.build_grid(scene, cell=100, layers=5)
     given = {"vshale": 0.25, "permeability": {"T/B": 100.0}}
     found = gs.fault_multipliers(scene, model, **given)

@@ -12,7 +12,6 @@ from tests.measure.thin_worlds import WORLDS, foreign, lines_of, measures
 
 # of a world whose fault is left out; its warning has a test of its own
 pytestmark = pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
-pytestmark = pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
 PINCHED = [name for name in WORLDS if "pinched" in name or "crossing" in name]
 
 

@@ -14,7 +14,7 @@ from geosurf.scene import plots
 from geosurf.scene import scene as scenes
 from geosurf.scene.result_cache import ResultCache
 from geosurf.sheets import tear
-from tests.planes import INPUTS, write_grids
+from tests.planes import INPUTS
 
 OUTPUT = """
 [output]
@@ -31,13 +31,6 @@ name = "OWC"
 elevation_m = -2050.0
 """
 TITLE = 'title = "Planes"\n'
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    path = tmp_path_factory.mktemp("inputs")
-    write_grids(path)
-    return path
 
 
 def files(out: Path) -> dict[str, bytes]:
@@ -70,13 +63,13 @@ def counts(monkeypatch):
     return done
 
 
-def test_a_second_run_redoes_only_what_changed(folder, tmp_path, counts):
+def test_a_second_run_redoes_only_what_changed(inputs, tmp_path, counts):
     def results(body: str, cache: Path | None) -> tuple[dict[str, bytes], dict[str, int]]:
         """Files of one run, and how often it did what."""
         counts.update(dict.fromkeys(counts, 0))
-        (folder / "scenario.toml").write_text(body)
+        (inputs / "scenario.toml").write_text(body)
         out = tmp_path / "out"
-        assert run(read_scenario(folder / "scenario.toml"), out, cache_dir=cache).certificate.ok
+        assert run(read_scenario(inputs / "scenario.toml"), out, cache_dir=cache).certificate.ok
         return files(out), dict(counts)
 
     base, cache = TITLE + INPUTS + OUTPUT, tmp_path / "cache"
@@ -95,10 +88,10 @@ def test_a_second_run_redoes_only_what_changed(folder, tmp_path, counts):
     assert retitled[0]["pictures/map_00_Top.png"] == plain[0]["pictures/map_00_Top.png"]
 
 
-def test_commands_share_a_folder(folder, tmp_path, counts, capsys):
+def test_commands_share_a_folder(inputs, tmp_path, counts, capsys):
     # realisations move horizons: their data are of another kind than those that a run reads
     uncertain = '[[uncertain]]\nkind = "depth shift"\nnormal = [0.0, 5.0]\n'
-    path = folder / "shared.toml"
+    path = inputs / "shared.toml"
     path.write_text(TITLE + INPUTS + OUTPUT + uncertain)
     plain = gs.run_ensemble(path, 2, progress=False)
     cache = ["--cache-dir", str(tmp_path / "cache")]

@@ -10,6 +10,7 @@ import geosurf as gs
 from geosurf.read.model3d import read_regions
 from geosurf.scenario import read_scenario, run
 from geosurf.scenario.build import point_inside, units_of_bodies
+from tests.strategies import grid
 
 OUTPUT = """
 [output]
@@ -17,62 +18,14 @@ views = []
 formats = ["csv"]
 """
 
-# a box of 2 x 2 x 2, halved by a level horizon; the walls are in two parts each
-LEVELS = (0.0, 1.0, 2.0)
 
-
-def write_model(path, *, kind="intraformational", regions=True, wall=2.0):
-    """A Model3d of one horizon and six walls, with its two regions."""
-    faces, names = [], []
-
-    def add(name, kind_, corners):
-        faces.append((name, kind_, corners))
-        names.append(name)
-        return len(faces)
-
-    def side(name, fixed, value, low, high):
-        a, b = [k for k in range(3) if k != fixed]
-        corners = []
-        for u, v in ((0, 0), (1, 0), (1, 1), (0, 1)):
-            p = [0.0, 0.0, 0.0]
-            p[fixed], p[a], p[b] = value, (low[a], high[a])[u], (low[b], high[b])[v]
-            corners.append(p)
-        return add(name, "boundary" if name != "H" else kind, corners)
-
-    parts = {"below": [], "above": []}
-    horizon = side("H", 2, 1.0, (0, 0, 0), (2, 2, 2))
-    for layer, (low, high) in {"below": LEVELS[:2], "above": LEVELS[1:]}.items():
-        bounds = (0, 0, low), (2, 2, high)
-        for k, name in ((0, "west"), (1, "south")):
-            parts[layer].append((side(name, k, 0.0, *bounds), 1 if k == 1 else -1))
-        for k, name in ((0, "east"), (1, "north")):
-            parts[layer].append((side(name, k, wall, *bounds), -1 if k == 1 else 1))
-    parts["below"] += [(side("bottom", 2, 0.0, (0, 0, 0), (2, 2, 2)), -1), (horizon, 1)]
-    parts["above"] += [(side("top", 2, 2.0, (0, 0, 0), (2, 2, 2)), 1), (horizon, -1)]
-    order = list(dict.fromkeys(names))
-    ranked = sorted(range(len(faces)), key=lambda i: order.index(names[i]))
-    number = {old + 1: new + 1 for new, old in enumerate(ranked)}
-    lines = ["GOCAD Model3d 1", *(f"TSURF {name}" for name in order)]
-    for new, old in enumerate(ranked):
-        lines.append(f"TFACE {new + 1} {faces[old][1]} {faces[old][0]}")
-    for layer, listed in parts.items() if regions else ():
-        signed = " ".join(f"{'+' if way > 0 else '-'}{number[i]}" for i, way in listed)
-        lines += [f"REGION 9 {layer}  ", f"  {signed} 0"]
-    lines.append("END")
-    vertex = 0
-    for name in order:
-        lines += ["GOCAD TSurf 1", "HEADER {", f"name:{name}", "}"]
-        for old in ranked:
-            if names[old] == name:
-                lines.append("TFACE")
-                for x, y, z in faces[old][2]:
-                    vertex += 1
-                    lines.append(f"VRTX {vertex} {x} {y} {z}")
-                a, b, c, d = range(vertex - 3, vertex + 1)
-                lines += [f"TRGL {a} {b} {c}", f"TRGL {a} {c} {d}"]
-        lines.append("END")
-    path.write_text("\n".join(lines) + "\n")
-    return path
+def write_model(path):
+    """A box of 2 x 2 x 2, halved by a level horizon, as others write it: the lower region first."""
+    level = grid("H", np.ones((2, 2)), spacing=4.0, corner=(-1.0, -1.0))
+    gs.write(gs.Scene({"H": level}, {}, (0, 2, 0, 2, 0, 2)).units, path)
+    text = re.sub(r"(?m)^\*geosurf\*.*\n", "", path.read_text())
+    regions = r"(?s)(REGION \d+) above_H(.*?)(REGION \d+) below_H(.*?)(END\n)"
+    path.write_text(re.sub(regions, r"\3 below\4\1 above\2\5", text, count=1))
 
 
 def scenario(folder, more=""):

@@ -102,6 +102,25 @@ def measure(world, sheet, name: str, margin: float = 2.0, cell: float = CELL) ->
     return Measured(s, lost, np.concatenate(position), error, largest, (varies[0], varies[1]))
 
 
+def assert_met(
+    found: Measured,
+    *,
+    position: float = 0.1,
+    mean: float = 1.0,
+    worst: float = 5.0,
+    variation: float = 0.05,
+) -> None:
+    """Walls are found at all places, and as near as asked.
+
+    Distance of cut-offs [cells], mean and worst error of the throw [%], change of variation.
+    """
+    assert found.lost == 0
+    assert found.position.max() < position
+    assert found.throw.mean() < mean
+    assert found.throw.max() < worst
+    assert max(abs(varies - 1.0) for varies in found.variation) <= variation
+
+
 def _inner(world, name: str, points: np.ndarray, margin: float) -> np.ndarray:
     """Points beyond a distance [m] from the rim of the data and from other faults."""
     w, e, s, n = world.box[:4]

@@ -12,83 +12,73 @@ import xarray as xr
 import geosurf as gs
 from geosurf.errors import GeometryError, HorizonError, InputError
 from geosurf.sheets.mesh import build
+from tests.messages import refused
 
 
 @pytest.fixture(scope="module")
 def world():
-    return gs.synthetic.torn("normal", n=31)
+    return gs.synthetic.torn("through", n=31)
 
 
-def test_choices_out_of_range(world):
-    top = world.horizons["Top"]
-    with pytest.raises(
-        InputError, match=r'trim is 0, expected "auto", cells above 0, or \{fault: cells\}\.'
-    ):
-        gs.tear_horizon(top, world.faults, trim=0)
-    with pytest.raises(InputError, match=r"noise is -1, expected metres, 0 or more"):
-        gs.tear_horizon(top, world.faults, noise=-1)
-    with pytest.raises(
-        InputError, match=r"trim is '2', expected .auto., cells above 0, or \{fault: cells\}\."
-    ):
-        gs.tear_horizon(top, world.faults, trim="2")
-    with pytest.raises(
-        InputError, match=r"trim names 'F2', which is not a fault\. The faults are 'F1'"
-    ):
-        gs.tear_horizon(top, world.faults, trim={"F2": 2})
-    with pytest.raises(InputError, match=r"noise is '1', expected metres, 0 or more"):
-        gs.tear_horizon(top, world.faults, noise="1")
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"trim": 0}, r'trim is 0, expected "auto", cells above 0, or \{fault: cells\}\.'),
+        ({"trim": "2"}, r"trim is '2', expected .auto., cells above 0, or \{fault: cells\}\."),
+        ({"trim": {"F2": 2}}, r"trim names 'F2', which is not a fault\. The faults are 'F1'"),
+        ({"noise": -1}, "noise is -1, expected metres, 0 or more"),
+        ({"noise": "1"}, "noise is '1', expected metres, 0 or more"),
+    ],
+)
+def test_choices_out_of_range(world, options, words):
+    refused(InputError, words, gs.tear_horizon, world.horizons["Top"], world.faults, **options)
 
 
 def test_faults_need_names_of_their_own(world):
-    fault = gs.triangulate_fault(world.faults["F1"], name="F1")
-    with pytest.raises(InputError, match=r"2 faults are called 'F1'; rename"):
-        gs.tear_horizon(world.horizons["Top"], [fault, fault])
-    with pytest.raises(InputError, match=r"faults is a TriSurface; give a mapping"):
-        gs.tear_horizon(world.horizons["Top"], fault)
-    for call in (gs.tear_horizon, lambda top, faults: gs.throw_horizon(top, faults, {"F1": 9})):
-        with pytest.raises(InputError, match=r"faults\[1\] is the text 'F1', .*triangulate"):
-            call(world.horizons["Top"], [fault, "F1"])
-        with pytest.raises(InputError, match=r"faults is the text 'F1', not a fault.*read_fault"):
-            call(world.horizons["Top"], "F1")
-        with pytest.raises(InputError, match=r"faults\['F1'\] is the text 'F1.ts', .*read_fault"):
-            call(world.horizons["Top"], {"F1": Path("F1.ts")})
-
-
-def test_throw_and_reach_are_given_for_faults_that_there_are(world):
-    top, faults = world.horizons["Top"], world.faults
-    with pytest.raises(InputError, match=r"throw is a int; give a mapping \{fault: throw\}, as in"):
-        gs.throw_horizon(top, faults, 60)
-    with pytest.raises(
-        InputError, match=r"throw names 'F2', which is not a fault. The faults are 'F1'"
+    fault, top = gs.triangulate_fault(world.faults["F1"], name="F1"), world.horizons["Top"]
+    refused(InputError, r"2 faults are called 'F1'; rename", gs.tear_horizon, top, [fault, fault])
+    refused(InputError, r"faults is a TriSurface; give a mapping", gs.tear_horizon, top, fault)
+    for faults, words in (
+        ([fault, "F1"], r"faults\[1\] is the text 'F1', .*triangulate"),
+        ("F1", r"faults is the text 'F1', not a fault.*read_fault"),
+        ({"F1": Path("F1.ts")}, r"faults\['F1'\] is the text 'F1.ts', .*read_fault"),
     ):
-        gs.throw_horizon(top, faults, {"F2": 60.0})
-    for other in (faults, {**faults, "F1b": faults["F1"]}):
-        words = r"reach names 'F1b', which has no throw. The faults .* 'F1'. Did you mean 'F1'"
-        with pytest.raises(InputError, match=words):
-            gs.throw_horizon(top, other, {"F1": 60.0}, reach={"F1b": 500.0})
-        words = r"direction names 'F1b', which has no throw. The faults with throw are 'F1'"
-        with pytest.raises(InputError, match=words):
-            gs.throw_horizon(top, other, {"F1": 60.0}, direction={"F1b": "mean"})
-    with pytest.raises(InputError, match=r"direction is 'down', expected one of \('local', 'mean'"):
-        gs.throw_horizon(top, faults, {"F1": 60.0}, direction={"F1": "down"})
-    with pytest.raises(InputError, match=r"throw of 'F1' is '60'; give metres, an array"):
-        gs.throw_horizon(top, faults, {"F1": "60"})
+        refused(InputError, words, gs.tear_horizon, top, faults)
+        refused(InputError, words, gs.throw_horizon, top, faults, {"F1": 9})
+
+
+@pytest.mark.parametrize(
+    ("throw", "options", "words"),
+    [
+        (60, {}, r"throw is a int; give a mapping \{fault: throw\}, as in"),
+        ({"F1": 60.0}, {"reach": {"F1b": 500.0}},
+         "reach names 'F1b', which has no throw. The faults .* 'F1'. Did you mean 'F1'"),
+        ({"F1": 60.0}, {"direction": {"F1b": "mean"}},
+         "direction names 'F1b', which has no throw. The faults with throw are 'F1'"),
+        ({"F1": 60.0}, {"direction": {"F1": "down"}},
+         r"direction is 'down', expected one of \('local', 'mean'"),
+    ],
+)  # fmt: skip
+def test_throw_and_reach_are_given_for_faults_that_there_are(world, throw, options, words):
+    for faults in (world.faults, {**world.faults, "F1b": world.faults["F1"]}):
+        refused(
+            InputError, words, gs.throw_horizon, world.horizons["Top"], faults, throw, **options
+        )
 
 
 def test_data_that_cannot_be_torn(world):
     mesh = gs.TriSurface("Top", "horizon", [[0, 0, 0], [9, 0, 0], [0, 9, 0]], [[0, 1, 2]])
-    with pytest.raises(HorizonError, match=r"'Top' is a mesh without a lattice.*Give the grid"):
-        gs.tear_horizon(mesh, world.faults)
-    points = world.truth["points"].copy()
+    words = r"'Top' is a mesh without a lattice.*Give the grid"
+    refused(HorizonError, words, gs.tear_horizon, mesh, world.faults)
+    points, scattered = world.truth["points"].copy(), world.truth["points"].copy()
     points[7, 2] = np.nan
-    with pytest.raises(HorizonError, match=r"1 points are not finite, the first is point 7"):
-        gs.tear_horizon(points, world.faults, positive="up")
-    scattered = world.truth["points"].copy()
     scattered[5, 0] += 9.0
-    with pytest.raises(HorizonError, match=r"1 of \d+ points lie off the lattice.*0\.36 cells off"):
-        gs.tear_horizon(scattered, world.faults, positive="up")
-    with pytest.raises(HorizonError, match=r"points have shape \(4,\), expected numbers \(n, 3\)"):
-        gs.tear_horizon(np.arange(4.0), world.faults, positive="up")
+    for data, words in (
+        (points, r"1 points are not finite, the first is point 7"),
+        (scattered, r"1 of \d+ points lie off the lattice.*0\.36 cells off"),
+        (np.arange(4.0), r"points have shape \(4,\), expected numbers \(n, 3\)"),
+    ):
+        refused(HorizonError, words, gs.tear_horizon, data, world.faults, positive="up")
 
 
 def test_points_that_do_not_declare_elevation_or_depth_are_refused(world):
@@ -145,11 +135,6 @@ def test_an_overlap_that_scattered_points_cannot_close_is_told_with_its_width(mo
 UTM31, UTM32 = "EPSG:32631", "EPSG:32632"
 
 
-@pytest.fixture(scope="module")
-def world_reference():
-    return gs.synthetic.torn("through", 31)
-
-
 def torn(horizon, faults):
     return gs.tear_horizon(horizon, faults, name="Top")
 
@@ -163,22 +148,20 @@ def no_throw(horizon, faults):
 
 
 @pytest.mark.parametrize("make", [torn, thrown, no_throw])
-def test_a_sheet_is_in_the_reference_system_of_its_data(world_reference, make):
-    top = world_reference.horizons["Top"]
-    assert make(top, world_reference.faults).crs is None
+def test_a_sheet_is_in_the_reference_system_of_its_data(world, make):
+    top = world.horizons["Top"]
+    assert make(top, world.faults).crs is None
     said = top.assign_attrs(crs=UTM31)
     for horizon in (said, gs.triangulate_horizon(said)):
-        sheet = make(horizon, world_reference.faults)
+        sheet = make(horizon, world.faults)
         assert sheet.crs == sheet.surface.crs == UTM31
-    assert np.array_equal(
-        sheet.surface.vertices, make(top, world_reference.faults).surface.vertices
-    )
+    assert np.array_equal(sheet.surface.vertices, make(top, world.faults).surface.vertices)
 
 
 @pytest.mark.parametrize("make", [torn, thrown])
-def test_faults_in_another_reference_system_are_refused(world_reference, make):
-    top = world_reference.horizons["Top"].assign_attrs(crs=UTM31)
-    (fault,) = world_reference.faults.values()
+def test_faults_in_another_reference_system_are_refused(world, make):
+    top = world.horizons["Top"].assign_attrs(crs=UTM31)
+    (fault,) = world.faults.values()
     same = make(top, {"F1": fault.assign_attrs(crs=UTM31.lower())})
     assert same.crs == UTM31
     with pytest.raises(
@@ -187,9 +170,9 @@ def test_faults_in_another_reference_system_are_refused(world_reference, make):
         make(top, {"F1": fault.assign_attrs(crs=UTM32)})
 
 
-def test_a_scene_compares_torn_horizons_with_its_other_surfaces(world_reference):
-    top = world_reference.horizons["Top"]
-    sheet = torn(top.assign_attrs(crs=UTM31), world_reference.faults)
+def test_a_scene_compares_torn_horizons_with_its_other_surfaces(world):
+    top = world.horizons["Top"]
+    sheet = torn(top.assign_attrs(crs=UTM31), world.faults)
     base = (top - 300.0).assign_attrs(crs=UTM32)
     box = (100, 600, 100, 600, -2200, -1600)
     scene = gs.Scene({"Top": sheet, "Base": base}, {f.name: f for f in sheet.faults}, box)

@@ -17,7 +17,7 @@ from geosurf.sheets.lattice.data import proposed_spacing, scattered
 from geosurf.sheets.mesh.finish import fault_surfaces
 from tests.grids import gridded
 from tests.sheets import held_out
-from tests.sheets.table import measure
+from tests.sheets.table import assert_met, measure
 
 # noise is averaged, which the warning states; it has a test of its own
 pytestmark = pytest.mark.filterwarnings("ignore:Horizon .* does not pass through its data")
@@ -38,12 +38,7 @@ def test_clean_points_are_met_like_a_grid(kind):
     assert sheet.report.noise is None
     assert sheet.report.tips == sheet.report.declared_tips
     for name in world.faults:
-        found = measure(world, sheet, name)
-        assert found.lost == 0
-        assert found.position.max() < 0.1
-        assert found.throw.mean() < 1.0
-        assert found.throw.max() < 5.0
-        assert found.variation == pytest.approx((1.0, 1.0), abs=0.05)
+        assert_met(measure(world, sheet, name))
 
 
 @pytest.mark.parametrize("name", ["crack", "half crack"])
@@ -54,12 +49,7 @@ def test_throw_that_dies_as_a_root_is_met_at_its_tips(name):
     sheet = gs.tear_horizon(
         world.truth["scattered"](n * n), world.faults, name="Top", trim=1.0, positive="up"
     )
-    found = measure(world, sheet, "F1", cell=step)
-    assert found.lost == 0
-    assert found.position.max() < 0.1
-    assert found.throw.mean() < 1.0
-    assert found.throw.max() < 5.0
-    assert found.variation == pytest.approx((1.0, 1.0), abs=0.05)
+    assert_met(measure(world, sheet, "F1", cell=step))
 
 
 def test_a_thrust_is_closed_on_a_wider_lattice():
@@ -133,12 +123,7 @@ def test_a_thrust_is_met_by_points_of_both_walls_past_its_trace():
         world.truth["scattered"](6561), world.faults, name="Top", trim=1.0, positive="up"
     )
     assert sheet.report.tips == sheet.report.declared_tips
-    found = measure(world, sheet, "F1")
-    assert found.lost == 0
-    assert found.position.max() < 0.1
-    assert found.throw.mean() < 1.0
-    assert found.throw.max() < 5.0
-    assert found.variation == pytest.approx((1.0, 1.0), abs=0.05)
+    assert_met(measure(world, sheet, "F1"))
 
 
 def test_noisy_points_of_a_reverse_fault_are_met_as_well_as_asked():

@@ -132,6 +132,8 @@ def as_trimesh(vertices, triangles):
 
 
 MESHES = {
+    "tuple": lambda v, t: (v, t),
+    "list": lambda v, t: [v, t],
     "pyvista": as_pyvista,
     "meshio": as_meshio,
     "trimesh": as_trimesh,
@@ -312,52 +314,25 @@ def test_what_is_no_grid_and_no_lines_is_refused():
     refused(gs.errors.InputError, "Give a Dataset", gs.to_geodataframe, [1])
 
 
-# ---- Triangulated horizons are taken wherever triangulated faults are: arrays, surfaces and f
-WORLD_HORIZON_MESHES = gs.synthetic.tilted_planes(n=5)
-
-
-@pytest.fixture(scope="module")
-def top() -> gs.TriSurface:
-    grid = gs.triangulate_horizon(WORLD_HORIZON_MESHES.horizons["Top"])
-    return gs.TriSurface("Top", "horizon", grid.vertices, grid.triangles)
-
-
-@pytest.fixture(scope="module")
-def truth(top) -> np.ndarray:
-    return gs.Scene(
-        {"Top": top}, WORLD_HORIZON_MESHES.faults, WORLD_HORIZON_MESHES.box
-    ).volumes.values
-
-
-@pytest.mark.parametrize("kind", [tuple, list])
-def test_vertices_and_triangles_build_the_same_model(top, truth, kind):
-    mesh = kind((np.asarray(top.vertices), np.asarray(top.triangles)))
-    scene = gs.Scene({"Top": mesh}, WORLD_HORIZON_MESHES.faults, WORLD_HORIZON_MESHES.box)
-    assert scene.surface("Top").role == "horizon"
-    np.testing.assert_array_equal(scene.volumes.values, truth)
+# ---- Triangulated horizons are taken wherever triangulated faults are: files, and in feet.
+def horizon_of_triangles() -> gs.TriSurface:
+    return gs.TriSurface("Top", "horizon", *mesh("Top"))
 
 
 @pytest.mark.parametrize("suffix", [".ts", ".vtp", ".vtu", ".obj", ".ply", ".stl"])
-def test_files_of_meshes_build_the_same_model(top, truth, suffix, tmp_path):
+def test_files_of_meshes_build_the_same_model(suffix, tmp_path):
+    top = horizon_of_triangles()
     path = gs.write(top, tmp_path / f"Top{suffix}")[0]
     found = gs.read_horizon(path, name="Top")
     assert (found.role, found.name, found.n_triangle) == ("horizon", "Top", top.n_triangle)
-    volumes = gs.Scene(
-        {"Top": path}, WORLD_HORIZON_MESHES.faults, WORLD_HORIZON_MESHES.box
-    ).volumes.values
-    np.testing.assert_allclose(volumes, truth, rtol=1e-6)
+    np.testing.assert_allclose(volumes({"Top": path}).values, expected().values, rtol=1e-6)
 
 
-def test_depths_in_feet_are_turned(top, truth):
-    down = np.asarray(top.vertices) * (1.0, 1.0, -1.0 / 0.3048)
-    words = {"positive": "down", "length_unit": "ft"}
-    scene = gs.Scene(
-        {"Top": (down, top.triangles)},
-        WORLD_HORIZON_MESHES.faults,
-        WORLD_HORIZON_MESHES.box,
-        **words,
-    )
-    np.testing.assert_allclose(scene.volumes.values, truth, rtol=1e-9)
+def test_depths_in_feet_are_turned():
+    vertices, triangles = mesh("Top")
+    down = vertices * (1.0, 1.0, -1.0 / 0.3048)
+    found = volumes({"Top": (down, triangles)}, positive="down", length_unit="ft")
+    np.testing.assert_allclose(found.values, expected().values, rtol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -372,10 +347,11 @@ def test_depths_in_feet_are_turned(top, truth):
 )
 def test_meshes_that_cannot_be_used_are_refused(mesh, error, words):
     with pytest.raises(error, match=words):
-        _ = gs.Scene({"Top": mesh}, {}, WORLD_HORIZON_MESHES.box).surfaces
+        _ = gs.Scene({"Top": mesh}, {}, WORLD.box).surfaces
 
 
-def test_a_mesh_is_not_simplified_and_says_so(top):
+def test_a_mesh_is_not_simplified_and_says_so():
+    top = horizon_of_triangles()
     with pytest.raises(HorizonError, match=r"simplifies grids only, not meshes"):
         gs.triangulate_horizon(top, tolerance=1.0)
     with pytest.raises(SurfaceError, match="positive up"):

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 import geosurf as gs
 from geosurf.errors import GeosurfWarning, InputError, SurfaceError
 from geosurf.model import FaultSticks, TriSurface
+from geosurf.synthetic.world import make_fault
 from geosurf.triangulate import (
     orient_fault,
     triangulate_fault,
@@ -352,14 +353,8 @@ def test_sticks_are_refused_with_what_where_and_what_next(case):
 
 def test_grids_in_metres_are_not_copied(rng):
     """Peak memory of a curve is that of its inputs and half as much (docs/validation/bench.md)."""
-    dims, (i, j) = ("down_dip", "along_strike"), np.mgrid[:9, :7] * 10.0
-    ds = xr.Dataset(
-        {
-            "easting": (dims, j, {"units": "m"}),
-            "northing": (dims, i + rng.uniform(0, 1, i.shape), {"units": "m"}),
-            "elevation": (dims, -i - 5.0, {"units": "m"}),
-        }
-    )
+    i, j = np.mgrid[:9, :7] * 10.0
+    ds = make_fault("F1", j, i + rng.uniform(0, 1, i.shape), -i - 5.0, (0.0, 0.0, 0.0))
     lattice = triangulate_fault(ds, name="F1").lattice
     for kept, key in zip(lattice.coordinates, ("easting", "northing", "elevation"), strict=True):
         assert np.shares_memory(kept, ds[key].values)
@@ -370,8 +365,8 @@ def test_grids_in_metres_are_not_copied(rng):
 
 def test_minus_zero_is_zero():
     """Results are compared by their bytes; -0.0 and 0.0 differ in theirs."""
-    dims, (i, j) = ("down_dip", "along_strike"), np.mgrid[:3, :4] * 10.0
-    ds = xr.Dataset({"easting": (dims, j), "northing": (dims, i), "elevation": (dims, -i)})
+    i, j = np.mgrid[:3, :4] * 10.0
+    ds = xr.Dataset({"easting": (DIMS, j), "northing": (DIMS, i), "elevation": (DIMS, -i)})
     ds["elevation"].attrs["units"] = "m"
     lattice = triangulate_fault(ds, name="F1").lattice
     assert np.signbit(ds["elevation"].values[0]).all()
