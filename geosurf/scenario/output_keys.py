@@ -536,7 +536,7 @@ class OutputSettings:
         The throw of all horizons along each fault.
     sections_m
         Vertical sections, each along a line of eastings and northings. Left out: two through the
-        middle of the box.
+        middle of the model.
     clip
         Whether pictures are clipped to the model.
     exploded

@@ -118,7 +118,7 @@ class PictureChoice:
         between two horizons; an Allan diagram of each fault; the throw of horizons along each.
     sections : sequence of array_like of float, each (n, 2), optional
         A vertical section along each line in the map (easting, northing) [m]. Default: two, from
-        west to east and from south to north, through the middle of the box.
+        west to east and from south to north, through the middle of the model, as far as it goes.
     search : (str, str), optional
         Two surfaces, for a picture of the voxel search.
     exaggeration, size, clip, style
@@ -246,7 +246,7 @@ def pictures_of(scene: MeasuredModel, choice: PictureChoice) -> list[Picture]:
             found.append(Picture(caption, row(faults, name, "throw"), draw, "throw = false"))
 
     # sections that the caller named, else two through the middle
-    lines = middle_lines(scene.box)
+    lines = middle_lines(scene.box, scene.aoi)
     if choice.sections is not None:
         given = listed(choice.sections, "sections takes lines", _LINES)
         lines = [check_line(line) for line in given]

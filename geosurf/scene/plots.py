@@ -174,11 +174,23 @@ def cut_horizons(scene: MeasuredModel, fault: str) -> list[str]:
     return [name for name in scene.horizons_inside if scene.cutoffs(name, fault)]
 
 
-def middle_lines(box: Sequence[float]) -> list[np.ndarray]:
-    """Lines through the middle of a box, from west to east and from south to north."""
+def middle_lines(box: Sequence[float], aoi: np.ndarray | None) -> list[np.ndarray]:
+    """Lines through the middle of a model, from west to east and from south to north."""
     west, east, south, north = box[:4]
-    x, y = 0.5 * (west + east), 0.5 * (south + north)
-    return [np.array([(west, y), (east, y)]), np.array([(x, south), (x, north)])]
+    middle = np.array([0.5 * (west + east), 0.5 * (south + north)])
+    a = np.array([(west, south), (east, south), (east, north), (west, north)])
+    a = a if aoi is None else aoi
+    b, lines = np.roll(a, -1, axis=0), []
+    for k in (0, 1):
+        # they start and end where they leave the area for good
+        low, high = a[:, 1 - k] - middle[1 - k], b[:, 1 - k] - middle[1 - k]
+        cut = (low < 0) != (high < 0)
+        share = low[cut] / (low[cut] - high[cut])
+        along = a[cut, k] + share * (b[cut, k] - a[cut, k])
+        line = np.stack([middle, middle])
+        line[:, k] = along.min(), along.max()
+        lines.append(line)
+    return lines
 
 
 def warn_of_colours(scene: MeasuredModel, style: PictureStyle) -> None:

@@ -145,3 +145,15 @@ def test_a_camera_gives_a_further_view_in_the_style_of_all(scene_picture_choice,
 def test_wrong_looks_are_refused(scene_picture_choice, wrong, tmp_path):
     with pytest.raises(InputError):
         scene_picture_choice.render_pictures(tmp_path, **NONE, **wrong)
+
+
+def test_sections_that_nobody_named_start_and_end_with_the_model(tmp_path):
+    """Of an area that is not convex: the line through the middle, as far as it is in the area."""
+    world = gs.synthetic.graben(n=11)
+    corners = [(1000, 500), (4500, 500), (4500, 2000), (2500, 2000), (2500, 3500), (1000, 3500)]
+    scene = gs.Scene(world.horizons, world.faults, aoi=corners)
+    drawn = scene.render_pictures(tmp_path, **NONE | {"sections": None})
+    assert [re.findall(r"[EN] (\d+)", caption) for caption in drawn] == [
+        ["1000", "2000", "4500", "2000"],
+        ["2750", "500", "2750", "2000"],
+    ]
