@@ -8,6 +8,7 @@ and triangles are made before the clock starts, and so is the package's own mesh
 compas_cgal     CGAL's curve of two meshes, and its split of the first one; exact
 loop_cgal       CGAL's corefinement of two open surfaces; exact
 libigl          remeshing of any soup, cells; exact, through CGAL
+trueform        curves and splits of meshes; exact, non-commercial licence: not in requirements.txt
 manifold3d      Booleans of solids
 vtk             vtkIntersectionPolyDataFilter; float32 points
 trimesh         slice by one plane without ends
@@ -174,6 +175,31 @@ def _loop_answer(setting: Setting, meshes: Any) -> dict[str, Any]:
     return found | {"triangles": len(faces), "area_error": _area_error(setting, vertices, faces)}
 
 
+# ---- trueform --------------------------------------------------------------------------
+
+
+def _true_meshes(setting: Setting, options: dict) -> Any:
+    make = import_module("trueform").Mesh
+    return [make(f.astype(np.int32), v) for v, f in _meshes(setting, options)]
+
+
+def _true_curve(meshes: Any, options: dict) -> Any:
+    """The first surface with each of the others."""
+    call = import_module("trueform").intersection_curves
+    return [call(meshes[0], other) for other in meshes[1:]]
+
+
+def _true_segments(setting: Setting, found: Any) -> dict[str, Any]:
+    """It has lines only: points where surfaces touch alone are not among its answers."""
+    lines = [np.asarray(points)[np.asarray(path)] for paths, points in found for path in paths]
+    return _compas_segments(setting, lines)
+
+
+def _true_split(meshes: Any, options: dict) -> Any:
+    (faces, vertices), owner, _ = import_module("trueform").mesh_arrangements(meshes)
+    return vertices, faces, owner
+
+
 # ---- libigl ----------------------------------------------------------------------------
 
 
@@ -307,6 +333,11 @@ PEERS = (
     Peer(
         "loop_cgal", "loop_cgal", "loop-cgal",
         {"split": Task(_loop_meshes, _loop_split, _loop_answer)},
+    ),
+    Peer(
+        "trueform", "trueform", "trueform",
+        {"curve": Task(_true_meshes, _true_curve, _true_segments),
+         "split": Task(_true_meshes, _true_split, _igl_answer)},
     ),
     Peer(
         "libigl", "igl", "libigl",

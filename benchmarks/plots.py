@@ -17,6 +17,7 @@ COLOURS = {
     "geosurf": "#c8102e",
     "compas_cgal": "#3b6ea5",
     "loop_cgal": "#2f6b3c",
+    "trueform": "#8a6d1f",
     "libigl": "#7a3b58",
     "manifold3d": "#bf8145",
     "vtk": "#59616d",

@@ -92,6 +92,7 @@ def growth_jobs(run: Measuring, sizes: Sequence[float]) -> list[Job]:
     calls = (
         ("curve", ""), ("curve, kept search", ""), ("split", ""),
         ("curve", "compas_cgal"), ("curve", "vtk"), ("split", "loop_cgal"),
+        ("curve", "trueform"), ("split", "trueform"),
     )  # fmt: skip
     return [run.job(task, "S1", size, peer) for task, peer in calls for size in sizes]
 

@@ -55,6 +55,7 @@ class Target:
 
 _CGAL = ("compas_cgal", "curve", "CGAL, curve of two meshes")
 _COREFINE = ("loop_cgal", "split", "CGAL, corefinement")
+_TRUE = ("trueform", "split", "trueform, arrangement")
 _REMESH = ("libigl", "split", "remesh_self_intersections")
 
 TARGETS = (
@@ -95,6 +96,13 @@ TARGETS = (
         asked=8.0,
     ),
     Target("split", "Split of S1, 2e6, to patches", ("split", "S1", 2e6), _COREFINE, asked=100.0),
+    Target(
+        "split shuffled",
+        "Split of S1 as arbitrary triangulations, 2e6",
+        ("split", "S1 shuffled", 2e6),
+        _TRUE,
+        asked=1.0,
+    ),
     Target(
         "split full",
         "Split of S1, 2e6, to full arrays",

@@ -78,7 +78,7 @@ def test_quick_writes_all_files(without_processes, tmp_path, capsys):
     ours = [row for row in rows if row["who"] == "geosurf"]
     assert all(row["error"] == "" and row["wrong"] == [] and row["seconds"] > 0 for row in ours)
     others = {row["who"]: row["error"] for row in rows if row["who"] != "geosurf"}
-    assert set(others) == {"compas_cgal", "vtk", "loop_cgal", "manifold3d"}
+    assert set(others) == {"compas_cgal", "vtk", "loop_cgal", "trueform", "manifold3d"}
     assert set(others.values()) == {"not installed: pip install -r benchmarks/requirements.txt"}
     assert "geosurf: curve" in found["tables"]["growth"]["exponents"]
     for name in ("error", "growth", "questions"):
