@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, is_dataclass, replace
 from functools import cached_property, partial
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -49,37 +49,12 @@ from geosurf.scene.given import (
     prepared_faults,
     torn_like,
 )
-from geosurf.scene.memory import fingerprint
-from geosurf.scene.result_cache import ResultCache
+from geosurf.scene.result_cache import ResultCache, name_of_result
 from geosurf.scene.surfaces import footprint
 from geosurf.scene.tearing import longer_faults
 from geosurf.sheets.throw.throw_horizon import throw_horizon
 
 OWN_NUMBERS = "a function that builds scenes draws its own numbers. Leave out uncertain=."
-
-
-class Model(Protocol):
-    """A model that realisations change."""
-
-    is_data: bool  # whether it is data alone: a function may have effects in its own process
-
-    def build(self, change: Change) -> Scene:
-        """Return the scene of one realisation."""
-
-    def outline(self, change: Change) -> Scene:
-        """Return a scene with the area and box that `build` gives, from as little as that needs."""
-
-    def framed(self, outline: Callable[[], Scene], reach: float) -> None:
-        """Keep area and box of the base case, taller by a reach [m]; `outline` gives them."""
-
-    def started(self, base: Scene) -> None:
-        """Take what all realisations share from the base case in the final box."""
-
-    def name_regions(self, known: KnownRegions | None) -> None:
-        """Let regions of realisations have the names of those of the base case."""
-
-    def identity(self) -> str:
-        """Return a hash of all inputs: the same in every process."""
 
 
 class SceneModel:
@@ -103,7 +78,8 @@ class SceneModel:
     10.0
     """
 
-    is_data = True
+    is_data = True  # alone: a function may have effects in its own process
+    settings_of_tears: tuple[Any, ...] = ()
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
@@ -114,9 +90,8 @@ class SceneModel:
         self.longer: LongerFaults = {}
         self._in_time_longer: dict[str, TriSurface] | None = None
         self.plans: dict[str, TearPlan] = {}
-        # Of horizons that throws tear: the last sheet of each that does not move, by what it was
-        # made from.
-        self._thrown_sheets: dict[str, tuple[str, Sheet]] = {}
+        # The last sheet of each horizon that does not move, by what it was made from.
+        self._sheets: dict[str, tuple[str, Sheet]] = {}
 
     # ---- what is given -------------------------------------------------------------------
 
@@ -176,13 +151,16 @@ class SceneModel:
     def _unthrown(self, change: Change) -> Scene:
         """A scene with the inputs of a realisation, without throws."""
         # What did not change is not handed over: the scene keeps its results.
-        contacts = {**self.contacts, **change.contacts}
-        changes: dict[str, Any] = {"contacts": contacts} if change.contacts else {}
+        changes = self._contacts_and_frame(change)
         if change.velocity:
             changes["velocity"] = scaled(self.velocity, change.velocity)
-        return self.scene.replace(
-            horizons=change.horizons(), faults=change.faults, **changes, **self._frame
-        )
+        return self.scene.replace(horizons=change.horizons(), faults=change.faults, **changes)
+
+    def _contacts_and_frame(self, change: Change) -> dict[str, Any]:
+        """What a scene of a realisation takes for its fluid contacts, its box and its area."""
+        if not change.contacts:
+            return dict(self._frame)
+        return {"contacts": {**self.contacts, **change.contacts}, **self._frame}
 
     def _thrown(self, scene: Scene, change: Change) -> Scene:
         """A scene with all horizons torn by the throws of a realisation."""
@@ -199,27 +177,25 @@ class SceneModel:
             horizon = moved.get(name) or self.horizon(name).surface
             return throw_horizon(horizon, faults, throws, name=name)
 
+        digest = hashlib.sha256()
+        add_to(digest, (throws, *faults))
         sheets = {
-            name: self.thrown_before(change, name, throws, partial(sheet_of, name))
+            name: self.remembered(change, name, digest.hexdigest(), partial(sheet_of, name))
             for name in self.horizon_names
         }
         # Sheets replace the continuous horizons that they were made from.
         return scene.replace(horizons=sheets)
 
-    def thrown_before(
-        self, change: Change, name: str, throws: Any, make: Callable[[], Sheet]
+    def remembered(
+        self, change: Change, name: str, key: str | None, make: Callable[[], Sheet]
     ) -> Sheet:
-        """The sheet of a horizon: that of the last realisation if all it is made from stays."""
-        if name in change.up or change.faults:
+        """The sheet of a horizon; that of the last realisation if its data stay, and the key."""
+        if name in change.up or change.velocity or key is None:
             return make()
-        digest = hashlib.sha256()
-        add_to(digest, throws)
-        known = self._thrown_sheets.get(name)
-        if known is not None and known[0] == digest.hexdigest():
-            return known[1]
-        made = make()
-        self._thrown_sheets[name] = digest.hexdigest(), made
-        return made
+        known = self._sheets.get(name)
+        if known is None or known[0] != key:
+            known = self._sheets[name] = key, make()
+        return known[1]
 
     def outline(self, change: Change) -> Scene:
         """Return the scene itself: nothing is torn before it is read."""
@@ -258,16 +234,19 @@ class SceneModel:
         # Names and arrays: a store must not be continued with other data.
         digest = hashlib.sha256()
         for name in self.horizon_names:
-            value, words = given_horizon(self.scene, name)
-            # A sheet counts as its mesh, other horizons as their points.
-            surface = value.surface if isinstance(value, Sheet) else None
-            points = surface.vertices if surface else HorizonData.of(name, value, words).points
-            add_to(digest, (name, points))
+            add_to(digest, (name, self._points(name)))
         for name in self.fault_names:
             fault = self.fault(name)
             add_to(digest, (name, fault.vertices, fault.triangles))
-        add_to(digest, (self.contacts, given_settings(self.scene)))
+        add_to(digest, (self.contacts, given_settings(self.scene), *self.settings_of_tears))
         return digest.hexdigest()
+
+    def _points(self, name: str) -> np.ndarray:
+        """Points of a horizon, of a sheet those of its mesh."""
+        value, words = given_horizon(self.scene, name)
+        if isinstance(value, Sheet):
+            return value.surface.vertices
+        return HorizonData.of(name, value, words).points
 
 
 class BuiltModel:
@@ -414,8 +393,9 @@ class ScenarioModel(SceneModel):
                 "Scene(..., zones={...}), uncertain=[...]."
             )
         super().__init__(scene)
-        self._sheets: dict[str, tuple[tuple[str, ...], Sheet]] = {}
         self._cache = cache
+        # Settings of tearing change results as data do.
+        self.settings_of_tears = ((self.scenario.tear, self.scenario.throws),)
         self.uncertain = tuple(uncertainty_of(entry) for entry in self.scenario.uncertain)
 
     def horizon(self, name: str) -> HorizonData:
@@ -449,8 +429,8 @@ class ScenarioModel(SceneModel):
             # torn.
             for name in change.up
         }
-        contacts = {"contacts": {**self.contacts, **change.contacts}} if change.contacts else {}
-        return self.scene.replace(horizons=plain, faults=change.faults, **contacts, **self._frame)
+        more = self._contacts_and_frame(change)
+        return self.scene.replace(horizons=plain, faults=change.faults, **more)
 
     def _converted(self, change: Change) -> tuple[Scene, dict[str, Any], LongerFaults, Scene]:
         """The scene of a realisation with other velocities, not torn, its data, longer faults."""
@@ -463,8 +443,7 @@ class ScenarioModel(SceneModel):
         velocity = scaled(self.velocity, change.velocity)
         in_time = self._in_time.replace(velocity=velocity)
         scene, values = untorn_scene(self.scenario, in_time=in_time)
-        contacts = {"contacts": {**self.contacts, **change.contacts}} if change.contacts else {}
-        scene = scene.replace(**contacts, **self._frame)
+        scene = scene.replace(**self._contacts_and_frame(change))
         longer = longer_in_depth(scene, in_time, self._longer_in_time(self._in_time))
         return scene, values, longer, in_time
 
@@ -480,26 +459,6 @@ class ScenarioModel(SceneModel):
         # Throws change in the scenario, so that tearing follows its usual way.
         throws = tuple(_changed(entry, change.throws) for entry in self.scenario.throws)
         scenario = replace(self.scenario, throws=throws)
-
-        def remember(
-            name: str, faults: dict[str, TriSurface], fill: bool | Sheet, make: Callable[[], Sheet]
-        ) -> Sheet:
-            """The sheet of a horizon; that of the last realisation if nothing has changed."""
-            if name in change.up or change.velocity:
-                return make()
-            filled = str(fill) if isinstance(fill, bool) else fingerprint(fill)
-            key = (*map(fingerprint, faults.values()), filled)
-            known = self._sheets.get(name)
-            if known is None or known[0] != key:
-                known = self._sheets[name] = key, make()
-            return known[1]
-
-        def remember_thrown(
-            name: str, throws: Sequence[ThrowInput], make: Callable[[], Sheet]
-        ) -> Sheet:
-            """The same of a horizon that throws tear."""
-            return self.thrown_before(change, name, tuple(throws), make)
-
         return torn_horizons(
             scenario,
             scene,
@@ -508,23 +467,15 @@ class ScenarioModel(SceneModel):
             cache=self._cache,
             longer=longer,
             plans=self.plans,
-            remember=remember,
-            remember_thrown=remember_thrown,
+            remember=lambda name, inputs, make: self.remembered(
+                change, name, name_of_result("sheet", inputs), make
+            ),
             in_time=in_time,
         )
 
-    def identity(self) -> str:
-        """Return a hash of all inputs: the same in every process."""
-        digest = hashlib.sha256()
-        for name in self.horizon_names:
-            add_to(digest, (name, self.horizon(name).points))
-        for name in self.fault_names:
-            fault = self.fault(name)
-            add_to(digest, (name, fault.vertices, fault.triangles))
-        # Settings of tearing change results as data do.
-        settings = (self.scenario.tear, self.scenario.throws)
-        add_to(digest, (self.contacts, given_settings(self.scene), settings))
-        return digest.hexdigest()
+    def _points(self, name: str) -> np.ndarray:
+        """Points of a horizon."""
+        return self.horizon(name).points
 
 
 def _changed(entry: ThrowInput, throws: dict[str, Any]) -> ThrowInput:

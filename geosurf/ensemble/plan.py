@@ -39,7 +39,7 @@ class Plan:
 
     Attributes
     ----------
-    model : Model
+    model : SceneModel, ScenarioModel or BuiltModel
     uncertain : tuple of Uncertainty
         In the order in which they change the inputs.
     seed : int

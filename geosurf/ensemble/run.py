@@ -187,13 +187,11 @@ def planned(
             "cache_dir= is for the path of a scenario: a Scene has its horizons already. Leave it "
             "out."
         )
-    count = 100 if n is None else n
-    if not (is_whole(count) and count > 0):
-        raise InputError(f"n is {n!r}; give the number of realisations, a whole number above 0.")
+    count = _checked_number(100 if n is None else n)
     chosen = check_seed(0 if seed is None else seed)
     listed = uncertainties(uncertain)
     # False means no maps, as None does; True asks for the default grid.
-    grid = None if maps is None or maps is False else maps
+    grid = None if maps is False else maps
     rock = Rock.of(volumetrics, model.crs if isinstance(model, Scene) else None)
     if isinstance(model, Scene):
         need_depth(model.time, "volumes of an ensemble")
@@ -202,11 +200,11 @@ def planned(
                 "nothing is uncertain, so that all realisations would be the same. Give uncertain="
                 "[geosurf.ensemble.DepthShift(...), ...]."
             )
-        return Plan(SceneModel(model), listed, chosen, grid, rock), int(count)
+        return Plan(SceneModel(model), listed, chosen, grid, rock), count
     if callable(model):
         if listed:
             raise InputError(OWN_NUMBERS)
-        return Plan(BuiltModel(model, chosen), listed, chosen, grid, rock), int(count)
+        return Plan(BuiltModel(model, chosen), listed, chosen, grid, rock), count
     raise InputError(
         f"run_ensemble takes a Scene, the path of a scenario or a function, not "
         f"{type(model).__name__}."
@@ -223,14 +221,17 @@ def _of_scenario(
         raise InputError(
             f"{model.scenario.path} has its own [[uncertain]] tables. Leave out uncertain=."
         )
-    count = given.n if n is None else n
-    if not (is_whole(count) and count > 0):
-        raise InputError(f"n is {n!r}; give the number of realisations, a whole number above 0.")
-    grid = given.map_cell_m if maps is None else maps
+    count = _checked_number(given.n if n is None else n)
+    grid = given.map_cell_m if maps is None else None if maps is False else maps
     chosen = check_seed(given.seed if seed is None else seed)
-    return Plan(model, model.uncertain, chosen, None if grid is False else grid, model.rock), int(
-        count
-    )
+    return Plan(model, model.uncertain, chosen, grid, model.rock), count
+
+
+def _checked_number(n: Any) -> int:
+    """The number of realisations."""
+    if not (is_whole(n) and n > 0):
+        raise InputError(f"n is {n!r}; give the number of realisations, a whole number above 0.")
+    return int(n)
 
 
 def _run(

@@ -17,10 +17,9 @@ import numpy as np
 from geosurf.conventions import area_texts, palette
 from geosurf.errors import InputError
 from geosurf.lazy import xarray
-from geosurf.model.expected import listed, name_of
 from geosurf.render import artists
 from geosurf.render.artists import AreaStyle, LineStyle
-from geosurf.render.colouring import seal_bar, shades_of, zone_colours
+from geosurf.render.colouring import seal_bar, shade_of, zone_colours
 from geosurf.render.diagram import (
     Line,
     diagram_axes,
@@ -87,11 +86,9 @@ def draw_allan(
     Raises
     ------
     InputError
-        If diagram and table are of different faults, or if the diagram is empty.
+        If diagram and seal are of different faults, or if the diagram is empty.
     """
-    _check(diagram, table if seal is None else seal)
-    how = "give a list of names, as in Scene.juxtaposition"
-    zones = [name_of(zone, "zone") for zone in listed(zones, "zones must be names of zones", how)]
+    _check(diagram, seal)
 
     # colours follow the column; zones that the caller did not list come after it
     seen = dict.fromkeys(map(str, (*table.zone_minus.values, *table.zone_plus.values)))
@@ -142,27 +139,23 @@ def draw_allan(
     draw_words(sheet, words_above if title is None else title, words)
 
 
-def _check(diagram: xarray.Dataset, table: xarray.Dataset) -> None:
-    for given, maker, names in (
-        (diagram, "Scene.allan", ("kind", "along_strike", "elevation", "count")),
-        (table, "Scene.juxtaposition", ("zone_minus", "zone_plus", "area")),
-    ):
-        if not hasattr(given, "attrs") or any(not hasattr(given, name) for name in names):
-            raise InputError(
-                f"an Allan diagram takes the result of {maker}; {type(given).__name__} lacks one "
-                f"of {', '.join(names)}."
-            )
-
-    # areas of another fault would be printed next to this diagram
-    one, two = diagram.attrs.get("fault"), table.attrs.get("fault")
-    if one != two:
+def _check(diagram: xarray.Dataset, seal: xarray.Dataset | None) -> None:
+    fault = diagram.attrs["fault"]
+    if seal is not None and not hasattr(seal, "sgr"):
         raise InputError(
-            f"the diagram is of fault {one!r}, the table of fault {two!r}. "
-            'Pass scene.allan(name) and scene.juxtaposition(name, "all") of the same fault.'
+            f"seal is a {type(seal).__name__}; give the result of scene.seal({fault!r}, vshale=...)"
+            "."
+        )
+
+    # ratios of another fault would be drawn in this diagram
+    if seal is not None and seal.attrs["fault"] != fault:
+        raise InputError(
+            f"the diagram is of fault {fault!r}, seal= of fault {seal.attrs['fault']!r}. Give "
+            f"scene.seal({fault!r}, vshale=...)."
         )
     if not (diagram.kind == "juxtaposition").any():
         raise InputError(
-            f"fault {one!r} has units on one side only, so it has no Allan diagram. "
+            f"fault {fault!r} has units on one side only, so it has no Allan diagram. "
             "Enlarge the box, or skip this fault."
         )
 
@@ -232,8 +225,8 @@ def _legend_of_classes(seal: xarray.Dataset, bar: Bar) -> tuple[Entry, ...]:
     bounds = zip(seal.sgr_lower.values, seal.sgr_upper.values, strict=True)
     entries = [Entry("SGR", detail=FACING, kind="heading")]
     for (low, high), area in zip(bounds, area_texts(areas), strict=True):
-        red, green, blue = shades_of(bar, np.array([0.5 * (low + high)]))[0].tolist()
-        entries.append(Entry(f"{low:g} to {high:g}", (red, green, blue), area))
+        colour = shade_of(bar, 0.5 * (low + high))
+        entries.append(Entry(f"{low:g} to {high:g}", colour, area))
     return tuple(entries)
 
 

@@ -196,9 +196,9 @@ def colour_units(
     by, words = check_colour_by(colour_by)
     solid = [unit for unit in shown if unit.name not in {one.name for one in units.slivers}]
     if isinstance(by, str) and by == "z":
-        levels = _levels(units.box[4], units.box[5])
-        bar = Bar(vertical_label(), style.codes(palette.ELEVATION), levels)
-        return Colouring({}, (), bar, by_elevation=True)
+        return Colouring(
+            {}, (), elevation_bar(units.box[4], units.box[5], style), by_elevation=True
+        )
     if isinstance(by, str):
         return _by_word(units, solid, by, style)
     return _by_number(units, solid, by, words, style)
@@ -270,14 +270,11 @@ def _by_number(
     words, scale = _scaled(words, max(map(abs, held.values())))
     held = {name: value / scale for name, value in held.items()}
     bar = Bar(words, style.codes(palette.THICKNESS), _levels(*_ends(held.values())))
-    legend, colours = [], {}
+    legend: list[Entry] = []
+    colours: dict[str, RGB] = {}
     for unit in shown:
         value = held.get(unit.name)
-        colour = palette.WALL
-        if value is not None:
-            red, green, blue = shades_of(bar, np.array([value]))[0].tolist()
-            colour = (red, green, blue)
-        colours[unit.name] = colour
+        colour = colours[unit.name] = palette.WALL if value is None else shade_of(bar, value)
         legend.append(Entry(unit.name, colour, "no value" if value is None else f"{value:.4g}"))
     return Colouring(colours, tuple(legend), bar)
 
@@ -324,6 +321,12 @@ def shades_of(bar: Bar, values: np.ndarray) -> np.ndarray:
     low, high = bar.levels[0], bar.levels[-1]
     share = (values - low) / (high - low) if high > low else np.full(len(values), 0.5)
     return colours_of(bar.codes)(np.clip(share, 0.0, 1.0))[:, :3]
+
+
+def shade_of(bar: Bar, value: float) -> RGB:
+    """Return the colour of one value on a colour bar."""
+    red, green, blue = shades_of(bar, np.array([value]))[0].tolist()
+    return red, green, blue
 
 
 def _entry(label: str, units: Sequence[Unit], colours: Mapping[str, RGB]) -> Entry:

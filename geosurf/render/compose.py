@@ -368,10 +368,9 @@ def plotted(
     OutputError
         If the file cannot be written, or is of another kind.
     """
-    target = None if path is None else figure_path(path)
-    sheet = sheet_for(ax, check_size(size), style)
+    sheet = sheet_for(ax, size, style)
     draw(sheet, *shown, **words)
-    return sheet.figure if target is None else save_figure(sheet.figure, target)
+    return sheet.figure if path is None else save_figure(sheet.figure, path)
 
 
 def draw_picture(

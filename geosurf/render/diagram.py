@@ -12,7 +12,6 @@ from geosurf.conventions import palette
 from geosurf.conventions.axes import vertical_label
 from geosurf.errors import InputError
 from geosurf.lazy import xarray
-from geosurf.model.expected import expect
 from geosurf.render import artists
 from geosurf.render.colouring import zone_colours
 from geosurf.render.furniture import draw_legend, draw_words, label_axes, rim_of_words
@@ -124,7 +123,6 @@ def column_of(units: Sequence[tuple[str, float, float]], zones: Sequence[str]) -
 
 DARKER = 0.75  # than the zones of a column: thin lines on white
 ROOM = 10.0  # margin on both sides [design pixels]
-_NEEDED = ("throw", "along_strike", "pair")
 
 
 def draw_throw(
@@ -152,14 +150,8 @@ def draw_throw(
     Raises
     ------
     InputError
-        If there is no throw to draw, or `throws` are not results of `Scene.throw`.
+        If there is no throw to draw.
     """
-    how = "pass {horizon: scene.throw(horizon, fault)}"
-    expect(throws, Mapping, "throws must be a mapping", how)
-    for name, found in throws.items():
-        if any(not hasattr(found, word) for word in _NEEDED):
-            raise InputError(f"throws[{name!r}] is a {type(found).__name__} without throw; {how}.")
-
     # one line for each stretch of the fault on which both walls have a cut-off
     lines = {name: _stretches(found) for name, found in throws.items()}
     points = [line for parts in lines.values() for line in parts]

@@ -9,17 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from string import ascii_uppercase
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 from scipy.spatial import cKDTree
 
-from geosurf.conventions import HORIZON_DIMS, counted, palette
+from geosurf.conventions import counted, palette
 from geosurf.conventions.axes import vertical_label
 from geosurf.errors import InputError
 from geosurf.lazy import xarray
-from geosurf.model.expected import expect
 from geosurf.render import artists
 from geosurf.render.artists import Dashes
 from geosurf.render.diagram import lines_of
@@ -145,11 +144,11 @@ def draw_thickness(
     Raises
     ------
     InputError
-        If the map has no values, or has other dimensions.
+        If the map has no values.
     """
     # values (block, n, m); x, y: coordinates (n, m) of the nodes [m]
     values, x, y = _checked(thickness)
-    polygons = _checked_polygons(polygons)
+    polygons = {} if polygons is None else polygons
 
     # thickness of all blocks together: they overlap at reverse faults
     total = np.where(np.isfinite(values).any(axis=0), np.nansum(values, axis=0), np.nan)
@@ -204,20 +203,7 @@ def _where_level(values: np.ndarray, cut: np.ndarray) -> str:
 
 def _checked(thickness: xarray.DataArray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return values (block, n, m), eastings and northings (n, m)."""
-    if not (hasattr(thickness, "dims") and hasattr(thickness, "values")) or not all(
-        name in getattr(thickness, "coords", ()) for name in HORIZON_DIMS
-    ):
-        raise InputError(
-            f"a thickness map takes values with northing and easting, not "
-            f"{type(thickness).__name__}. Pass scene.thickness(zone, cell)."
-        )
-    if len(thickness.dims) != 3 or thickness.dims[0] != "block":
-        raise InputError(
-            f"the thickness map has dimensions {thickness.dims}, expected block and two map axes. "
-            "Pass scene.thickness(zone, cell)."
-        )
-    values = thickness.values if thickness.dtype.kind in "fiu" else np.empty(0)
-    values = np.asarray(values, dtype=np.float64)
+    values = thickness.values
     if min(values.shape[1:], default=0) < 2 or not np.isfinite(values).any():
         raise InputError(
             f"the thickness map of {thickness.attrs.get('zone', 'a zone')!r} has no values, or "
@@ -227,18 +213,6 @@ def _checked(thickness: xarray.DataArray) -> tuple[np.ndarray, np.ndarray, np.nd
     if x.ndim == 1:
         x, y = np.meshgrid(x, y)
     return values, x, y
-
-
-def _checked_polygons(polygons: Any) -> dict[str, xarray.Dataset]:
-    """Return fault polygons by horizon, or raise an InputError."""
-    how = "pass {name: scene.fault_polygons(name)}"
-    expect({} if polygons is None else polygons, Mapping, "polygons must be a mapping", how)
-    for name, found in (polygons or {}).items():
-        if any(not hasattr(found, key) for key in ("easting", "northing", "count", "fault")):
-            raise InputError(
-                f"polygons[{name!r}] is a {type(found).__name__} without fault polygons; {how}."
-            )
-    return {str(name): found for name, found in (polygons or {}).items()}
 
 
 def _cell_ends(axis: np.ndarray) -> tuple[float, float]:

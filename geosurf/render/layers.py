@@ -133,8 +133,8 @@ def _alike_at_start(names: Sequence[str]) -> int:
 class Room:
     """The parts of a picture that names have taken: boxes (left, bottom, right, top) [pixels]."""
 
-    def __init__(self, taken: Iterable[Sequence[float]] = ()) -> None:
-        self.taken = [np.asarray(box, dtype=np.float64) for box in taken]
+    def __init__(self) -> None:
+        self.taken: list[np.ndarray] = []
 
     def take(self, box: Sequence[float]) -> bool:
         """Take a box if it is free, with a margin for rims; return whether it was."""

@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import checked_points, counted, length_text, palette, real_numbers
+from geosurf.conventions import counted, length_text, palette
 from geosurf.conventions.axes import vertical_label, vertical_words
 from geosurf.conventions.palette import RGB
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.lazy import xarray
 from geosurf.model import Curves, TriSurface
 from geosurf.model.column import fault_of
-from geosurf.model.expected import expect, listed
 from geosurf.render import artists
 from geosurf.render.artists import LineStyle
 from geosurf.render.clip import Prism
@@ -67,11 +66,6 @@ def draw_curves(
     are named, each surface has a colour. Each fault has a line on `n_wall` walls of the horizon.
     """
     name = surface.name
-    expect(curves, Curves, "curves must be Curves", "pass scene.curves")
-    if name not in curves.names:
-        raise InputError(
-            f"the curves have no surface {name!r}. Their surfaces are {list(curves.names)}."
-        )
     # colours: as faults in other pictures, or one for each other surface
     row = curves.names.index(name)
     met = (
@@ -243,12 +237,8 @@ BELOW = palette.rgb("#a6c8ec"), palette.rgb("#123b8c")
 # Draw on a map where virtual walls meet the horizon: dashed, in the colours of their faults.
 
 
-Lines = Mapping[str, Sequence[np.ndarray]]
-HOW = "give lines of shape (n, 2) or (n, 3) [m] by name of the wall"
-
-
 def draw_virtual_walls(
-    sheet: Sheet, axes: Axes, virtual: Lines, faults: Sequence[str]
+    sheet: Sheet, axes: Axes, virtual: Mapping[str, Sequence[np.ndarray]], faults: Sequence[str]
 ) -> list[Entry]:
     """Draw virtual walls on the map; return the entry of the legend.
 
@@ -262,7 +252,6 @@ def draw_virtual_walls(
     faults : sequence of str
         Names of all faults, for their colours.
     """
-    virtual = check_lines(virtual)
     width = sheet.points(1.8)
     shown = []
     for name, lines in virtual.items():
@@ -279,22 +268,6 @@ def draw_virtual_walls(
         return []
     words = counted(len(shown), "virtual wall")
     return [Entry(words.capitalize(), palette.INK, "of " + ", ".join(shown), "dashes")]
-
-
-def check_lines(virtual: Any) -> Lines:
-    """Return lines by name of the wall, or raise an InputError."""
-    if not isinstance(virtual, Mapping):
-        raise InputError(f"virtual_walls is {virtual!r}; {HOW}.")
-    found: dict[str, list[np.ndarray]] = {}
-    for name, lines in virtual.items():
-        try:
-            found[str(name)] = [real_numbers(line) for line in lines]
-        except (TypeError, ValueError) as error:
-            raise InputError(f"virtual_walls of {name!r} are not lines; {HOW}.") from error
-        for line in found[str(name)]:
-            if line.ndim != 2 or line.shape[1] not in (2, 3) or not np.isfinite(line).all():
-                raise InputError(f"virtual_walls of {name!r} are not lines; {HOW}.")
-    return found
 
 
 # ---- remedies ----------------------------------------
@@ -470,15 +443,9 @@ def draw_map(
     Raises
     ------
     InputError
-        If the surface is empty or vertical or has no triangles inside the outline, the curves do
-        not include it, or `tops` is not the result of `Scene.misfit`.
+        If the surface is empty or vertical or has no triangles inside the outline.
     """
-    expect(surface, TriSurface, "a map takes a TriSurface", "pass scene.surface(name)")
     title = f"{surface.name}: {vertical_words()[0].lower()}" if title is None else title
-    faults = listed(faults, "faults must be names of faults", "give a list, as scene.fault_names")
-    marks = "remedies must be warnings of tears"
-    for remedy in listed(remedies, marks, "pass sheet.report.remedies"):
-        expect(remedy, GeosurfWarning, marks, "pass sheet.report.remedies")
     overlay = overlay_of(overlay)
     wells = [] if tops is None else tops_on_map(tops, surface.name)
 
@@ -490,7 +457,6 @@ def draw_map(
         )
     if outline is not None:
         # a prism around the outline, high enough for all of the surface
-        outline = _corners_of(outline)
         (w, s), (e, n) = np.min(outline, axis=0), np.max(outline, axis=0)
         within = Prism((w, e, s, n, light.bounds[4] - 1.0, light.bounds[5] + 1.0), outline)
         x, t, _ = within.triangles(light.vertices, light.triangles)
@@ -512,10 +478,6 @@ def draw_map(
     if len(levels) > 1:
         _draw_elevation(sheet, axes, light, levels)
     note = ""
-    if hatched is not None:
-        expect(
-            hatched, TriSurface, "hatched is a TriSurface", "pass the horizon with all its nodes"
-        )
     if hatched is not None and _hatch(axes, hatched, outline):
         note = " Hatched: extrapolated, without data."
 
@@ -562,12 +524,6 @@ def _hatch(axes: Axes, surface: TriSurface, outline: np.ndarray | None) -> bool:
     if outline is not None:
         drawn.set_clip_path(artists.Polygon(np.asarray(outline), transform=axes.transData))
     return True
-
-
-def _corners_of(outline: Any) -> np.ndarray:
-    """Return the corners (n, 2) of the area that is shown, or raise an InputError."""
-    how = "Give easting and northing [m] of its corners."
-    return checked_points(outline, "the outline of a map", how, widths=(2,), least=3)
 
 
 def _draw_elevation(sheet: Sheet, axes: Axes, surface: TriSurface, levels: np.ndarray) -> None:

@@ -231,9 +231,6 @@ def _is_inside(axes: Axes, place: np.ndarray) -> bool:
 # A circle at each top of `Scene.misfit`, with the name of the well.
 
 
-_NEEDED = ("well", "horizon", "easting", "northing", "picked", "misfit")
-
-
 @dataclass(frozen=True, eq=False)
 class WellTop:
     """One top on a picture.
@@ -283,13 +280,9 @@ def tops_on_section(misfit: Any, line: np.ndarray) -> tuple[list[WellTop], float
 
 
 def _rows(misfit: Any) -> tuple[list[tuple[str, str, float]], np.ndarray]:
-    """Well, horizon and misfit of each top, and the places (n, 3); or an InputError."""
-    if any(not hasattr(misfit, name) for name in _NEEDED):
-        raise InputError(
-            f"tops of a picture are the result of Scene.misfit, not {type(misfit).__name__}. Pass "
-            "scene.misfit(tops)."
-        )
-    wells, horizons, *places, off = (misfit[name].values for name in _NEEDED)
+    """Well, horizon and misfit of each top, and the places (n, 3)."""
+    columns = ("well", "horizon", "easting", "northing", "picked", "misfit")
+    wells, horizons, *places, off = (misfit[name].values for name in columns)
     rows = zip(map(str, wells), map(str, horizons), map(float, off), strict=True)
     return list(rows), np.column_stack(places).astype(np.float64)
 
@@ -441,16 +434,6 @@ class PictureOverlay:
         kinds = ("wells", (3,)), ("polygons", (2, 3)), ("points", (3,)), ("labels", (2, 3))
         for what, widths in kinds:
             object.__setattr__(self, what, _checked(what, getattr(self, what), widths))
-
-    def arrays(self) -> tuple[Any, ...]:
-        """Return all names and arrays in order: what a picture depends on."""
-        kinds = ("wells", "polygons", "points", "labels")
-        return tuple(
-            item
-            for kind, parts in ((kind, getattr(self, kind)) for kind in kinds)
-            for name, arrays in parts.items()
-            for item in (kind, name, *arrays)
-        )
 
     def __bool__(self) -> bool:
         return bool(self.wells or self.polygons or self.points or self.labels)

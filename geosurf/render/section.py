@@ -182,7 +182,6 @@ Colours = dict[tuple[str, str], palette.RGB]
 
 ROUNDING = 1e-12  # fraction of the area of a section: smaller parts have no thickness
 # margin for the compass directions at both ends [design pixels]
-_NEEDED = ("kind", "label", "zone", "contact", "along_section", "elevation", "count", "area")
 
 
 def draw_section(
@@ -210,18 +209,8 @@ def draw_section(
         Result of `Scene.misfit`: wells with tops within 2 % of the length of the section are drawn.
     overlay : PictureOverlay, optional
         Wells, polygons and data points that are drawn with the model.
-
-    Raises
-    ------
-    InputError
-        If `section` is not a section, or `tops` is not the result of `Scene.misfit`.
     """
-    attrs, overlay = getattr(section, "attrs", {}), overlay_of(overlay)
-    if any(not hasattr(section, name) for name in _NEEDED) or not {"zones", "faults"} <= set(attrs):
-        raise InputError(
-            f"a section takes the result of Scene.section, not {type(section).__name__}. "
-            "Pass scene.section(line)."
-        )
+    overlay = overlay_of(overlay)
 
     # each part: attributes, points (n, 2) of distance and elevation [m], area [m2]
     parts = lines_of(section, ("along_section", "elevation"), ("kind", "label", "zone", "contact"))

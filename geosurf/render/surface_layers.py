@@ -17,11 +17,17 @@ from geosurf.kernels.lattices.sets import rim_edges
 from geosurf.kernels.meshes.mesh import edges, ends_of, number_keys, renumbered
 from geosurf.lazy import xarray
 from geosurf.model import Curves, Lattice, Patches, TriSurface, Units
-from geosurf.model.expected import expect, listed
 from geosurf.model.pieces import Pieces, Strips, by_unit
 from geosurf.model.protocols import DrawnModel
 from geosurf.render.clip import Prism
-from geosurf.render.colouring import Selection, colour_units, elevation_bar, seal_bar, shades_of
+from geosurf.render.colouring import (
+    Selection,
+    colour_units,
+    elevation_bar,
+    seal_bar,
+    shade_of,
+    shades_of,
+)
 from geosurf.render.layers import Content, Entry, Layer, LayerStyle, segment_layer, triangle_layer
 from geosurf.render.picture_style import PLAIN, PictureStyle
 from geosurf.render.views import SIZE
@@ -538,12 +544,9 @@ def show_surfaces(
     legend: list[Entry] = []
     coloured: list[int] = []
     n_horizon = n_fault = 0
-    how = "pass scene.surfaces"
-    every = listed(surfaces, "surfaces must be a list of TriSurface", how)
+    every = list(surfaces)
     most = most_of_each(len(every), size, zoom)
     for surface in every:
-        expect(surface, TriSurface, "surfaces must be a list of TriSurface", how)
-
         # faults and horizons count their colours apart, so that a fault more changes no horizon
         colour, opacity = palette.WALL, 0.25
         if surface.role == "fault":
@@ -623,9 +626,8 @@ def show_seals(seals: Sequence[xarray.Dataset], style: PictureStyle) -> Content:
         # the legend has the mean where reservoir faces reservoir
         facing = found.area.where(found.juxtaposition == "reservoir on reservoir", 0.0)
         mean = float((found.mean_sgr * facing).sum() / facing.sum()) if facing.any() else math.nan
-        red, green, blue = shades_of(bar, np.array([mean]))[0].tolist()
         words = "no reservoir on reservoir" if math.isnan(mean) else f"mean SGR {mean:.2f}"
-        colour = palette.WALL if math.isnan(mean) else (red, green, blue)
+        colour = palette.WALL if math.isnan(mean) else shade_of(bar, mean)
         legend.append(Entry(found.attrs["fault"], colour, words))
     return Content(tuple(layers), tuple(legend), bar=bar)
 
@@ -694,8 +696,6 @@ def show_curves(
     With `between`, only lines of the two named surfaces; with `within`, only the parts inside
     the model.
     """
-    expect(curves, Curves, "curves must be Curves", "pass scene.curves")
-
     # pairs of names; without an order, as in `between`
     names = [{curves.names[i] for i in pair} for pair in curves.surfaces_of_curve.tolist()]
     rows = [i for i, pair in enumerate(names) if between is None or pair == between]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -39,8 +39,7 @@ from geosurf.scene.zones import warnings_of_throw
 from geosurf.triangulate import triangulate_horizon
 from geosurf.warning import warn
 
-Remember = Callable[[str, dict[str, TriSurface], bool | Sheet, Callable[[], Sheet]], Sheet]
-RememberThrown = Callable[[str, Sequence[ThrowInput], Callable[[], Sheet]], Sheet]
+Remember = Callable[[str, tuple[Any, ...], Callable[[], Sheet]], Sheet]
 
 
 def torn_horizons(
@@ -54,8 +53,7 @@ def torn_horizons(
     *,
     longer: LongerFaults = MappingProxyType({}),
     plans: Mapping[str, TearPlan] = MappingProxyType({}),
-    remember: Remember = lambda name, faults, fill, make: make(),
-    remember_thrown: RememberThrown = lambda name, throws, make: make(),
+    remember: Remember = lambda name, inputs, make: make(),
     in_time: Scene | None = None,
 ) -> Scene:
     """
@@ -80,10 +78,8 @@ def torn_horizons(
     plans : mapping of str to TearPlan, optional
         How horizons of another scene were torn: tears begin with these.
     remember : callable, optional
-        Takes a horizon, its faults, what fills its empty blocks and a function that makes its
-        sheet of these; it may return what they gave before.
-    remember_thrown : callable, optional
-        Does the same for a horizon, its throws and a function that makes its sheet of these.
+        Takes a horizon, what its sheet is made of beside its data (faults, what fills its empty
+        blocks, throws) and a function that makes it; it may return what they gave before.
     in_time : Scene, optional
         As from `scene_in_time`: horizons are torn as they are there.
 
@@ -115,7 +111,7 @@ def torn_horizons(
             tear = replace(tear, like=(moved[name],))
         some = {key: tear.faults[key] for key in reaching[name]}
         made = partial(_as_picked, scenario, scene, tear, horizons[name], some, plan, cache)
-        return remember(name, some, tear.fill, made)
+        return remember(name, (*some.values(), *_contents(tear.fill)), made)
 
     def make(tear: Tear) -> Sheet:
         """One horizon; a picture where it cannot be torn."""
@@ -143,8 +139,9 @@ def torn_horizons(
             on_start("tear", name, "by its throws")
             with pictured(scene, out, (name, *scene.fault_names)):
                 some = throws[name]
-                make_it = partial(_by_throw, scene, some, name, horizon, cache)
-                sheets[name] = remember_thrown(name, some, make_it)
+                cuts = [scene.whole_surface(one.fault) for one in some]
+                make_it = partial(_by_throw, cuts, some, name, horizon, cache)
+                sheets[name] = remember(name, (repr(some), *cuts), make_it)
             done(name, sheets[name])
     if not sheets:
         return scene
@@ -252,9 +249,13 @@ def _contents(fill: bool | Sheet) -> tuple[Any, ...]:
 
 
 def _by_throw(
-    scene: Scene, throws: list[ThrowInput], name: str, horizon: Any, cache: ResultCache | None
+    faults: list[TriSurface],
+    throws: list[ThrowInput],
+    name: str,
+    horizon: Any,
+    cache: ResultCache | None,
 ) -> Sheet:
-    """A sheet from a continuous horizon and the throws that move it."""
+    """A sheet from a continuous horizon and the throws that move it, youngest fault first."""
     from geosurf.sheets import EllipticThrow, throw_horizon  # loaded by those who tear
 
     throw: dict[str, Any] = {}
@@ -267,15 +268,12 @@ def _by_throw(
                 entry.elliptic_m, entry.half_length_m, entry.half_height_m, centre
             )
 
-    # youngest fault first: `throw_horizon` moves in this order
-    faults = [scene.whole_surface(entry.fault) for entry in throws]
     reach = {entry.fault: entry.reach_m for entry in throws if entry.reach_m is not None}
     across = {entry.fault: entry.direction for entry in throws}
     shares = {entry.fault: entry.hanging_wall for entry in throws}
     words: dict[str, Any] = {"reach": reach, "hanging_wall": shares, "direction": across}
+    torn = partial(throw_horizon, horizon, faults, throw, name=name, **words)
     if cache is None:
-        return throw_horizon(horizon, faults, throw, name=name, **words)
-    return cache.get_or_compute(
-        "sheet", (name, *_data_of(name, horizon), *faults, repr(throws)),
-        lambda: throw_horizon(horizon, faults, throw, name=name, **words),
-    )  # fmt: skip
+        return torn()
+    inputs = (name, *_data_of(name, horizon), *faults, repr(throws))
+    return cache.get_or_compute("sheet", inputs, torn)

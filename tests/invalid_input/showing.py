@@ -9,10 +9,8 @@ import numpy as np
 import xarray as xr
 
 import geosurf as gs
-from geosurf.render.allan import draw_allan
 from geosurf.render.compose import plotted
 from geosurf.render.isochores import draw_thickness
-from geosurf.render.section import draw_section
 from geosurf.scene.plots import ScenePlots
 from tests.invalid_input import wrong
 from tests.invalid_input.wrong import FLAGS, row
@@ -97,17 +95,14 @@ SHOWING = {
     "drawn_thickness": row(
         lambda g: {"of": g.thickness, **PICTURE},
         lambda of, **words: plotted(draw_thickness, of, **words),
-        of=lambda g: [*wrong.things(g), g.top, g.thickness * np.nan, g.table],
-        polygons=["abc", 5, [], {"Top": 5}, {"Top": "x"}, {"Top": xr.Dataset()}, object()],
+        of=lambda g: [g.thickness * np.nan, g.thickness[:, :1]],
     ),
     "drawn_allan": row(
-        lambda g: {"diagram": g.allan, "table": g.table, **PICTURE},
-        lambda diagram, table, **words: plotted(draw_allan, diagram, table, **words),
-        diagram=lambda g: [*wrong.things(g), g.table], table=lambda g: [*wrong.things(g), g.allan],
-        zones=[5, None, object()],
+        lambda g: {"scene": g.scene, **PICTURE},
+        lambda scene, **words: ScenePlots(scene).allan("F1", **words),
+        seal=lambda g: [*(v for v in wrong.things(g) if v is not None), g.table,
+                        xr.Dataset({"sgr": 0.2}, attrs={"fault": "F2"})],
     ),
-    "drawn_section": row(PICTURE, lambda of, **words: plotted(draw_section, of, **words),
-                         of=lambda g: [*wrong.things(g), g.allan]),
     "report_scene": row(
         lambda g: {"scene": g.scene, "folder": "no", "pictures": {}}, scene=wrong.things,
         folder=[None, 5, "", b"x", object()], certificate=[5, "abc", []],
