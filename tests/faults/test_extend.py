@@ -11,6 +11,7 @@ from geosurf.errors import GeometryError, InputError, SurfaceError
 from geosurf.faults.rim import find_rim, find_rims, segments_meet_box
 from geosurf.synthetic.world import make_fault
 from tests.faults.worlds import BOX, triangles_of, turned
+from tests.messages import refused
 from tests.strategies import grid, sheet, shuffled
 
 
@@ -179,40 +180,42 @@ def test_holes_stay_and_pieces_are_refused():
     assert len(find_rims(apart)) == 2
 
 
-def test_refusals():
-    fault = sheet("F1", [(4, 3, 3), (4, 5, 3), (4, 5, 5), (4, 3, 5)])
-    with pytest.raises(
-        InputError, match=r"box: west \(8\) is not less than east \(0\)\. The order"
-    ):
-        extend_fault(fault, (8, 0, 0, 8, 0, 8))
-    with pytest.raises(
-        InputError, match=r"extend_fault of 'F1' has side 'dwon'.*Did you mean 'down'"
-    ):
-        extend_fault(fault, BOX, sides="dwon")
-    tetra = TriSurface(
-        "F1", "fault", [[1, 1, 1], [3, 1, 1], [1, 3, 1], [1, 1, 3]],
-        [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]],
-    )  # fmt: skip
-    with pytest.raises(SurfaceError, match=r"'F1' is closed at .* it has no rim. Cut it open"):
-        extend_fault(tetra, BOX)
-    clash = TriSurface("F1", "fault", fault.vertices, [[0, 1, 3], [0, 2, 3]])
-    with pytest.raises(
-        SurfaceError, match=r"'F1': its triangles do not agree about their front at"
-    ):
-        extend_fault(clash, BOX)
-    line = TriSurface("F1", "fault", [[4, 1, 1], [4, 2, 2], [4, 3, 3]], [[0, 1, 2]])
-    with pytest.raises(SurfaceError, match=r"1 of 1 triangles have no area, .* Remove them"):
-        extend_fault(line, BOX)
-    # folded back onto itself: normals beside the fold cancel
-    x = [[4, 1, 1], [4, 1, 5], [5, 3, 2], [5, 3, 4]]
-    folded = TriSurface("F1", "fault", x, [[0, 1, 2], [1, 0, 3]])
-    with pytest.raises(GeometryError, match=r"'F1' has no tangent plane at .* slivers or folded"):
-        extend_fault(folded, BOX, sides="up")
-    # a ring of triangles that closes in one corner only
-    x = [[4, 1, 3], [4, 1, 1], [4, 3, 3], [4, 5, 1], [4, 5, 3], [4, 0, 0], [4, 0, 2], [4, 6, 0]]
-    ring = [[0, 1, 2], [1, 0, 6], [1, 6, 7], [1, 7, 3], [3, 7, 4], [2, 3, 4]]
-    with pytest.raises(SurfaceError, match=r"'F1': its rim touches itself at \(E 4, N"):
-        extend_fault(TriSurface("F1", "fault", x, ring), BOX)
+def mesh(vertices, triangles):
+    return TriSurface("F1", "fault", vertices, triangles)
+
+
+PLANE = sheet("F1", [(4, 3, 3), (4, 5, 3), (4, 5, 5), (4, 3, 5)])
+TETRA = [[1, 1, 1], [3, 1, 1], [1, 3, 1], [1, 1, 3]], [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]
+FOLDED = [[4, 1, 1], [4, 1, 5], [5, 3, 2], [5, 3, 4]], [[0, 1, 2], [1, 0, 3]]
+RING = (
+    [[4, 1, 3], [4, 1, 1], [4, 3, 3], [4, 5, 1], [4, 5, 3], [4, 0, 0], [4, 0, 2], [4, 6, 0]],
+    [[0, 1, 2], [1, 0, 6], [1, 6, 7], [1, 7, 3], [3, 7, 4], [2, 3, 4]],
+)
+REFUSED = {
+    "closed": (mesh(*TETRA), SurfaceError, r"'F1' is closed at .* it has no rim. Cut it open"),
+    "two fronts": (mesh(PLANE.vertices, [[0, 1, 3], [0, 2, 3]]), SurfaceError,
+                   r"'F1': its triangles do not agree about their front at"),
+    "a line": (mesh([[4, 1, 1], [4, 2, 2], [4, 3, 3]], [[0, 1, 2]]), SurfaceError,
+               r"1 of 1 triangles have no area, .* Remove them"),
+    # normals beside the fold cancel
+    "folded back onto itself": (mesh(*FOLDED), GeometryError,
+                                r"'F1' has no tangent plane at .* slivers or folded"),
+    "a ring that closes in one corner only": (mesh(*RING), SurfaceError,
+                                              r"'F1': its rim touches itself at \(E 4, N"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_cannot_be_extended_is_refused(case):
+    fault, error, words = REFUSED[case]
+    refused(error, words, extend_fault, fault, BOX, sides="up")
+
+
+def test_boxes_and_sides_that_cannot_be_are_refused():
+    words = r"box: west \(8\) is not less than east \(0\)\. The order"
+    refused(InputError, words, extend_fault, PLANE, (8, 0, 0, 8, 0, 8))
+    words = r"extend_fault of 'F1' has side 'dwon'.*Did you mean 'down'"
+    refused(InputError, words, extend_fault, PLANE, BOX, sides="dwon")
 
 
 def test_law_segments_meet_the_box_as_many_samples_say(rng):

@@ -165,35 +165,35 @@ def test_main_faults_without_two_sides_are_refused():
     refused(GeometryError, r"'F1' has 3 sheets at", cut, [fin, ridge], {"F2": ("F1", "+")})
 
 
-def test_rules_that_cannot_be_are_refused():
-    circle = {"F1": ("F2", "+"), "F2": ("F3", "+"), "F3": ("F1", "-"), "F4": ("F1", "-")}
-    with pytest.raises(
-        InputError,
-        match=r"form a circle: F1 ends at F2, F2 ends at F3, F3 ends at F1. Leave out one",
-    ):
-        read_truncations(circle)
-    refused(InputError, r"form a circle: F1 ends at F1", read_truncations, {"F1": ("F1", "+")})
-    with pytest.raises(
-        InputError, match=r"'F9', which is not a fault. The faults are \['F1', 'F2'\]"
-    ):
-        read_truncations({"F2": ("F9", "+")}, ["F1", "F2"])
-    with pytest.raises(InputError, match=r"keep 'hangingwall' of F1.*Did you mean 'hanging wall'"):
-        read_truncations({"F2": ("F1", "hangingwall")})
-    with pytest.raises(InputError, match=r"'F1' is not a rule for 'F2'\. Give truncations="):
-        read_truncations({"F2": "F1"})
-    with pytest.raises(InputError, match=r"third word for F2 is 'yes'; it is True"):
-        read_truncations({"F2": ("F1", "+", "yes")})
-    with pytest.raises(InputError, match=r"F2 ends at F1 twice. Keep one"):
-        read_truncations({"F2": (("F1", "+"), ("F1", "-"))})
-    refused(InputError, r"truncations is a list, not a mapping", read_truncations, ["F1"])
-    refused(InputError, r"extend names 'F9', which is not a fault", read_extend, ["F9"], ["F1"])
+CIRCLE = {"F1": ("F2", "+"), "F2": ("F3", "+"), "F3": ("F1", "-"), "F4": ("F1", "-")}
+
+
+@pytest.mark.parametrize(
+    ("rules", "words"),
+    [
+        (CIRCLE, "form a circle: F1 ends at F2, F2 ends at F3, F3 ends at F1. Leave out one"),
+        ({"F1": ("F1", "+")}, "form a circle: F1 ends at F1"),
+        ({"F2": ("F9", "+")}, r"'F9', which is not a fault. The faults are \['F1', 'F2'"),
+        ({"F2": ("F1", "hangingwall")}, "keep 'hangingwall' of F1.*Did you mean 'hanging wall'"),
+        ({"F2": "F1"}, r"'F1' is not a rule for 'F2'\. Give truncations="),
+        ({"F2": ("F1", "+", "yes")}, "third word for F2 is 'yes'; it is True"),
+        ({"F2": (("F1", "+"), ("F1", "-"))}, "F2 ends at F1 twice. Keep one"),
+        (["F1"], "truncations is a list, not a mapping"),
+    ],
+)
+def test_rules_that_cannot_be_are_refused(rules, words):
+    refused(InputError, words, read_truncations, rules, ["F1", "F2", "F3", "F4"])
+
+
+def test_sides_to_extend_that_cannot_be_are_refused():
     for wrong, words in (
+        (["F9"], "extend names 'F9', which is not a fault"),
         (5, r"extend is 5; give True"),
         ({"F1": None}, r"of 'F1' is None; give any"),
+        ({"F1": "top"}, "has side 'top'; sides are"),
     ):
         refused(InputError, words, read_extend, wrong, ["F1"])
     assert read_extend(None, ["F1"]) == {}
-    refused(InputError, r"has side 'top'; sides are", read_extend, {"F1": "top"}, ["F1"])
     assert read_extend(True, ["F1", "F2"]) == dict.fromkeys(
         ("F1", "F2"), ("start", "end", "up", "down")
     )

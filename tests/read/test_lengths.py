@@ -96,14 +96,6 @@ def test_tops_in_every_unit(tmp_path, unit, how):
     assert tops.easting.values.tolist() == [4000.0]
 
 
-@pytest.mark.parametrize("unit", METRES)
-def test_points_in_every_unit(tmp_path, unit):
-    file = write(tmp_path, "p.csv", f"X,Y,Z\n4000.0,5000.0,{-1350.0 / METRES[unit]!r}")
-    points = gs.read_points(file, positive="up", length_unit=unit)
-    assert points.elevation.values == pytest.approx([-1350.0], abs=1e-9)
-    assert points.easting.values.tolist() == [4000.0]
-
-
 @pytest.mark.parametrize("positive", ["up", "down"])
 @pytest.mark.parametrize("unit", METRES)
 @pytest.mark.parametrize("suffix", ["nc", "zmap", "irap", "asc", "cps3"])
@@ -186,10 +178,11 @@ def test_json_of_numbers_is_no_file_of_lengths(tmp_path):
 
 
 @pytest.mark.parametrize("unit", METRES)
-def test_measured_depths_of_points_are_in_every_unit(tmp_path, unit):
+def test_points_and_their_measured_depths_in_every_unit(tmp_path, unit):
     size = METRES[unit]
     line = f"A,{900.0 / size!r},4000.0,5000.0,{-870.0 / size!r}"
     file = write(tmp_path, "p.csv", f"Well,MD,X,Y,Z\n{line}")
     points = gs.read_points(file, positive="up", length_unit=unit)
     assert points.md.values == pytest.approx([900.0], abs=1e-9)
     assert points.elevation.values == pytest.approx([-870.0], abs=1e-9)
+    assert points.easting.values.tolist() == [4000.0]

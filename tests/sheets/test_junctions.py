@@ -16,6 +16,7 @@ from geosurf.faults import lengthen_fault
 from geosurf.sheets import tear as attempts
 from geosurf.sheets.mesh import build, close
 from geosurf.synthetic.torn_horizon import Fault
+from tests import strategies
 from tests.grids import gridded
 from tests.planes import scenario_tables
 from tests.sheets.junctions import KINDS, junction, misses
@@ -41,16 +42,10 @@ def test_a_link_may_go_around_the_end_of_a_branch():
 def test_a_fault_of_two_triangles_is_traced_as_one_of_many():
     """Where the triangles of a fault are wide, their middles said nothing of its side."""
     grid, faults, middle, azimuth, throw = junction("half planes", np.random.default_rng(2))
-    fine = {}
-    for name, fault in faults.items():
-        a, b = fault.vertices[0], fault.vertices[2]
-        s, z = np.meshgrid(np.linspace(0.0, 1.0, 41), np.linspace(-2300.0, -1200.0, 5))
-        xy = a[:2] + s[..., None] * (b - a)[:2]
-        k = np.arange(s.size).reshape(s.shape)
-        p, q, r, t = (c.ravel() for c in (k[:-1, :-1], k[:-1, 1:], k[1:, 1:], k[1:, :-1]))
-        faces = np.concatenate([np.stack([p, q, r], 1), np.stack([p, r, t], 1)])
-        points = np.column_stack([xy.reshape(-1, 2), z.ravel()])
-        fine[name] = gs.TriSurface(name, "fault", points, faces)
+    fine = {
+        name: strategies.sheet(name, fault.vertices[[0, 2, 3, 1]], (40, 4))
+        for name, fault in faults.items()
+    }
     sheet = gs.tear_horizon(grid, fine, name="H", trim=1.5)
     assert misses(sheet, middle, azimuth, throw)[0] < 0.05
 

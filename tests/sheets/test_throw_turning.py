@@ -209,11 +209,7 @@ def test_parts_of_a_fault_that_no_wall_reaches_may_lie_flat_or_turn_back(beyond)
     if beyond == "backward":
         x[3], z[3] = 2000.0, -2300.0
     y = np.linspace(-400.0, 1400.0, 4)
-    px, py = np.meshgrid(x, y, indexing="ij")
-    k = np.arange(px.size).reshape(px.shape)
-    a, b, c, d = (q.ravel() for q in (k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]))
-    points = np.stack([px, py, np.repeat(z[:, None], len(y), 1)], -1).reshape(-1, 3)
-    fault = gs.TriSurface("L", "fault", points, np.concatenate([np.c_[a, b, c], np.c_[a, c, d]]))
+    fault = make_fault("L", x[:, None], y, z[:, None], (0.0, 0.0, 0.0))
     east, north = np.arange(200.0, 3801.0, 40.0), np.arange(0.0, 1001.0, 40.0)
     flat = gridded(np.full((len(north), len(east)), -1500.0), east, north)
     sheet = gs.throw_horizon(flat, {"L": fault}, {"L": 50.0}, name="H")

@@ -7,10 +7,11 @@ import pytest
 
 import geosurf as gs
 from geosurf.errors import GeometryError, GeosurfWarning, InputError
+from geosurf.measure.columns import columns_through
 from geosurf.model.tops import TieSettings, tie_settings, tops_of
 from geosurf.sheets.tie import data_to_tie, tie_horizon
 from geosurf.sheets.tie.controls import cut_horizon
-from geosurf.sheets.tie.tie_horizon import map_distances
+from geosurf.sheets.tie.tie_horizon import map_distances, points_of_data
 from geosurf.synthetic.torn_horizon import side_of
 from tests.grids import gridded
 from tests.measure.worlds import tops_at
@@ -41,6 +42,12 @@ def untorn(data, points, faults=(), **settings):
     data = data_to_tie(data, "Top")
     settings = TieSettings(**{"range": REACH, **settings})
     return tie_horizon("Top", data, lambda one: one, faults, tops_of(tops_at(points)), settings)
+
+
+def tearing(world):
+    """The faults of a world, and what tears its horizon by them."""
+    faults = [gs.triangulate_fault(fault, name=name) for name, fault in world.faults.items()]
+    return faults, lambda one: gs.tear_horizon(one, faults, name="Top")
 
 
 def share(q):
@@ -102,21 +109,18 @@ def test_law_distance_around_the_tips_of_a_fault():
 @pytest.mark.parametrize("form", ["grid", "points", "untorn"])
 def test_law_a_well_moves_its_own_side_of_a_fault_only(form):
     world = gs.synthetic.torn("through", n=41, smear=1 if form == "grid" else 0)
-    fault = gs.triangulate_fault(world.faults["F1"], name="F1")
+    faults, make = tearing(world)
     east = np.array([620.0, 510.0, 0.0])
     if form == "untorn":
         raw, make = data_to_tie(plane(), "Top"), lambda one: one
     else:
         given = world.horizons["Top"] if form == "grid" else world.truth["points"]
         raw = data_to_tie(given, "Top", positive="up", length_unit="m")
-        make = lambda one: gs.tear_horizon(one, [fault], name="Top")  # noqa: E731
-    cut = cut_horizon(make(raw), [fault])
-    from geosurf.measure.columns import columns_through
-
+    cut = cut_horizon(make(raw), faults)
     height = columns_through(cut.patches, east[None], cut.rows).elevation[0]
     tops = tops_of(tops_at([[*east[:2], height + 9.0]]))
-    tied = tie_horizon("Top", raw, make, [fault], tops, TieSettings(REACH, 0.01))
-    before, after = (data_points(one) for one in (raw, tied.data))
+    tied = tie_horizon("Top", raw, make, faults, tops, TieSettings(REACH, 0.01))
+    before, after = (points_of_data(one) for one in (raw, tied.data))
     moved = before[:, 2] != after[:, 2]
     side = side_of(world.truth["faults"]["F1"], *before.T)
     far = np.hypot(*(before[:, :2] - east[:2]).T)
@@ -125,13 +129,6 @@ def test_law_a_well_moves_its_own_side_of_a_fault_only(form):
     assert not moved[clear & (side < 0)].any()
     assert moved[clear & (side > 0) & (far < 0.9 * REACH)].all()
     assert (far[~moved | (far >= REACH)].min()) > 0
-
-
-def data_points(data):
-    """Points of a surface or a dataset."""
-    from geosurf.sheets.tie.tie_horizon import points_of_data
-
-    return points_of_data(data)
 
 
 def across(world, points):
@@ -144,14 +141,13 @@ def across(world, points):
 @pytest.mark.parametrize("kind", ["normal", "reverse", "Y"])
 def test_torn_horizons_meet_their_tops_and_still_end_on_their_faults(kind):
     world = gs.synthetic.torn(kind, n=41, smear=0)
-    faults = [gs.triangulate_fault(fault, name=name) for name, fault in world.faults.items()]
+    faults, make = tearing(world)
     rng = np.random.default_rng(8)
     points = world.truth["points"]
     inner = points[(points[:, :2] > 60).all(axis=1) & (points[:, :2] < 940).all(axis=1)]
     wells = inner[rng.permutation(len(inner))[:6]] + [3.0, 4.0, 0.0]
     wells[:, 2] += 0.012 * wells[:, 0] - 6.0
     data = data_to_tie(points, "Top", positive="up")
-    make = lambda one: gs.tear_horizon(one, faults, name="Top")  # noqa: E731
     tied = tie_horizon("Top", data, make, faults, tops_of(tops_at(wells)), TieSettings(400.0, 0.05))
     assert tied.report.after <= 0.05 < 1.0 < tied.report.before
     assert len(tied.report.wells) + len(tied.report.unused) == 6
@@ -165,18 +161,15 @@ def test_torn_horizons_meet_their_tops_and_still_end_on_their_faults(kind):
 
 def test_two_wells_on_both_sides_of_a_fault_change_its_throw():
     world = gs.synthetic.torn("through", n=41, smear=0)
-    fault = gs.triangulate_fault(world.faults["F1"], name="F1")
+    faults, make = tearing(world)
     points = world.truth["points"]
-    make = lambda one: gs.tear_horizon(one, [fault], name="Top")  # noqa: E731
     data = data_to_tie(points, "Top", positive="up")
     near = np.hypot(*(points[:, :2] - [500.0, 500.0]).T)
     away = across(world, points)
     rows = [int(np.argmin(np.where((sign * away > 60) & (sign * away < 110), near, np.inf)))
             for sign in (1, -1)]  # fmt: skip
     wells = points[rows] + np.array([[0.0, 0.0, -10.0], [0.0, 0.0, 5.0]])
-    tied = tie_horizon(
-        "Top", data, make, [fault], tops_of(tops_at(wells)), TieSettings(600.0, 0.02)
-    )
+    tied = tie_horizon("Top", data, make, faults, tops_of(tops_at(wells)), TieSettings(600.0, 0.02))
     before, after = make(data).cuts["F1"], tied.made.cuts["F1"]
     middle = int(np.argmin(np.hypot(*(before.stations[:, :2] - [500.0, 500.0]).T)))
     other = int(np.argmin(np.hypot(*(after.stations[:, :2] - [500.0, 500.0]).T)))
@@ -205,16 +198,15 @@ def test_tops_in_one_cell_act_as_one_within_the_tolerance():
 
 def test_tops_that_are_not_used_are_listed_with_their_reason():
     world = gs.synthetic.torn("through", n=41, smear=0)
-    fault = gs.triangulate_fault(world.faults["F1"], name="F1")
+    faults, make = tearing(world)
     foot, hang = (world.truth["cutoffs"]["F1", wall] for wall in "-+")
     gap = 0.5 * (foot + hang)[len(foot) // 2]
-    beyond = (hang - [0.0, 0.0, 0.0])[len(hang) // 2] + [15.0, 0.0, -120.0]
+    beyond = hang[len(hang) // 2] + [15.0, 0.0, -120.0]
     outside = [5000.0, 5000.0, -1800.0]
     data = data_to_tie(world.truth["points"], "Top", positive="up")
-    make = lambda one: gs.tear_horizon(one, [fault], name="Top")  # noqa: E731
     tops = tops_of(tops_at([gap, beyond, outside]))
     with pytest.warns(GeosurfWarning, match="The tie does not use 3 of 3 well tops") as found:
-        tied = tie_horizon("Top", data, make, [fault], tops, TieSettings(REACH))
+        tied = tie_horizon("Top", data, make, faults, tops, TieSettings(REACH))
     assert tied.report.wells == ()
     assert [word.partition("' ")[2].partition("' ")[2] for word in tied.report.unused] == [
         "lies in the gap of fault 'F1'",
@@ -237,8 +229,8 @@ def test_a_tie_needs_tops_and_data():
     with pytest.raises(InputError, match="tie needs well tops"):
         gs.Scene({"Top": plane()}, tie=True)
     world = gs.synthetic.torn("through", n=41)
-    fault = gs.triangulate_fault(world.faults["F1"], name="F1")
-    sheet = gs.tear_horizon(world.horizons["Top"], [fault], name="Top")
+    (fault,), make = tearing(world)
+    sheet = make(world.horizons["Top"])
     top = sheet.lattice.places_of_nodes(np.array([41 * 20 + 5]))[0] + [0.0, 0.0, 6.0]
     scene = gs.Scene({"Top": sheet}, {"F1": fault}, tops=tops_at(top), tie=True)
     with pytest.raises(InputError, match=r"torn before.*misses them by up to 6 m"):

@@ -17,6 +17,7 @@ import geosurf as gs
 from geosurf.errors import InputError
 from geosurf.write import AXES, WRITERS
 from geosurf.write.datasets import FORMULA, csv_of_rows
+from tests.measure.worlds import tops_at
 
 CRS = "EPSG:23031"
 
@@ -178,16 +179,8 @@ def test_an_epsg_code_needs_pyproj_for_prj(tmp_path):
 def test_tops_and_area_in_another_system_are_refused(tmp_path):
     world = gs.synthetic.tilted_planes(n=9)
     west, east, south, north, *_ = world.box
-    tops = xr.Dataset(
-        {
-            "well": ("top", ["W"]),
-            "horizon": ("top", ["Top"]),
-            "easting": ("top", [0.5 * (west + east)]),
-            "northing": ("top", [0.5 * (south + north)]),
-            "elevation": ("top", [-1000.0]),
-        },
-        attrs={"crs": "EPSG:32631"},
-    )
+    table = tops_at([0.5 * (west + east), 0.5 * (south + north), -1000.0])
+    tops = xr.Dataset({k: ("top", of) for k, of in table.items()}, attrs={"crs": "EPSG:32631"})
     ring = [[west, south], [east, south], [east, north], [west, north], [west, south]]
     area = {
         "type": "Feature",

@@ -6,54 +6,18 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
 
 import geosurf as gs
 from geosurf.errors import FormatError
-from geosurf.read.model3d import read_model3d, read_regions
+from geosurf.read.model3d import read_model3d
 from geosurf.write.model3d import parts_of
-from tests.strategies import BOX, faulted_worlds, grid, sheet
-from tests.write.sealed import assert_equal, carve, slit
-
-
-@pytest.fixture(scope="module")
-def graben():
-    world = gs.synthetic.graben(n=9)
-    given = (world.horizons, world.faults, world.box)
-    return gs.Scene(*given, contacts={"OWC": -2100.0}, crs="EPSG:32631").units
-
-
-@pytest.fixture(scope="module", name="slit")
-def a_slit():
-    return slit()
+from tests.strategies import BOX, grid, sheet
+from tests.write.sealed import assert_equal, carve
 
 
 def written(units, folder, name="m"):
     (path,) = gs.write(units, folder / f"{name}.ml", name="m")
     return path
-
-
-@settings(max_examples=10)
-@given(surfaces=faulted_worlds())
-def test_units_of_small_worlds_come_back(surfaces, tmp_path_factory):
-    folder, units = tmp_path_factory.mktemp("worlds"), carve(surfaces)
-    path = written(units, folder)
-    back = gs.read_units(path)
-    assert_equal(back, units)
-    assert written(back, folder, "again").read_bytes() == path.read_bytes()
-    volumes = [unit.volume for unit in back.values()]
-    assert list(read_regions(path).values()) == pytest.approx(volumes, rel=1e-13)
-
-
-def test_contacts_and_the_reference_system_come_back(graben, tmp_path):
-    back = gs.read_units(written(graben, tmp_path))
-    assert_equal(back, graben)
-    assert any(unit.contact for unit in back.values())
-    assert back.crs == next(iter(back.values())).crs == "EPSG:32631"
-    roles = {s.name: s.role for s in read_model3d(tmp_path / "m.ml").values()}
-    assert {roles[name] for name in ("OWC", "F1", "Top", "west")} == {
-        "contact", "fault", "horizon", "wall",
-    }  # fmt: skip
 
 
 def test_parts_are_cut_open_along_all_lines(slit):

@@ -8,29 +8,15 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
 
 import geosurf as gs
 from geosurf.cli import main
 from geosurf.errors import FormatError, OutputError
 from geosurf.write.model3d import parts_of
 from geosurf.write.resqml_framework import lines_of, shells_of
-from tests.strategies import faulted_worlds
-from tests.write.sealed import assert_equal, carve, slit
+from tests.write.sealed import assert_equal
 
 pytest.importorskip("h5py")
-
-
-@pytest.fixture(scope="module")
-def graben():
-    world = gs.synthetic.graben(n=7)
-    given = (world.horizons, world.faults, world.box)
-    return gs.Scene(*given, contacts={"OWC": -2100.0}, crs="EPSG:32631").units
-
-
-@pytest.fixture(scope="module", name="slit")
-def a_slit():
-    return slit()
 
 
 def written(units, folder, name="m"):
@@ -46,32 +32,6 @@ def edited(path, old, new):
         for name, text in texts.items():
             held.writestr(name, re.sub(old, lambda _: new, text))
     return path
-
-
-@settings(max_examples=4)
-@given(surfaces=faulted_worlds())
-def test_units_of_small_worlds_come_back(surfaces, tmp_path_factory):
-    folder, units = tmp_path_factory.mktemp("worlds"), carve(surfaces)
-    path = written(units, folder)
-    back = gs.read_units(path)
-    assert_equal(back, units)
-    (folder / "again").mkdir()
-    again = written(back, folder / "again")
-    for one, other in zip(folder.glob("m.*"), (folder / "again").glob("m.*"), strict=True):
-        assert one.read_bytes() == other.read_bytes()
-    assert again.name == path.name
-
-
-def test_labels_roles_and_the_reference_system_come_back(graben, tmp_path):
-    path = written(graben, tmp_path)
-    back = gs.read_units(path)
-    assert_equal(back, graben)
-    assert back.crs == next(iter(back.values())).crs == "EPSG:32631"
-    roles = {source.name: source.role for source in back.piece_sides[0].sources}
-    assert {name: roles[name] for name in ("OWC", "F1", "Top", "west")} == {
-        "OWC": "contact", "F1": "fault", "Top": "horizon", "west": "wall",
-    }  # fmt: skip
-    assert gs.info(path).read_with.endswith("read_units")
 
 
 def test_packages_of_other_programs_name_zones_only(graben, tmp_path):

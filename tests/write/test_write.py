@@ -39,39 +39,10 @@ def curves():
     )
 
 
-def patches():
-    s = surface()
-    return gs.Patches(
-        sources=(s,),
-        local=s.vertices,
-        origin=np.zeros(3),
-        triangles=s.triangles,
-        surface_of_triangle=np.array([0, 0]),
-        parent_of_triangle=np.array([0, 1]),
-        patch_of_triangle=np.array([0, 1]),
-        curve_edges=np.array([[0, 2]]),
-    )
-
-
-def unit(name="Top/Base F1+", block="F1+", shift=0.0):
-    local = np.array([[shift, 0, 0], [1 + shift, 0, 0], [shift, 1, 0], [shift, 0, 1.0]])
-    return gs.Unit(
-        name=name,
-        zone="Top/Base",
-        zone_index=1,
-        block=block,
-        local=local,
-        origin=np.array([1024.0, 2048.0, 0.0]),
-        triangles=np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]),
-        surface_of_triangle=np.array([1, 0, 0, 2]),
-        surface_names=("Top", "Base", "F1"),
-        volume=1 / 6,
-        area=2.4,
-    )
-
-
-def units():
-    return gs.Units([unit(), unit("Top/Base F1-", "F1-", shift=3.0)], (0, 9, 0, 9, 0, 1))
+@pytest.fixture(scope="module")
+def scene():
+    world = gs.synthetic.tilted_planes(n=3)
+    return gs.Scene(world.horizons, world.faults, world.box)
 
 
 def horizon(values=((1.5, np.nan), (2.5, 1 / 3)), rotated=False, **attrs):
@@ -157,41 +128,44 @@ def test_curves(tmp_path):
 
 
 @pytest.mark.parametrize("suffix", [".vtp", ".vtu"])
-def test_patches_keep_their_labels(tmp_path, suffix):
-    pyvista = pytest.importorskip("pyvista")
-    (path,) = gs.write(patches(), tmp_path / f"patches{suffix}")
+def test_patches_keep_their_labels(tmp_path, suffix, scene):
+    pyvista, patches = pytest.importorskip("pyvista"), scene.patches
+    (path,) = gs.write(patches, tmp_path / f"patches{suffix}")
     mesh = pyvista.read(path)
-    np.testing.assert_array_equal(mesh.points, patches().vertices)
-    assert mesh.cell_data["patch"].tolist() == [0, 1]
-    assert mesh.cell_data["parent"].tolist() == [0, 1]
-    assert mesh.cell_data["surface"].tolist() == [0, 0]
+    np.testing.assert_array_equal(mesh.points, patches.vertices)
+    for label in ("patch", "parent", "surface"):
+        expected = getattr(patches, f"{label}_of_triangle")
+        np.testing.assert_array_equal(mesh.cell_data[label], expected)
+        assert np.ptp(expected) > 0
 
 
 @pytest.mark.parametrize("suffix", [".vtp", ".ts", ".stl"])
-def test_a_unit_comes_back_closed(tmp_path, suffix):
-    (path,) = gs.write(unit(), tmp_path / f"unit{suffix}")
+def test_a_unit_comes_back_closed(tmp_path, suffix, scene):
+    unit = scene.units["Top/Base F1+"]
+    (path,) = gs.write(unit, tmp_path / f"unit{suffix}")
     back = gs.read_fault(path)
-    corners = back.vertices[back.triangles] - unit().origin
+    corners = back.vertices[back.triangles] - unit.origin
     volume = np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
-    assert volume == pytest.approx(1 / 6, abs=1e-15)
-    assert back.n_vertex == 4
+    assert volume == pytest.approx(unit.volume, rel=1e-12)
+    assert back.n_vertex == len(unit.local)
     if suffix == ".ts":
         assert path.read_text().count("TFACE") == 1  # xtgeo reads no second one
 
 
-def test_units_as_tables(tmp_path):
-    (path,) = gs.write(units(), tmp_path / "units.nc")
+def test_units_as_tables(tmp_path, scene):
+    volumes = [unit.volume for unit in scene.units.values()]
+    (path,) = gs.write(scene.units, tmp_path / "units.nc")
     with xr.open_dataset(path) as table:
-        assert table.unit.values.tolist() == ["Top/Base F1+", "Top/Base F1-"]
-        assert table.block.values.tolist() == ["F1+", "F1-"]
-        assert table.volume.values.tolist() == [1 / 6, 1 / 6]
+        assert table.unit.values.tolist() == [*scene.units]
+        assert table.block.values.tolist() == [unit.block for unit in scene.units.values()]
+        assert table.volume.values.tolist() == volumes
         assert table.volume.attrs["units"] == "m3"
-        assert table.attrs["box"].tolist() == [0, 9, 0, 9, 0, 1]
-    (path,) = gs.write(units(), tmp_path / "units.csv")
+        assert table.attrs["box"].tolist() == [*scene.box]
+    (path,) = gs.write(scene.units, tmp_path / "units.csv")
     with path.open(newline="") as file:
         rows = list(csv.DictReader(file))
-    assert [row["unit"] for row in rows] == ["Top/Base F1+", "Top/Base F1-"]
-    assert float(rows[0]["volume_m3"]) == 1 / 6
+    assert [row["unit"] for row in rows] == [*scene.units]
+    assert [float(row["volume_m3"]) for row in rows] == volumes
 
 
 @pytest.mark.parametrize("rotated", [False, True])
@@ -318,17 +292,17 @@ def test_a_name_that_is_changed_is_among_the_losses(tmp_path, name):
         assert told == (" ".join(changed.split()) != name)
 
 
-def test_a_folder_that_cannot_be_written(tmp_path):
+def test_a_folder_that_cannot_be_written(tmp_path, scene):
     with pytest.raises(OutputError, match=r"F1.ts: cannot be written \(No such file.*Check"):
         gs.write(surface(), tmp_path / "none" / "F1.ts")
     (tmp_path / "file").write_text("x")
     with pytest.raises(OutputError, match=r"cannot be written \(.*is a file, not a folder"):
         gs.write(surface(), tmp_path / "file" / "F1.ts")
     with pytest.raises(OutputError, match="cannot be written"):
-        gs.write(units(), tmp_path / "file" / "model.vtm")
+        gs.write(scene.units, tmp_path / "file" / "model.vtm")
     (tmp_path / "model").write_text("in the way")
     with pytest.raises(OutputError, match="cannot be written"):
-        gs.write(units(), tmp_path / "model.vtm")
+        gs.write(scene.units, tmp_path / "model.vtm")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "model"]
 
 
