@@ -152,7 +152,9 @@ def _polygons_left_out(closed: Closed) -> Iterator[GeosurfWarning]:
             f"Horizon {picks.name!r} stays open with its fault polygons, and that of {name!r} is "
             f"left out. It shows about {abs(one[:, 2].mean() - two[:, 2].mean()):.3g} m of throw; "
             f"the data without it give {has:.3g} m.",
-            "Compare the polygon with the horizon: they may be of different versions.",
+            "If its gap is the smear of gridding, state the dip: fault_from_polygons(..., dip=), "
+            "which gs.propose_dip finds; in a scenario, dip in [[faults]]. Else compare polygon "
+            "and horizon: they may be of different versions.",
             tuple(one.mean(axis=0).tolist()),
         )
 
