@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 from geosurf.arrangement.threads import n_threads, on_one_core
 from geosurf.conventions.machine import need
@@ -177,14 +177,9 @@ def _end(processes: list[subprocess.Popen[bytes]]) -> None:
         process.kill()
     for process in processes:
         process.wait()
-        for pipe in (process.stdin, process.stdout):
-            _close(pipe)
-
-
-def _close(pipe: BinaryIO | Any) -> None:
-    # What a killed worker had not read is not missing.
-    with suppress(OSError):
-        pipe.close()
+        for pipe in filter(None, (process.stdin, process.stdout)):
+            with suppress(OSError):  # what a killed worker had not read is not missing
+                pipe.close()
 
 
 def serve() -> None:
@@ -329,13 +324,14 @@ def run_on_dask(
     if client is not None:
         _on_cluster(plan, wanted, on_record, client)
         return
-    if pool.given:
-        if not processes:
-            pool.free.put(_on_one_core(plan.run))
-        at_once = pool.n + (not processes)
-        _streamed(_graph(pool.run, wanted), on_record, min(at_once, len(wanted)))
-    else:
-        _in_threads(plan, wanted, on_record, workers)
+    run: Runner = pool.run
+    at_once = pool.n + (not processes)
+    if not pool.given:  # in threads of this process; one alone may use several cores
+        at_once = min(workers, len(wanted))
+        run = plan.run if at_once == 1 else _on_one_core(plan.run)
+    elif not processes:
+        pool.free.put(_on_one_core(plan.run))
+    _streamed(_graph(run, wanted), on_record, min(at_once, len(wanted)))
 
 
 def _streamed(graph: dict[str, Any], on_record: OnRecord, workers: int) -> None:
@@ -351,13 +347,6 @@ def _streamed(graph: dict[str, Any], on_record: OnRecord, workers: int) -> None:
 
     with Callback(posttask=done):  # type: ignore[no-untyped-call]
         get(graph, list(graph), num_workers=workers)
-
-
-def _in_threads(plan: Plan, wanted: list[int], on_record: OnRecord, workers: int) -> None:
-    """Run realisations in threads of this process; one alone may use several cores."""
-    at_once = min(workers, len(wanted))
-    run = plan.run if at_once == 1 else _on_one_core(plan.run)
-    _streamed(_graph(run, wanted), on_record, at_once)
 
 
 def _on_one_core(run: Callable[[int], Record]) -> Callable[[int], Record]:

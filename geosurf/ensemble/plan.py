@@ -103,11 +103,6 @@ class Plan:
         # For the store: workers need no tables of reports.
         return [words_of_uncertainty(one) for one in self.uncertain]
 
-    @property
-    def is_known_before_base(self) -> bool:
-        """Whether `identity` needs no base case: the grid of maps does."""
-        return self.grid is None
-
     @cached_property
     def identity(self) -> str:
         """A hash of everything that results depend on."""
@@ -180,7 +175,7 @@ class Plan:
             except _BROKEN as error:
                 record = Record.failed(change.numbers, f"{type(error).__name__}: {error}")
         # Equal warnings count once.
-        return record.numbered(realisation, len(set(warnings)))
+        return replace(record, realisation=realisation, n_warning=len(set(warnings)))
 
     def _keep_apart(self, scene: Scene) -> None:
         """Let a realisation take shared results, and give none: nobody asks for its own.

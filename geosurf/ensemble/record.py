@@ -329,10 +329,6 @@ class Record:
         # Reasons are shown in tables: one line.
         return cls({}, numbers, None, " ".join(reason.split()) or "no reason is given")
 
-    def numbered(self, realisation: int, n_warning: int) -> Record:
-        """Return the same with its number and warnings."""
-        return replace(self, realisation=realisation, n_warning=n_warning)
-
     def to_bytes(self) -> bytes:
         """Return the record as the content of a file."""
         # Names and texts as JSON, numbers as arrays.

@@ -81,7 +81,8 @@ class EnsemblePlots:
         """
 
         def draw(axes: Axes) -> None:
-            axes.set_title(f"Tornado: {self._title(asked)}", fontsize=11)
+            title = plain(words_of(self._ensemble, asked))
+            axes.set_title(f"Tornado: {title}", fontsize=11)
             data = self._ensemble.data
             if not data.sizes["parameter"] or self._ensemble.n_built < LEAST:
                 few = "needs ten realisations" if data.sizes["parameter"] else "nothing is drawn"
@@ -218,10 +219,6 @@ class EnsemblePlots:
         """What is summed, with its unit."""
         made: str = self._ensemble.name(asked.get("of"))
         return made
-
-    def _title(self, asked: dict[str, Any]) -> str:
-        """What is summed, in words."""
-        return plain(words_of(self._ensemble, asked))
 
 
 def words_of(ensemble: Any, asked: dict[str, Any]) -> str:

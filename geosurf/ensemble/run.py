@@ -144,8 +144,9 @@ def run_ensemble(
     workers = check_workers(workers)
     processes = None if processes is None else flag_of(processes, "processes")
     plan, n = planned(model, n, uncertain, seed, maps, cache_dir, volumetrics)
-    # a second call for results that are there: a torn field's base case takes seconds
-    if store is not None and plan.is_known_before_base and is_finished(store, plan.identity, n):
+    # a second call for results that are there: a torn field's base case takes seconds; what a
+    # store of maps holds is known after it, since the base case gives their grid
+    if store is not None and plan.grid is None and is_finished(store, plan.identity, n):
         result = open_ensemble(store)
         _warn_of_failed(result)
         return result

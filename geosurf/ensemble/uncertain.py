@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -23,7 +23,8 @@ from geosurf.ensemble.change import (
 from geosurf.ensemble.fields import Covariance, FieldGrid, GaussianField
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.measure.velocity import DATUM, ELSEWHERE, is_by_name
-from geosurf.model import FluidContact, Lattice, TriSurface
+from geosurf.model import Lattice, TriSurface
+from geosurf.model.column import each_level, levels_of
 from geosurf.model.distributions import (
     TAIL,
     Constant,
@@ -199,7 +200,7 @@ class ContactLevel(Named):
         value = given.contacts[self.contact]
         # One elevation can replace only one: contacts of several blocks differ.
         absolute = self.elevation is not None
-        if absolute and _count(value) > 1:
+        if absolute and len(levels_of(value)) > 1:
             raise InputError(
                 f"{self.parameter}: the contact is given for several blocks or zones. Give shift= "
                 "in place of elevation=."
@@ -222,28 +223,7 @@ class ContactLevel(Named):
             data = HorizonData.of(self.contact, old)
             return data.moved(np.full(len(data.points), level))
 
-        change.contacts[self.contact] = _each(value, at)
-
-
-def _each(value: Any, at: Callable[[Any], Any]) -> Any:
-    """A contact with each of its elevations replaced; see ``Scene(contacts=)`` for its forms."""
-    # Recursive: a list may hold contacts, and a mapping may have lists.
-    if isinstance(value, FluidContact):
-        return replace(value, at=_each(value.at, at))
-    if isinstance(value, list | tuple):
-        return [_each(one, at) for one in value]
-    # A surface is one contact, not a mapping of blocks.
-    if isinstance(value, Mapping) and not isinstance(value, TriSurface):
-        return {block: _each(one, at) for block, one in value.items()}
-    return at(value)
-
-
-def _count(value: Any) -> int:
-    """How many elevations a contact has."""
-    # The same walk as for changes, with a function that only looks.
-    seen: list[Any] = []
-    _each(value, seen.append)
-    return len(seen)
+        change.contacts[self.contact] = each_level(value, at)
 
 
 # ---- velocities ----------------------------------------

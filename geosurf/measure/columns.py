@@ -243,7 +243,7 @@ def elevations(corners: np.ndarray, feet: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False)
-class Columns:
+class Columns(Crossings):
     """What the vertical lines through some points cross, sorted by point and elevation.
 
     Attributes
@@ -260,10 +260,6 @@ class Columns:
         Row of the sources of the patches.
     """
 
-    foot: np.ndarray
-    triangle: np.ndarray
-    way: np.ndarray
-    elevation: np.ndarray
     surface: np.ndarray
 
     def at(self, foot: int) -> slice:

@@ -156,10 +156,6 @@ def _cells(cell: Any, box: tuple[float, ...]) -> Places:
         low + (np.arange(n) + 0.5) * ((high - low) / n)
         for low, high, n in zip(box[::2], box[1::2], numbers, strict=True)
     )
-    return _product(x, y, z)
-
-
-def _product(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> Places:
     axes = (x[None, None, :], y[None, :, None], z[:, None, None])
     coords = {name: (name, axis, _attrs(name)) for name, axis in zip(NAMES, (x, y, z), strict=True)}
     return Places(NAMES[::-1], (len(z), len(y), len(x)), axes, coords)
@@ -255,7 +251,8 @@ def _check_finite(places: Places) -> None:
     """Refuse places with coordinates that are not finite, with the first of them."""
     # a sum is finite if all its terms are, unless it overflows: then the places are looked through
     with np.errstate(all="ignore"):
-        if all(np.isfinite(one.sum()) for one in _all_of(places)):
+        known = places.axes if places.rows is None else (places.rows,)
+        if all(np.isfinite(one.sum()) for one in known):
             return
     at = 0
     for _, make in places.parts(1 << 20):
@@ -268,11 +265,6 @@ def _check_finite(places: Places) -> None:
                 "such places out."
             )
         at += len(points)
-
-
-def _all_of(places: Places) -> tuple[np.ndarray, ...]:
-    """All coordinates, in as few arrays as there are."""
-    return places.axes if places.rows is None else (places.rows,)
 
 
 # ---- sample ----------------------------------------
@@ -481,7 +473,8 @@ def well_intervals(
     local = points - boundaries.origin
 
     # where the path may pass a boundary: place as row of the point, and the share up to the next
-    crossings = _crossings(local, boundaries, _longest(units))
+    longest = PIECE * float(np.linalg.norm(np.ptp(np.reshape(units.box, (3, 2)), axis=1)))
+    crossings = _crossings(local, boundaries, longest)
     ends = np.unique(np.concatenate([np.arange(len(points)), crossings]))
     middle = 0.5 * (ends[1:] + ends[:-1])
     found = locator.find(_at(middle, points))
@@ -648,12 +641,6 @@ def _named(name: str, run: Callable[..., Any], *given: Any) -> Any:
         return run(*given)
     except InputError as error:
         raise InputError(f"well {name!r}: {error}") from error
-
-
-def _longest(units: Units) -> float:
-    """Length of the longest piece of a path whose box is searched [m]."""
-    low, high = np.reshape(units.box, (3, 2)).T
-    return PIECE * float(np.linalg.norm(high - low))
 
 
 def _pieces(points: np.ndarray, most: float) -> Iterator[tuple[int, tuple[np.ndarray, np.ndarray]]]:

@@ -8,7 +8,7 @@ are linked by the edges they cross. Only where on its edge such a point lies is 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -110,17 +110,20 @@ def rings_of(triangles: np.ndarray, x: np.ndarray) -> list[np.ndarray]:
     onward: dict[int, list[int]] = {}
     for a, b in sorted(zip(rank[start].tolist(), rank[end].tolist(), strict=True), reverse=True):
         onward.setdefault(a, []).append(b)
-    rings = []
 
     # each ring starts at its lowest vertex: lower ones have been used up by then
-    for first in range(len(used)):
+    return [used[ring] for ring in _closed(onward, range(len(used)))]
+
+
+def _closed(onward: dict[int, list[int]], order: Iterable[int]) -> Iterator[list[int]]:
+    """Rings from point to point, by the order in which they begin; the ways on are used up."""
+    for first in order:
         while onward.get(first):
             ring, at = [first], onward[first].pop()
             while at != first:
                 ring.append(at)
                 at = onward[at].pop()
-            rings.append(used[ring])
-    return rings
+            yield ring
 
 
 def ragged(
@@ -366,18 +369,12 @@ def _rings(units: Units, leg: _Leg) -> list[Any]:
         # two rings may touch in a point, so a point may have several ways on
         for a, b in segments.tolist():
             onward.setdefault(a, []).append(b)
-        for first in sorted(onward, key=lambda k: points[k].tolist()):
-            while onward[first]:
-                ring, at = [first], onward[first].pop()
-                while at != first:
-                    ring.append(at)
-                    at = onward[at].pop()
-
-                # rings are closed on the whole plane first, then cut at the ends of the leg
-                part = _clipped(points[ring], leg.length)
-                if len(part) > 2:
-                    words = ("unit", unit.name, unit.zone, unit.block, unit.region, unit.contact, 1)
-                    found.append((leg.placed(part), words, _area(part)))
+        words = ("unit", unit.name, unit.zone, unit.block, unit.region, unit.contact, 1)
+        for ring in _closed(onward, sorted(onward, key=lambda k: points[k].tolist())):
+            # rings are closed on the whole plane first, then cut at the ends of the leg
+            part = _clipped(points[ring], leg.length)
+            if len(part) > 2:
+                found.append((leg.placed(part), words, _area(part)))
     return found
 
 

@@ -181,7 +181,7 @@ def thickness_map(
 
 def units_of_zone(units: Units, zone: str, contact: str | None = None) -> list[Unit]:
     """Units of a zone, and of one contact interval if asked, or an InputError with the names."""
-    found = [unit for unit in units.values() if unit.zone == zone] if _is_text(zone) else []
+    found = [unit for unit in units.values() if unit.zone == zone] if isinstance(zone, str) else []
     if not found:
         known = list(dict.fromkeys(unit.zone for unit in units.values()))
         raise InputError(
@@ -189,17 +189,13 @@ def units_of_zone(units: Units, zone: str, contact: str | None = None) -> list[U
         )
     if contact is None:
         return found
-    within = [unit for unit in found if unit.contact == contact] if _is_text(contact) else []
+    within = [unit for unit in found if unit.contact == contact] if isinstance(contact, str) else []
     if not within:
         known = sorted({unit.contact for unit in found if unit.contact})
         raise InputError(
             f"zone {zone!r} has no contact interval {contact!r}. Its intervals are {known}."
         )
     return within
-
-
-def _is_text(value: Any) -> bool:
-    return isinstance(value, str)
 
 
 def nodes_of(grid: Any, box: tuple[float, ...]) -> Nodes:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
 
@@ -252,6 +252,31 @@ class FluidContact:
         object.__setattr__(self, "name", name_of(self.name, "fluid contact"))
         object.__setattr__(self, "zones", tuple(dict.fromkeys(listed)))
         object.__setattr__(self, "block", "" if self.block == ELSEWHERE else self.block)
+
+
+def each_level(value: Any, at: Callable[[Any], Any]) -> Any:
+    """Return a contact with each of its levels replaced; see ``Scene(contacts=)`` for its forms.
+
+    Examples
+    --------
+    >>> each_level({"F1+": [-1700.0, -1720.0]}, lambda level: level - 10.0)
+    {'F1+': [-1710.0, -1730.0]}
+    """
+    # a list may hold contacts, and a mapping may have lists; an xarray object is one level
+    if isinstance(value, FluidContact):
+        return replace(value, at=each_level(value.at, at))
+    if isinstance(value, list | tuple):
+        return [each_level(one, at) for one in value]
+    if isinstance(value, Mapping) and not hasattr(value, "dims"):
+        return {block: each_level(one, at) for block, one in value.items()}
+    return at(value)
+
+
+def levels_of(value: Any) -> list[Any]:
+    """Return all levels of a contact."""
+    found: list[Any] = []
+    each_level(value, found.append)
+    return found
 
 
 # ---- compartments ----------------------------------------

@@ -394,7 +394,7 @@ def thinned_mesh(pieces: Pieces, sides: np.ndarray, n_unit: int, stride: int) ->
     """
     n_core = len(pieces.triangles)
     points = [pieces.x + pieces.origin]
-    listed = _between(sides[:n_core])
+    listed = np.flatnonzero(sides[:n_core, 0] != sides[:n_core, 1])
     triangles, beside = [pieces.triangles[listed]], [sides[:n_core][listed]]
     surface = [pieces.surface[listed]]
     n_point = len(pieces.x)
@@ -459,11 +459,6 @@ def _joined(parts: list[np.ndarray]) -> np.ndarray:
     found = np.concatenate(parts)
     parts.clear()
     return found
-
-
-def _between(sides: np.ndarray) -> np.ndarray:
-    """Rows with different units on both sides."""
-    return np.flatnonzero(sides[:, 0] != sides[:, 1])
 
 
 def _blocks(

@@ -51,9 +51,9 @@ from geosurf.measure.velocity import (
     unscaled,
     velocity_of,
 )
-from geosurf.model import FluidContact, Lattice, Sheet, TriSurface
+from geosurf.model import Lattice, Sheet, TriSurface
 from geosurf.model.base import in_crs_of
-from geosurf.model.column import names_of_zones
+from geosurf.model.column import each_level, names_of_zones
 from geosurf.model.surfaces import cutoffs_kept
 from geosurf.model.tops import Tops, tops_of
 from geosurf.rebuild import patches_from, trim_sheets
@@ -280,7 +280,8 @@ def converted_inputs(
         def in_depth(points: np.ndarray) -> np.ndarray:
             return pair.convert(points, True)
 
-        more = {"contacts": _in_depth(dict(inputs.contacts), in_depth, inputs.options)}
+        to_level = partial(_in_depth, moved=in_depth, options=inputs.options)
+        more = {"contacts": each_level(inputs.contacts, to_level)}
         if is_time_unit(getattr(_column(inputs.tops), "attrs", {}).get("units")):
             tops = tops_of(in_time_unit(inputs.tops, "the well tops", "ms"))
             more["tops"] = replace(tops, points=in_depth(tops.points))
@@ -298,13 +299,7 @@ def _column(tops: Any) -> Any:
 def _in_depth(
     value: Any, moved: Callable[[np.ndarray], np.ndarray], options: Mapping[str, Any]
 ) -> Any:
-    """A fluid contact, with grids in depth that are in time; numbers are in depth."""
-    if isinstance(value, FluidContact):
-        return replace(value, at=_in_depth(value.at, moved, options))
-    if isinstance(value, list | tuple):
-        return [_in_depth(one, moved, options) for one in value]
-    if isinstance(value, Mapping) and not hasattr(value, "dims"):
-        return {name: _in_depth(one, moved, options) for name, one in value.items()}
+    """A level of a fluid contact: in depth, where it is a grid in time; numbers are in depth."""
     if not is_time_unit(getattr(value, "attrs", {}).get("units")):
         return value
     value = in_time_unit(value, "the fluid contact", "ms")

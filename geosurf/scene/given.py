@@ -153,7 +153,8 @@ def torn_scene(scene: Scene, horizons: Mapping[str, Sheet], **changes: Any) -> S
     torn = scene.replace(horizons=horizons, **changes)
     if "faults" in changes:  # its own rules do nothing more
         torn._plain.prepared_by = scene._plain.ruled_faults
-        passed = warnings_of_passed(scene._plain, prepared_faults(scene), changes["faults"])
+        rules, given = scene._plain.faults.rules, prepared_faults(scene)
+        passed = warnings_of_passed(rules, given, changes["faults"])
         torn._plain.memory.warn(*passed)
     return torn
 

@@ -152,8 +152,6 @@ class Graph:
     @cached_property
     def _decimated(self) -> dict[str, TriSurface]:
         """Horizons of which the model has every k-th node only, by name."""
-        if self.inputs.tolerance is None:
-            return {}
         return decimated(self.inputs, self.memory, self.whole)
 
     def whole(self, name: str) -> TriSurface:

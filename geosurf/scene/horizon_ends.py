@@ -131,8 +131,6 @@ def end_at_horizons(
         If a horizon does not cover a fault (with the place), a fault does not reach it (with the
         gap), has no part on the side that stays, or offsets it.
     """
-    if not rules:
-        return patches, (), ()
     sides = horizon_sides(patches, column)
     keep = np.ones(patches.n_triangle, dtype=bool)
     found: list[Truncation] = []
@@ -441,8 +439,6 @@ def end_virtual_walls(
     GeometryError
         If there is a way around a wall, or it meets another fault before its target.
     """
-    if not compartments:
-        return patches, (), ()
     cells = find_cells(patches)
     stays = np.ones(patches.n_triangle, dtype=bool)
     for wall in walls:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import weakref
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -17,7 +17,7 @@ from geosurf.conventions.crs import crs_of, refuse_other_crs
 from geosurf.errors import GeosurfWarning, HorizonError, InputError
 from geosurf.model import FaultSticks, FluidContact, Lattice, Sheet, TriSurface
 from geosurf.model.base import in_crs_of
-from geosurf.model.column import names_of_zones
+from geosurf.model.column import levels_of, names_of_zones
 from geosurf.model.network import in_order
 from geosurf.model.tops import TieReport, TieSettings, Tops, tops_of
 from geosurf.read import (
@@ -487,12 +487,8 @@ class InputSurfaces:
 
     def _surface(self, name: str, role: str, value: Any, others: Found | None) -> TriSurface:
         """Read and triangulate one input, or take it from memory: stages ask dozens of times."""
-        if name not in self._known:
-            self._known[name] = self._read_once(name, role, value, others)
-        return self._known[name]
-
-    def _read_once(self, name: str, role: str, value: Any, others: Found | None) -> TriSurface:
-        """The same when it is asked for first."""
+        if name in self._known:
+            return self._known[name]
         if role == "horizon" and is_stored(value):
             value = self._from_store(name, value)
 
@@ -511,6 +507,7 @@ class InputSurfaces:
         refuse_other_crs(name, surface.crs, self.crs)
         if surface.crs is not None:
             self.crs[name] = surface.crs
+        self._known[name] = surface
         return surface
 
     def content(self, name: str, value: Any) -> str:
@@ -710,22 +707,11 @@ def fluids_of(
     with memory.collecting():
         opened = opened_contacts(inputs.contacts, inputs.options)
         for name, value in opened.items():
-            for surface in _surfaces_in(value):
-                refuse_other_crs(name, surface.crs, systems)
+            for level in levels_of(value):
+                refuse_other_crs(name, getattr(level, "crs", None), systems)
         surfaces, contacts = build_contacts(opened, box)
     check_zones(contacts, names_of_zones(tuple(inputs.horizons)))  # before anything is cut
     return surfaces, contacts
-
-
-def _surfaces_in(value: Any) -> Iterator[TriSurface]:
-    """Surfaces among the values of a contact: by block, in a list, or one alone."""
-    if isinstance(value, FluidContact):
-        value = value.at
-    if isinstance(value, TriSurface):
-        yield value
-    elif isinstance(value, list | tuple | dict):
-        for one in value.values() if isinstance(value, dict) else value:
-            yield from _surfaces_in(one)
 
 
 def _opened(name: str, value: Any, options: Options) -> Any:

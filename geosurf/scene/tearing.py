@@ -321,7 +321,8 @@ def torn_graph(plain: Graph) -> Graph:
     sheets, faults = sheets_on(
         start, filling, partial(_torn, plain), plain.untied, plain.memory.on_start, plain.made_of
     )
-    found = warnings_of(given, faults, sheets) + warnings_of_passed(plain, given, faults)
+    found = warnings_of(given, faults, sheets)
+    found += warnings_of_passed(plain.faults.rules, given, faults)
     found += warnings_of_throw(sheets, plain.made_of)
     plain.memory.warn(*map(_in_time, found) if inputs.time is not None else found)
 
@@ -439,15 +440,6 @@ def _polygons_unused(faults: Faults, torn: tuple[str, ...]) -> Iterator[GeosurfW
             )
 
 
-def warnings_of_passed(plain: Graph, given: Faults, faults: Faults) -> list[GeosurfWarning]:
-    """Return warnings of faults that pass those that they end at, as tears made them longer."""
-    rules = plain.faults.rules
-    if not rules or all(faults[name] is fault for name, fault in given.items()):
-        return []
-
-    return warnings_of_passed_faults(rules, given, faults)
-
-
 def _torn(plain: Graph, tear: Tear) -> Sheet:
     """One sheet, from memory if it is there; one that was given stays as it is."""
     inputs, memory, name = plain.inputs, plain.memory, tear.name
@@ -465,7 +457,7 @@ def _torn(plain: Graph, tear: Tear) -> Sheet:
     # the horizon's content, all faults, and all settings that the sheet depends on
     key: tuple[Hashable, ...] = (
         "torn", name, plain.read.content(name, value), *map(memory.key_of, faults),
-        _as_key(inputs.tear), *inputs.options.values(), tied, plan,
+        repr(inputs.tear), *inputs.options.values(), tied, plan,
         tear.fill if isinstance(tear.fill, bool) else memory.key_of(tear.fill.surface),
         *tear.key,
     )  # fmt: skip
@@ -481,12 +473,7 @@ def _torn(plain: Graph, tear: Tear) -> Sheet:
     return memory.get_or_compute("tear", name, key, make, outcome_of, again=False, reports=False)
 
 
-def _as_key(tear: Any) -> Hashable:
-    """The trims as part of a key."""
-    return tuple(sorted(tear.items())) if isinstance(tear, Mapping) else tear
-
-
-def warnings_of_passed_faults(
+def warnings_of_passed(
     rules: Iterable[Rule], given: Faults, faults: Faults
 ) -> list[GeosurfWarning]:
     """

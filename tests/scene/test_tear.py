@@ -10,7 +10,7 @@ from geosurf.errors import GeometryError
 from geosurf.faults import lengthen_fault
 from geosurf.faults.rules import Rule
 from geosurf.scene import tearing as passed_faults
-from geosurf.scene.tearing import same, warnings_of_passed_faults
+from geosurf.scene.tearing import same, warnings_of_passed
 from geosurf.sheets.faults.tips import is_unchanged
 from geosurf.sheets.mesh import tear_ends
 from geosurf.sheets.tear import tear_from
@@ -229,11 +229,11 @@ def test_the_area_beyond_the_main_fault(fault, area):
     given = {"F1": MAIN, "F2": part()}
     faults = {"F1": MAIN, "F2": fault}
     keep = side_above()
-    found = warnings_of_passed_faults(rule(keep), given, faults)
+    found = warnings_of_passed(rule(keep), given, faults)
     assert passed_faults._area_beyond(rule(keep)[0], faults) == pytest.approx(area, rel=1e-12)
     assert [one.subject for one in found] == (["F2"] if area else [])
     assert all("lengthen={'F2': " in one.remedy for one in found)
-    assert not warnings_of_passed_faults(rule(keep), faults, faults)  # nothing became longer
+    assert not warnings_of_passed(rule(keep), faults, faults)  # nothing became longer
 
     # on the other side of F1 it is the rest that counts
     other = "-" if keep == "+" else "+"
