@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -30,6 +31,17 @@ def shared() -> Path:
     if not folder.is_dir():
         pytest.skip("needs the shared data folder beside the checkout")
     return folder
+
+
+@pytest.fixture(scope="session")
+def drogon_sticks(shared: Path) -> dict[str, Any]:
+    """Sticks of the faults of the Drogon field, by name."""
+    import geosurf as gs
+
+    return {
+        path.stem: gs.read_fault(path, positive="down", length_unit="m")
+        for path in sorted((shared / "data" / "drogon" / "fault_sticks_pol").glob("F*.pol"))
+    }
 
 
 @pytest.fixture

@@ -21,6 +21,12 @@ def gridded(values: Any, x: Any, y: Any = None, **attrs: Any) -> xr.DataArray:
     return xr.DataArray(values, places, dims, attrs={"units": "m", "positive": "up"} | attrs)
 
 
+def lines_of(found: xr.Dataset, *axes: str) -> list[np.ndarray]:
+    """Points (n, axes) of each line of a dataset in which lines follow each other."""
+    points = np.stack([found[axis].values for axis in axes], axis=1)
+    return np.split(points, np.cumsum(found["count"].values)[:-1])
+
+
 def turned(degrees: float, shape: tuple[int, int], cell: float, corner=(0.0, 0.0)) -> Any:
     """Places of the nodes of a grid that is turned about its corner, and before the turn."""
     i, j = np.meshgrid(np.arange(shape[1]) * cell, np.arange(shape[0]) * cell)

@@ -362,15 +362,8 @@ def test_what_cannot_be_extended_is_not_proposed_for_it():
 
 
 @pytest.fixture(scope="module")
-def drogon(shared):
-    import geosurf as gs
-
-    folder = shared / "data" / "drogon" / "fault_sticks_pol"
-    faults = {
-        path.stem: gs.read_fault(path, positive="down", length_unit="m")
-        for path in sorted(folder.glob("F*.pol"))
-    }
-    return Scene({}, faults, (459e3, 466.5e3, 5929.5e3, 5938.5e3, -2000.0, -1450.0))
+def drogon(drogon_sticks):
+    return Scene({}, drogon_sticks, (459e3, 466.5e3, 5929.5e3, 5938.5e3, -2000.0, -1450.0))
 
 
 def test_drogon_proposals_are_those_of_the_field(drogon):

@@ -29,13 +29,9 @@ def verify(shared: Path) -> ModuleType:
 
 
 @pytest.fixture(scope="session")
-def drogon_faults(data: Path) -> list[gs.TriSurface]:
+def drogon_faults(drogon_sticks: dict[str, gs.FaultSticks]) -> list[gs.TriSurface]:
     """The six faults of the Drogon field, from sticks."""
-    found = []
-    for path in sorted((data / "drogon" / "fault_sticks_pol").glob("F*.pol")):
-        sticks = gs.read_fault(path, positive="down", length_unit="m")
-        found.append(gs.triangulate_fault(sticks, name=path.stem))
-    return found
+    return [gs.triangulate_fault(sticks, name=name) for name, sticks in drogon_sticks.items()]
 
 
 @pytest.fixture(scope="session")

@@ -12,7 +12,7 @@ from scipy.ndimage import label
 import geosurf as gs
 from geosurf.errors import InputError
 from geosurf.synthetic.world import make_fault
-from tests.grids import gridded
+from tests.grids import gridded, lines_of
 
 X = np.arange(0.0, 2001.0, 100.0)
 Y = np.arange(-600.0, 601.0, 200.0)
@@ -166,8 +166,7 @@ def test_two_culminations_spill_into_each_other() -> None:
     assert found.spill_easting.values[:2].tolist() == [900.0, 900.0]
 
     # the way up ends on the other crest; outlines hold the areas
-    places = np.column_stack([found[key].values for key in ("easting", "northing", "elevation")])
-    lines = np.split(places, np.cumsum(found["count"].values)[:-1])
+    lines = lines_of(found, "easting", "northing", "elevation")
     kinds = list(zip(found.line_kind.values, found.line_closure.values, strict=True))
     path = lines[kinds.index(("path", "Top 1"))]
     assert (np.diff(path[:, 2]) > 0.0).all()

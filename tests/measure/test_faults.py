@@ -19,15 +19,15 @@ from geosurf import (
 )
 from geosurf.measure import allan_diagram, faces_of, juxtaposition_table, separation
 from geosurf.measure.cutoffs import wall_lines
+from tests.grids import lines_of
 from tests.measure.worlds import BOX, NORTH, SOUTH, faulted, level, slope
 
 ROOT2 = math.sqrt(2.0)
 
 
-def lines_of(found):
-    """Label -> rows of a ragged dataset."""
-    ends = np.cumsum(found["count"].values)
-    return [slice(end - n, end) for end, n in zip(ends, found["count"].values, strict=True)]
+def diagram_lines(found):
+    """Lines of an Allan diagram, distance along strike and elevation (n, 2) of each."""
+    return lines_of(found, "along_strike", "elevation")
 
 
 def turned_over(fault, name="F1"):
@@ -102,9 +102,7 @@ def test_rings_of_the_allan_diagram_hold_the_areas():
     """45 degrees: heights on the diagram are lengths on the fault over root 2."""
     scene = faulted((1.0, 6.0))
     found, table = scene.allan("F1"), scene.juxtaposition("F1", "all")
-    rows = lines_of(found)
-    s, z = found.along_strike.values, found.elevation.values
-    rings = np.array([ring_area(s[r], z[r]) for r in rows])
+    rings = np.array([ring_area(*line.T) for line in diagram_lines(found)])
     kind, side = found.kind.values, found.side.values
     for sign in "+-":
         mine = (kind == "zone") & (side == sign)
@@ -117,17 +115,16 @@ def test_rings_of_the_allan_diagram_hold_the_areas():
                           strict=True):  # fmt: skip
         assert by_pair[f"{a} | {b}"] * ROOT2 == pytest.approx(area, rel=1e-12)
     assert found.attrs["strike"] == pytest.approx(0.0, abs=1e-12)
+    s = found.along_strike.values
     assert s.min() == 0.0
     assert s.max() == pytest.approx(30.0)
 
 
 def test_cutoffs_of_the_allan_diagram_lie_where_they_should():
     found = faulted().allan("F1")
-    rows = lines_of(found)
-    seen = {}
+    lines, seen = diagram_lines(found), {}
     for i in np.flatnonzero(found.kind.values == "cut-off"):
-        heights = np.unique(found.elevation.values[rows[i]])
-        seen[found.label.values[i], found.side.values[i]] = heights.tolist()
+        seen[found.label.values[i], found.side.values[i]] = np.unique(lines[i][:, 1]).tolist()
     assert seen == {
         ("Top", "-"): [-10.0],
         ("Top", "+"): [-14.0],
@@ -147,9 +144,9 @@ def test_each_wall_of_the_allan_diagram_has_its_own_contacts():
     }
     found = faulted().replace(contacts=contacts).allan("F1")
     assert found.attrs == faulted().allan("F1").attrs
-    rows, seen = lines_of(found), {}
+    lines, seen = diagram_lines(found), {}
     for i in np.flatnonzero(found.kind.values == "contact"):
-        s, z = found.along_strike.values[rows[i]], found.elevation.values[rows[i]]
+        s, z = lines[i].T
         assert (s.min(), s.max(), found.closed.values[i]) == (0.0, 30.0, 0)
         seen[found.label.values[i], found.side.values[i]] = np.unique(z).tolist()
     assert seen == {("GOC", "+"): [-17.0], ("OWC", "+"): [-19.0], ("OWC", "-"): [-15.0]}
@@ -168,11 +165,7 @@ def test_a_contact_of_one_block_ends_where_another_fault_meets_the_wall():
     faults = {"F1": slope(), "F2": across}
     scene = Scene(horizons, faults, BOX, contacts={"OWC": {"F1+ F2+": -15.0}})
     found = scene.allan("F1")
-    levels = [
-        found.elevation.values[row]
-        for row, kind in zip(lines_of(found), found.kind.values, strict=True)
-        if kind == "contact"
-    ]
+    levels = [diagram_lines(found)[i][:, 1] for i in np.flatnonzero(found.kind == "contact")]
     assert len(levels) == 1
     assert len(levels[0]) >= 2
     np.testing.assert_allclose(levels[0], -15.0)
@@ -328,12 +321,6 @@ def test_pairs_of_lines_follow_the_strike_in_whatever_order_they_come():
 
 
 # ---- Fault polygons: closed, as large as the heave, and together with the horizon without a g
-def rings_of(found):
-    """The rings of a dataset, each (n, 2)."""
-    points = np.stack([found.easting.values, found.northing.values], axis=1)
-    return np.split(points, np.cumsum(found["count"].values)[:-1])
-
-
 def winding(ring, place):
     """How often a ring runs around a place, counter-clockwise: the sum of its angles."""
     p = ring - place
@@ -360,7 +347,7 @@ def assert_nothing_is_missing(scene, name, found, places):
     faces = faces_of(scene.patches, scene.units, name, "horizon")
     covered = float(faces.vectors[:, 2].sum()) + float(found.map_area.sum())
     assert covered == pytest.approx((east - west) * (north - south), rel=1e-12)
-    rings = rings_of(found)
+    rings = lines_of(found, "easting", "northing")
     for place in places:
         assert shadows(scene, name, place) + sum(winding(r, place) for r in rings) == 1
 

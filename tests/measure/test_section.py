@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 import geosurf as gs
 from geosurf.errors import InputError
 from geosurf.measure import vertical_section
+from tests.grids import lines_of
 from tests.measure.worlds import BOX, faulted
 
 WEST, EAST, SOUTH, NORTH, BOTTOM, TOP = BOX
@@ -25,13 +26,8 @@ def scene():
 
 def lines(section, kind):
     """Label and points (n, 2) of the lines of a kind."""
-    points = np.stack([section.along_section.values, section.elevation.values], axis=1)
-    ends = np.cumsum(section["count"].values)
-    return [
-        (str(section.label.values[i]), points[end - n : end])
-        for i, (end, n) in enumerate(zip(ends, section["count"].values, strict=True))
-        if section.kind.values[i] == kind
-    ]
+    points = lines_of(section, "along_section", "elevation")
+    return [(section.label.values[i], points[i]) for i in np.flatnonzero(section.kind == kind)]
 
 
 def areas(section):

@@ -13,26 +13,22 @@ import numpy as np
 
 from geosurf import Scene, TriSurface
 from geosurf.errors import GeosurfError, GeosurfWarning
+from tests import strategies
 
 Calls = Iterator[tuple[str, Callable[[], Any]]]
 
 BOX = (0.0, 400.0, 0.0, 300.0, -200.0, -100.0)
 
 
-def sheet(name: str, height: Callable[[Any], Any], step: float = 50.0) -> TriSurface:
+def sheet(name: str, height: Callable[[Any], Any]) -> TriSurface:
     """A horizon over the box and around it, whose elevation depends on easting."""
-    x, y = np.arange(-50.0, 451.0, step), np.array([-50.0, 150.0, 350.0])
-    grid = np.stack([*np.meshgrid(x, y), np.zeros((len(y), len(x)))], axis=-1).reshape(-1, 3)
-    grid[:, 2] = height(grid[:, 0])
-    at = np.arange(len(grid)).reshape(len(y), len(x))
-    a, b, c, d = (k.ravel() for k in (at[:-1, :-1], at[:-1, 1:], at[1:, 1:], at[1:, :-1]))
-    return TriSurface(name, "horizon", grid, np.concatenate([np.c_[a, b, c], np.c_[a, c, d]]))
+    z = np.broadcast_to(height(np.arange(-50.0, 451.0, 50.0)), (9, 11))
+    return strategies.grid(name, z, spacing=50.0, corner=(-50.0, -50.0))
 
 
 def fault(name: str = "F1", west: float = 150.0, bottom: float = -250.0) -> TriSurface:
     """An upright fault across the box."""
-    corners = [(west, -50, bottom), (west, 350, bottom), (west, 350, -50), (west, -50, -50)]
-    return TriSurface(name, "fault", corners, [(0, 1, 2), (0, 2, 3)])
+    return strategies.upright(name, west, (-50, 350), (bottom, -50))
 
 
 def tube(name: str = "F1") -> TriSurface:

@@ -27,16 +27,12 @@ import geosurf as gs
 from geosurf.errors import DependencyError
 from geosurf.scenario.execute import run
 from geosurf.scenario.validate import read_scenario
+from tests.planes import scenario_tables
 
 out = Path(sys.argv[1])
 world = gs.synthetic.graben(n=9)
-for name, surface in {**world.horizons, **world.faults}.items():
-    gs.write(surface, out / f"{name}.nc")
-horizons, faults = list(world.horizons), list(world.faults)
-tables = [f'[[horizons]]\\nname = "{n}"\\nfile = "{n}.nc"\\n' for n in horizons]
-tables += [f'[[faults]]\\nname = "{n}"\\nfile = "{n}.nc"\\n' for n in faults]
-tables += ['[pictures]\\ncolours = {Top = "teal"}\\n[output]\\nformats = ["csv", "vtp"]\\n']
-text = "".join(tables)
+text = scenario_tables(out, world.horizons, world.faults)
+text += '[pictures]\\ncolours = {Top = "teal"}\\n[output]\\nformats = ["csv", "vtp"]\\n'
 (out / "plain.toml").write_text(text)
 (out / "asks.toml").write_text(text + "sections_m = [[[0, 10], [100, 10]]]\\n")
 
@@ -55,7 +51,7 @@ assert not (out / "run" / "pictures").exists()
 scene = done.scene
 
 # every door of what is not there
-zone = f"{horizons[0]}/{horizons[1]}"
+zone = "/".join([*world.horizons][:2])
 line = [(0.0, 10.0), (100.0, 10.0)]
 (out / "fault.obj").write_text("v 0 0 0\\nv 1 0 0\\nv 0 1 1\\nf 1 2 3\\n")
 doors = {

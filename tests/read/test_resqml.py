@@ -41,12 +41,12 @@ def package(world, tmp_path):
 
 
 def edited(path, *pairs, more=None, drop=()):
-    """Rewrite the texts of a package."""
+    """Rewrite the texts of a package: a pattern becomes a word, in all that have it."""
     with zipfile.ZipFile(path) as held:
-        texts = {name: held.read(name) for name in held.namelist() if name not in drop}
+        texts = {name: held.read(name).decode() for name in held.namelist() if name not in drop}
     for old, new in pairs:
-        assert any(old.encode() in text for text in texts.values()), old
-        texts = {name: text.replace(old.encode(), new.encode()) for name, text in texts.items()}
+        assert any(re.search(old, text) for text in texts.values()), old
+        texts = {name: re.sub(old, lambda _, w=new: w, text) for name, text in texts.items()}
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as held:
         for name, text in (texts | (more or {})).items():
             held.writestr(name, text)

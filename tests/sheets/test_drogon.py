@@ -14,20 +14,16 @@ HORIZONS = ("TopVolantis", "TopTherys", "TopVolon", "BaseVolantis")
 
 
 @pytest.fixture(scope="module")
-def field(shared):
+def field(shared, drogon_sticks):
     """Points of the horizons, and sticks of the faults, by name."""
     folder = shared / "data" / "drogon"
-    sticks = {
-        path.stem: gs.read_fault(path, positive="down", length_unit="m")
-        for path in sorted((folder / "fault_sticks_pol").glob("F*.pol"))
-    }
     points = {
         name: gs.read_points(
             folder / "horizons_poi" / f"{name}.poi", positive="down", length_unit="m"
         )
         for name in HORIZONS
     }
-    return points, sticks
+    return points, drogon_sticks
 
 
 @pytest.fixture(scope="module")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-import zipfile
 from collections import Counter
 
 import numpy as np
@@ -14,6 +12,7 @@ from geosurf.cli import main
 from geosurf.errors import FormatError, OutputError
 from geosurf.write.model3d import parts_of
 from geosurf.write.resqml_framework import lines_of, shells_of
+from tests.read.test_resqml import edited
 from tests.write.sealed import assert_equal
 
 pytest.importorskip("h5py")
@@ -23,20 +22,9 @@ def written(units, folder, name="m"):
     return gs.write(units, folder / f"{name}.epc", name="m")[0]
 
 
-def edited(path, old, new):
-    """Replace words in all objects of a package; `old` is a pattern."""
-    with zipfile.ZipFile(path) as held:
-        texts = {name: held.read(name).decode() for name in held.namelist()}
-    assert any(re.search(old, text) for text in texts.values()), old
-    with zipfile.ZipFile(path, "w") as held:
-        for name, text in texts.items():
-            held.writestr(name, re.sub(old, lambda _: new, text))
-    return path
-
-
 def test_packages_of_other_programs_name_zones_only(graben, tmp_path):
-    path = edited(written(graben, tmp_path), "<resqml2:ExtraMetadata>.*?</resqml2:Value>"
-                  "</resqml2:ExtraMetadata>", "")  # fmt: skip
+    labels = "<resqml2:ExtraMetadata>.*?</resqml2:Value></resqml2:ExtraMetadata>"
+    path = edited(written(graben, tmp_path), (labels, ""))
     back = gs.read_units(path)
     assert [u.zone for u in back.values()] == [u.zone for u in graben.values()]
     assert [u.volume for u in back.values()] == pytest.approx([u.volume for u in graben.values()])
@@ -98,7 +86,7 @@ def test_a_shell_inside_of_a_unit_is_an_inner_one(slit):
     ],
 )  # fmt: skip
 def test_damage_is_named(graben, tmp_path, old, new, words):
-    path = edited(written(graben, tmp_path), old, new)
+    path = edited(written(graben, tmp_path), (old, new))
     with pytest.raises(FormatError, match=words):
         gs.read_units(path)
 

@@ -12,6 +12,8 @@ import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import DependencyError, OutputError
+from geosurf.write import AXES
+from tests.grids import lines_of
 
 CRS = "EPSG:23031"
 
@@ -25,8 +27,7 @@ def scene():
 def points(**more):
     rng = np.random.default_rng(1)
     place = np.array([461000.0, 5932000.0, -1700.0]) + rng.normal(0, 100, (7, 3))
-    axes = ("easting", "northing", "elevation")
-    data = {axis: ("point", place[:, k]) for k, axis in enumerate(axes)}
+    data = {axis: ("point", place[:, k]) for k, axis in enumerate(AXES)}
     return xr.Dataset(data | {key: ("point", value) for key, value in more.items()})
 
 
@@ -36,7 +37,7 @@ def test_law_points_come_back(tmp_path, suffix):
     written = gs.write(cloud, tmp_path / f"a{suffix}", crs=CRS)
     stated = suffix in (".vs", ".geojson")
     back = gs.read_points(written[0], positive=None if stated else "up")
-    for axis in ("easting", "northing", "elevation"):
+    for axis in AXES:
         np.testing.assert_array_equal(back[axis], cloud[axis])
     assert stated != ("direction" in [one.what for one in written.lost])
     assert ("data" in [one.what for one in written.lost]) == (suffix in (".xyz", ".poi", ".vs"))
@@ -44,7 +45,7 @@ def test_law_points_come_back(tmp_path, suffix):
 
 def test_points_that_files_do_not_hold(tmp_path):
     end = points()
-    for axis in ("easting", "northing", "elevation"):
+    for axis in AXES:
         end[axis][3] = 999.0
     with pytest.raises(OutputError, match=r"\(999, 999, 999\), which ends.*Write .csv"):
         gs.write(end, tmp_path / "a.xyz")
@@ -154,18 +155,13 @@ def scene_lines():
     return gs.Scene(world.horizons, world.faults, world.box)
 
 
-def rings_of(lines):
-    points = np.stack([lines[axis].values for axis in ("easting", "northing", "elevation")], axis=1)
-    return np.split(points, np.cumsum(lines["count"].values)[:-1])
-
-
 def test_fault_polygons_come_back_from_pol_and_csv(scene_lines, tmp_path):
     lines = scene_lines.fault_polygons("Top")
     for name in ("a.pol", "a.csv"):
         written = gs.write(lines, tmp_path / name)
         found = gs.read_polygons(written[0], positive="up")
         assert len(found) == lines.sizes["line"] == 2
-        for ring, part in zip(found, rings_of(lines), strict=True):
+        for ring, part in zip(found, lines_of(lines, *AXES), strict=True):
             np.testing.assert_array_equal(ring, np.concatenate([part, part[:1]]))
     with (tmp_path / "a.csv").open() as file:
         rows = list(csv.DictReader(file))
