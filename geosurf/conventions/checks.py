@@ -246,7 +246,7 @@ elevation.
         raise error(f"{what} is not a numeric array ({reason}). {how}") from reason
     if points.ndim != 2 or points.shape[1] not in widths or len(points) < least:
         allowed = " or ".join(f"(n, {width})" for width in widths)
-        allowed += f" with {least} points or more" if least else ""
+        allowed += f" with {least} points or more" if least > 1 else ""
         raise error(f"{what} has shape {points.shape}, expected {allowed}. {how}")
     if not np.isfinite(points).all():  # at once: row by row takes ten times as long
         bad = np.flatnonzero(~np.isfinite(points).all(axis=1))

@@ -419,7 +419,7 @@ class PictureOverlay:
     (2, 3)
     >>> PictureOverlay(points={"picks": [1, 2, 3]})
     Traceback (most recent call last):
-    geosurf.errors.InputError: points['picks'] has shape (3,), expected (n, 3): easting, northing, elevation [m].
+    geosurf.errors.InputError: points['picks'] has shape (3,), expected (n, 3). Give easting, northing, elevation [m].
     """  # noqa: E501 - a message
 
     wells: Mapping[str, Any] = field(default_factory=dict)

@@ -62,7 +62,7 @@ def test_a_box_without_a_side_is_open_at_a_place():
         [(x, y, middle[2]) for x in (box[0] + [-1, 1]) for y in (box[1] + [-1, 1])],
         [(0, 2, 1), (1, 2, 3)],
     )  # fmt: skip
-    with pytest.raises(OpenUnitError, match=r"box is open: wall '.*' has .* at \(E") as caught:
+    with pytest.raises(OpenUnitError, match=r"model are open: wall '.*' has .* at \(E") as caught:
         carve_units(rebuild_surfaces([top, *walls[1:]]))
     (name,) = caught.value.surfaces
     assert name in {wall.name for wall in walls[1:]}
