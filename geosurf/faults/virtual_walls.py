@@ -310,9 +310,8 @@ def build_virtual_walls(
     """
     contacts = _contacts(patches, faults, model)
     first: dict[tuple[str, int], str] = {}
-    while (
-        True
-    ):  # until each wall separates, if it can: each round, one more tip is joined elsewhere
+    # until each wall separates, if it can: each round, one more tip is joined elsewhere
+    while True:
         drafts = {
             fault.name: _draft(patches, fault, model)
             for fault in sorted(faults, key=lambda one: one.name)

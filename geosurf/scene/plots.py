@@ -178,8 +178,7 @@ def middle_lines(box: Sequence[float], aoi: np.ndarray | None) -> list[np.ndarra
     """Lines through the middle of a model, from west to east and from south to north."""
     west, east, south, north = box[:4]
     middle = np.array([0.5 * (west + east), 0.5 * (south + north)])
-    a = np.array([(west, south), (east, south), (east, north), (west, north)])
-    a = a if aoi is None else aoi
+    a = outline_of(box, aoi)
     b, lines = np.roll(a, -1, axis=0), []
     for k in (0, 1):
         # they start and end where they leave the area for good
