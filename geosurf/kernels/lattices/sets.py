@@ -65,9 +65,9 @@ def pairs_of_equal(numbers: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, n
 
 def rim_edges(triangles: np.ndarray) -> np.ndarray:
     """Edges (n, 2) that one triangle only has, the lower vertex first."""
-    start, end = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
+    start, end = np.ravel(triangles), np.ravel(np.roll(triangles, -1, axis=1))
 
     # as one number each: rows are sorted ten times as slowly
-    n = int(triangles.max(initial=0)) + 1
+    n = int(np.max(triangles, initial=0)) + 1
     keys, times = np.unique(np.minimum(start, end) * n + np.maximum(start, end), return_counts=True)
     return np.stack(np.divmod(keys[times == 1], n), axis=1)
