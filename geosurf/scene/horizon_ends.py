@@ -481,8 +481,8 @@ def warning_of_walls(parts: Sequence[VirtualWall], compartments: Compartments) -
     return GeosurfWarning(
         "virtual wall",
         longest.fault,
-        f"Compartments end at {counted(len(chosen), 'virtual wall')}, each by the shortest join, "
-        f"not by data; the longest: {longest}.",
+        f"Compartments end at {counted(len(chosen), 'virtual wall')}, each by the shortest join "
+        f"that separates, not by data; the longest: {longest}.",
         f"Name its target: compartments={{{longest.fault!r}: {{{longest.side!r}: 'boundary'}}}}; "
         f'in a scenario, {toml_key(longest.fault)} = {{{longest.side} = "boundary"}} in '
         "[compartments]. scene.virtual_walls lists all.",
@@ -535,9 +535,9 @@ def _way_around(
     else:
         return GeometryError(
             f"there is a way around fault {name!r} and its virtual wall near {place(at)}: "
-            f"{area_text(math.fsum(areas))} of the wall have the same space on both sides. Its "
-            f"target ends short of it there. Leave {name!r} out of compartments, name another "
-            f"target, or let faults that nearly meet end at each other: truncations=...",
+            f"{area_text(math.fsum(areas))} of the wall have the same space on both sides. There "
+            f"is a way around what it ends at, too. Leave {name!r} out of compartments, name "
+            "another target, or let faults that nearly meet end at each other: truncations=...",
             place=at,
             surfaces=(name,),
         )

@@ -142,8 +142,9 @@ class Scene:
 
     compartments : bool, sequence of str, or mapping of str to target, optional
         Faults that die inside the model and separate regions all the same: a virtual wall continues
-        each by the shortest join, and above and below it. True joins all faults to the next fault
-        or to the boundary of the model; ``{"F3": "boundary", "F4": "F1", "F5": {"end": True}}``
+        each by the shortest join that separates, and above and below it. True joins all faults to
+        another one or to the boundary of the model;
+        ``{"F3": "boundary", "F4": "F1", "F5": {"end": True}}``
         names targets, also by end. No horizon is offset there. `virtual_walls` lists them; see
         docs/guides/compartments.md.
     crs : str, optional

@@ -106,11 +106,12 @@ def fault_from_polygons(
         )
     if dip is not None and not (is_number(dip) and 0 < dip < 180):
         raise SurfaceError(f"fault {name!r}: dip is {dip!r}; give degrees above 0 and below 180.")
-    rings = {str(key): _ring(value, str(key), name) for key, value in polygons.items()}
+    what = {str(key): f"fault {name!r}: the polygon of {str(key)!r}" for key in polygons}
+    rings = {str(key): _ring(value, what[str(key)]) for key, value in polygons.items()}
 
     # one strike for all polygons of the fault, so that their sections agree
     strike = _strike(np.concatenate(list(rings.values())))
-    lines = [_lines(ring, strike, key, name) for key, ring in rings.items()]
+    lines = [_lines(ring, strike, what[key]) for key, ring in rings.items()]
 
     # sections across strike, from tip to tip
     first = min(line.along[0][0] for line in lines)
@@ -159,9 +160,8 @@ def fault_from_polygons(
     return made
 
 
-def _ring(polygon: Any, horizon: str, name: str) -> np.ndarray:
-    """One polygon (n, 3) without its repeated first point."""
-    what = f"fault {name!r}: the polygon of {horizon!r}"
+def _ring(polygon: Any, what: str) -> np.ndarray:
+    """One polygon (n, 3) without its repeated first point; `what` messages call it."""
     how = "Give easting, northing, z. Add the elevation of the horizon as a third column."
     ring = checked_points(polygon, what, how, error=SurfaceError)
     ring = ring[np.r_[True, (np.diff(ring, axis=0) != 0).any(axis=1)]]
@@ -179,7 +179,7 @@ def _strike(points: np.ndarray) -> np.ndarray:
     return way if (way[1], way[0]) > (0.0, 0.0) else -way
 
 
-def _lines(ring: np.ndarray, strike: np.ndarray, horizon: str, name: str) -> _Lines:
+def _lines(ring: np.ndarray, strike: np.ndarray, what: str) -> _Lines:
     """The two lines of a ring, from tip to tip: the ends of the fault along strike."""
     s = ring[:, :2] @ strike
 
@@ -193,8 +193,8 @@ def _lines(ring: np.ndarray, strike: np.ndarray, horizon: str, name: str) -> _Li
         if (high - line).max() > _BACK * (s[b] - s[a]):
             at = ring[rows[int((high - line).argmax())]]
             raise SurfaceError(
-                f"fault {name!r}: the polygon of {horizon!r} runs back along strike at "
-                f"{place(at)}. Split it there, or give fault sticks."
+                f"{what} runs back along strike at {place(at)}. Split it there, or give fault "
+                "sticks."
             )
 
         # points that run back a little, as digitised corners do, are left out: s has to rise
@@ -248,7 +248,7 @@ def _downward(pairs: np.ndarray, strike: np.ndarray) -> np.ndarray:
 # ---- the dip that horizons show -----------------------------------------------
 
 _SECTIONS = 60  # along a polygon
-_FEWEST = 5  # of these that show a dip
+_ALONG = 10.0  # spacings of the data: along so much of it, horizons have to show the dip
 _MARGIN = 10.0  # spacings of the data, on both sides of a polygon: its smear, and rock beyond it
 _STEEP = 0.5  # of the steepest slope: what counts as the smear of a fault
 _SHARE = 0.5  # of the throw of the polygon that a horizon has to show
@@ -268,7 +268,9 @@ def propose_dip(polygon: Any, horizons: Iterable[Any] | Mapping[str, Any]) -> fl
     Returns
     -------
     float
-        [degrees], as `fault_from_polygons` takes it; NaN where horizons do not show it.
+        [degrees], as `fault_from_polygons` takes it; NaN where horizons do not show it: they climb
+        by less than half of what the polygon does, lie nearer to each other than their nodes, or
+        are steep along less than ten spacings of these.
 
     Raises
     ------
@@ -280,7 +282,8 @@ def propose_dip(polygon: Any, horizons: Iterable[Any] | Mapping[str, Any]) -> fl
     Notes
     -----
     In each section across strike, the middle of what is steeper than half of the steepest slope is
-    where the fault cuts that horizon. The median over all sections counts.
+    where the fault cuts that horizon. The median of 60 sections counts. Sections differ: on the
+    Reek field, half of them are within 21 to 48 degrees.
 
     Examples
     --------
@@ -300,6 +303,12 @@ def propose_dip(polygon: Any, horizons: Iterable[Any] | Mapping[str, Any]) -> fl
     >>> abs(dip - 60) < 2
     True
     """
+    dips = dips_in_horizons(polygon, horizons)
+    return float(np.median(dips)) if len(dips) else float("nan")
+
+
+def dips_in_horizons(polygon: Any, horizons: Iterable[Any] | Mapping[str, Any]) -> np.ndarray:
+    """The dips [degrees] in sections of a polygon that show one; none where they are too few."""
     pairs, down = _sections(polygon)
     given: Iterable[Any] = horizons.values() if isinstance(horizons, Mapping) else horizons
     how = "Give easting, northing, z, or gridded horizons."
@@ -312,22 +321,28 @@ def propose_dip(polygon: Any, horizons: Iterable[Any] | Mapping[str, Any]) -> fl
     for cloud in clouds:
         if not np.ptp(cloud[:, :2], axis=0).all():
             raise InputError(f"a horizon has no extent on the map: {place(cloud[0])}. {how}")
-    centres = np.array([_steepest(cloud, pairs, down) for cloud in clouds])  # (n, n_section, 2)
+    if len(clouds) < 2:
+        return np.empty(0)
+    found = [_steepest(cloud, pairs, down) for cloud in clouds]
+    centres = np.array([centre for centre, _ in found])  # (n, n_section, 2)
 
     # how far across strike for each metre of depth, in sections where all horizons show the fault
-    known = np.isfinite(centres[..., 0]).all(axis=0)
-    if len(clouds) < 2 or known.sum() < _FEWEST:
-        return float("nan")
+    # and lie as far apart as their data
+    spacing = max(one for _, one in found)
+    known = np.isfinite(centres[..., 0]).all(axis=0) & (np.ptp(centres[..., 1], axis=0) >= spacing)
+    length = np.linalg.norm(pairs[-1, 0, :2] - pairs[0, 0, :2])
+    if length * known.sum() < _ALONG * spacing * _SECTIONS:
+        return np.empty(0)
     away, up = np.moveaxis(centres[:, known] - centres[:, known].mean(axis=0), 2, 0)
-    slope = np.median((away * up).sum(axis=0) / (up**2).sum(axis=0))
-    return float(np.degrees(np.arctan2(1.0, -slope)))
+    dips: np.ndarray = np.degrees(np.arctan2((up**2).sum(axis=0), -(away * up).sum(axis=0)))
+    return dips
 
 
 def _sections(polygon: Any) -> tuple[np.ndarray, np.ndarray]:
     """Points (n, 2, 3) of both lines of a polygon, and which way across strike is down the dip."""
-    ring = _ring(polygon, "the horizon", "of a polygon")
+    ring = _ring(polygon, "the fault polygon")
     strike = _strike(ring)
-    lines = _lines(ring, strike, "the horizon", "of a polygon")
+    lines = _lines(ring, strike, "the fault polygon")
     first, last = max(s[0] for s in lines.along), min(s[-1] for s in lines.along)
     pairs = lines.at(np.linspace(first, last, _SECTIONS + 2)[1:-1])
     return pairs, _downward(pairs[:, None], strike)
@@ -341,8 +356,8 @@ def dip_of_polygon(polygon: np.ndarray) -> float:
     return float(np.degrees(np.median(np.arctan2(np.abs(step[:, 2]), across))))
 
 
-def _steepest(cloud: np.ndarray, pairs: np.ndarray, down: np.ndarray) -> np.ndarray:
-    """Where a horizon is steepest, in sections through pairs of points (n, 2, 3).
+def _steepest(cloud: np.ndarray, pairs: np.ndarray, down: np.ndarray) -> tuple[np.ndarray, float]:
+    """Where a horizon is steepest, in sections through pairs of points (n, 2, 3); its spacing.
 
     Distance from the middle, and elevation: (n, 2), NaN where it climbs less than the pairs do.
     """
@@ -369,4 +384,4 @@ def _steepest(cloud: np.ndarray, pairs: np.ndarray, down: np.ndarray) -> np.ndar
     centre = fall @ offsets / np.where(total > 0, total, np.nan)
     level = np.array([np.interp(at, offsets, row) for at, row in zip(centre, z, strict=True)])
     centre[drop < _SHARE * np.median(np.abs(step[:, 2]))] = np.nan
-    return np.column_stack([centre, level])
+    return np.column_stack([centre, level]), spacing

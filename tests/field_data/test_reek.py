@@ -100,7 +100,7 @@ def test_lower_grid_as_base_takes_from_the_upper_one(reek_horizons, columns):
     assert clip.volume == pytest.approx(base_alone - lowest, rel=1e-9)
 
 
-def test_the_dip_of_the_horizons_closes_all_seven_polygons(data, tmp_path):
+def test_the_dip_of_the_horizons_closes_the_faults_of_its_polygons(data, tmp_path):
     """`geosurf new` asks; its own question is answered by taking out the marks of comments."""
     files = [*(data / "reek" / "horizons_gri").glob("0[14]*.gri")]
     new = new_scenario(tmp_path, [*files, *(data / "reek" / "fault_polygons").glob("*.csv")])
@@ -114,8 +114,10 @@ def test_the_dip_of_the_horizons_closes_all_seven_polygons(data, tmp_path):
     scene = gs.run_scenario(new.path, tmp_path / "out", pictures=False)
     assert scene.check().ok
     assert {*scene.fault_names} == {f"P{k}" for k in range(1, 8)}
+    assert dips["P7"] is None  # 130 m long: too short to show one
     for name, sheet in scene.sheets.items():
-        assert {one.kind for one in sheet.report.remedies} <= {"fault extended"}, name
+        found = [one for one in sheet.report.remedies if one.subject != "P7"]
+        assert {one.kind for one in found} <= {"fault extended"}, name
 
 
 @pytest.mark.slow

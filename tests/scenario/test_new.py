@@ -15,6 +15,7 @@ from geosurf.scenario.new import NewScenario, new_scenario
 from geosurf.scenario.new.judge import Found
 from geosurf.scenario.new.network import surface_of
 from geosurf.synthetic import FieldTruth, field_export
+from tests.grids import gridded
 
 VARIANTS = ("grids", "points", "network")
 
@@ -177,3 +178,21 @@ def test_points_without_faults_are_gridded(tmp_path: Path) -> None:
     scene = build_scene(read_scenario(new.path))
     volume = float(scene.volumes.sel(unit="Top/Base").sum())
     assert volume == pytest.approx(800.0 * 700.0 * 125.0, rel=1e-5)
+
+
+def test_the_dip_of_a_smeared_polygon_is_that_of_the_horizons(tmp_path: Path) -> None:
+    """A fault of 70 degrees whose smear shows 17; where gap and horizons agree, none is set."""
+    axis = np.arange(0.0, 1500.0, 20.0)
+    for name, level in (("Top", -1500.0), ("Base", -1600.0)):
+        middle = 750.0 - (level + 1500.0) / np.tan(np.radians(70.0))
+        share = np.clip((axis - middle) / 100.0 + 0.5, 0.0, 1.0)
+        z = np.broadcast_to(level - 30.0 * share, (len(axis), len(axis)))
+        gridded(z, axis).to_netcdf(tmp_path / f"{name}.nc", engine="h5netcdf")
+    files = [tmp_path / "Top.nc", tmp_path / "Base.nc", tmp_path / "gaps.pol"]
+    for half, dips in ((50.0, [70]), (15.0 / np.tan(np.radians(70.0)), [])):
+        ring = [(-half, 300, 15), (-half, 1200, 15), (half, 1200, -15), (half, 300, -15)]
+        ring = np.add([*ring, ring[0]], [750.0, 0.0, -1515.0])
+        np.savetxt(files[2], [*ring, [999.0] * 3], "%.3f")
+        new = new_scenario(tmp_path / f"field {half:.0f}", files, positive="up")
+        found = [line for line in new.path.read_text().splitlines() if line.startswith("# dip = ")]
+        assert [round(float(line.split()[3]), -1) for line in found] == dips

@@ -101,17 +101,30 @@ def test_warnings_come_back_with_the_result(tmp_path):
         assert [one.message for one in caught] == [note]
 
 
+def shorten(path):
+    path.write_bytes(path.read_bytes()[:-9])
+
+
 def flip(path):
     data = bytearray(path.read_bytes())
     data[len(data) // 2] ^= 1
     path.write_bytes(data)
 
 
+def empty(path):
+    path.write_bytes(b"")
+
+
 def open_to_all(path):
     path.chmod(0o666)
 
 
-@pytest.mark.parametrize("harm", [flip, open_to_all])
+def linked(path):
+    path.rename(path.with_suffix(".moved"))
+    path.symlink_to(path.with_suffix(".moved"))
+
+
+@pytest.mark.parametrize("harm", [shorten, flip, empty, open_to_all, linked])
 def test_a_damaged_file_is_computed_again_and_replaced(tmp_path, harm):
     for k in range(2):
         stored(ResultCache(tmp_path), (k,))

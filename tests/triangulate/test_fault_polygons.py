@@ -122,6 +122,11 @@ def test_horizons_show_the_dip_that_their_smear_hides(dip, reverse, degrees):
     assert np.isnan(gs.propose_dip(ring, horizons[:1]))
     level = horizons[0] * [1.0, 1.0, 0.0]
     assert np.isnan(gs.propose_dip(ring, [level, level - 50.0]))
+    assert np.isnan(gs.propose_dip(ring, [horizons[0]] * 2))
+    short = turned(turned(ring, -degrees) * [1, 0.1, 1] + [0, 675, 0], degrees)
+    assert np.isnan(gs.propose_dip(short, horizons))  # 90 m: some sections, alike
+    with pytest.raises(SurfaceError, match=r"the fault polygon has shape \(38, 2\).*third column"):
+        gs.propose_dip(ring[:, :2], horizons)
 
 
 def test_such_a_fault_divides_a_model():

@@ -44,7 +44,7 @@ from geosurf.scenario.new.network import (
 )
 from geosurf.scenario.new.recognise import recognised
 from geosurf.scenario.validate import read_scenario
-from geosurf.triangulate.fault_polygons import dip_of_polygon, propose_dip
+from geosurf.triangulate.fault_polygons import dip_of_polygon, dips_in_horizons
 
 FILE = "scenario.toml"
 CERTIFICATE = "certificate.txt"  # of a folder with the results of a run
@@ -411,12 +411,15 @@ def _polygons(page: Page, folder: Path, ready: Ready) -> None:
 def _dip(polygon: np.ndarray, horizons: list[np.ndarray]) -> list[str]:
     """The dip of a fault polygon, where horizons show one that the polygon does not have."""
     try:
-        dip, flat = propose_dip(polygon, horizons), dip_of_polygon(polygon)
+        dips, flat = dips_in_horizons(polygon, horizons), dip_of_polygon(polygon)
     except SurfaceError:
         return []  # the run names what is wrong with the polygon
-    if not abs(dip - flat) > SMEARED:
+    if not len(dips) or abs(np.median(dips) - flat) <= SMEARED:
         return []
-    return [f"dip = {dip:.0f}  # from where the horizons are steep; in the polygon {flat:.0f}"]
+    low, dip, high = np.percentile(dips, [25, 50, 75])
+    spread = f"{low:.0f} to {high:.0f} in half of the sections"
+    why = f"from where the horizons are steep, {spread}; the gap of the polygon shows {flat:.0f}"
+    return [f"dip = {dip:.0f}  # {why}"]
 
 
 def _others(page: Page, folder: Path, ready: Ready) -> None:
