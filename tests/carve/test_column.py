@@ -281,19 +281,6 @@ def clipped_heights(z, rules):
 
 
 # ------------------------------------------------------------------------ the words
-def test_refusals():
-    with pytest.raises(
-        InputError, match=r"names 'Topp', which is not a horizon\. The horizons are \['A', 'B'\]"
-    ):
-        Scene({"A": A, "B": B}, column={"Topp": "base"})
-    with pytest.raises(
-        InputError, match=r"rule of horizon 'A' is 'erosion'\. .* mean 'erosional'\?"
-    ):
-        Scene({"A": A, "B": B}, column={"A": "erosion"})
-    with pytest.raises(InputError, match=r"must be a mapping \{horizon: rule\}, not list"):
-        Scene({"A": A, "B": B}, column=["erosional"])
-
-
 def test_heights_against_all_triangles():
     """The squares of the map change the cost of the search, never what it finds."""
     rng = np.random.default_rng(0)

@@ -237,19 +237,3 @@ def test_the_certificate_finds_what_is_wrong_with_a_merge(damage):
 
 
 # ---------------------------------------------------------------- invalid input
-@pytest.mark.parametrize(
-    ("value", "words"),
-    [
-        ("merg", r"slivers is 'merg'. Write slivers=\"merge\", a volume in m³"),
-        (-1.0, r"slivers: the volume is -1.0, expected cubic metres, 0 or more"),
-        (float("nan"), r"slivers is nan"),
-        ({"min_volum": 5.0}, r"no option 'min_volum'. Did you mean 'min_volume'\?"),
-        ({"merge": 1}, r"merge is 1, expected True or False"),
-        ({"min_volume": "5"}, r"the volume is '5'"),
-        (True, r"slivers is True"),
-        (["merge"], r"slivers is \['merge'\]"),
-    ],
-)
-def test_wrong_values_are_refused(value, words):
-    with pytest.raises(InputError, match=words):
-        wedge(slivers=value)

@@ -106,24 +106,6 @@ def _share_inside(a, b):
 MODELS = [faulted((4.0, 4.0))]
 
 
-@pytest.mark.parametrize(
-    ("line", "words"),
-    [
-        ([(0, 0)], r"has shape \(1, 2\), expected \(n, 2\) .*Give easting and northing"),
-        ("AB", r"line of the section is not a numeric array \(.*'AB'.*Give"),
-        (
-            [(0, 0), (np.nan, 1)],
-            r"has values that are not finite: 1 of 2 points, the first is point 1",
-        ),
-        ([(9, 9), (9, 9), (9, 9)], r"all points of the line of the section are identical\. Give"),
-        ([(900, 900), (999, 999)], r"lies outside the model \(0 to 60, 0 to 30\)\. Give easting"),
-    ],
-)
-def test_lines_that_are_none(scene, line, words):
-    with pytest.raises(InputError, match=words):
-        scene.section(line)
-
-
 @given(
     st.lists(st.tuples(st.integers(-2, 14), st.integers(-2, 8)), min_size=2, max_size=6),
     st.lists(st.floats(0, 1), max_size=40),

@@ -63,8 +63,6 @@ def test_rotated_grid_keeps_every_node_and_is_right_handed(tmp_path, yinc, rotat
     [
         (("2 10 20", "2 x 20"), r"top.irap, line 1: found 'x', expected a number \(xinc\)"),
         (("2 10 20", "2 0 20"), r"header: xinc is 0.0, expected a finite number other than 0"),
-        (("2 10 20", "2.5 10 20"), r"line 1: found '2.5', expected a whole number"),
-        (("-996 2 10", "-996 0 10"), r"nrow is 0, expected at least 1.*export"),
         (("-996 2 10", "-996 2000000000 10"), r"header is damaged"),
         (("4 5 6", "4 five 6"), r"line 6: found 'five', expected a number.*Correct"),
         (
@@ -83,9 +81,6 @@ def test_a_wrong_classic_file_is_named_by_line(tmp_path, change, message):
     [
         (binary()[:-1], r"byte 100: found a record length of 24.*truncated.*export"),
         (binary(values=(1, 2, 3, 4, np.nan, 6)), r"node \(row 1, column 1\) is nan.*null value"),
-        (binary(values=(1, 2, 3, 4, -np.inf, 6)), r"node \(row 1, column 1\) is -inf"),
-        (b"PK\x03\x04 a zip file", r"byte 0: found a record length.*not an IRAP grid.*format="),
-        (binary().replace(struct.pack(">i", -996), struct.pack(">i", -997)), "found -997"),
         (b"", r"the file is empty \(0 bytes\).*export"),
     ],
 )
@@ -324,15 +319,11 @@ def test_flags_that_differ_are_named(tmp_path):
 
 DAMAGES = {
     "layers": ({"n": "3 2 4"}, "has 3 x 2 x 4 nodes, expected one layer"),
-    "counts": ({"n": "3 9 1"}, r"top__points@@: found 6 points of 12 bytes, expected 27"),
     "huge": ({"n": "999999999 999999999 1"}, "expected 999999998000000001"),
-    "zero": ({"n": "3 0 1"}, "AXIS_N is '3 0 1'"),
     "cut": ({"data": POINTS.astype(">f4").tobytes()[:-2]}, "found 5.83333 points"),
     "nan": ({"data": np.full(18, np.nan, ">f4").tobytes()}, "point 0 is not finite"),
     "undefined": ({"data": np.full(18, 1e30, ">f4").tobytes()}, "all nodes of the SGrid are undef"),
     "elsewhere": ({"head": HEAD.replace("top__", "../top__")}, "expected a file of the same"),
-    "no end": ({"head": HEAD.replace("END\n", "\n")}, "has no END"),
-    "no points": ({"head": HEAD.replace("POINTS_FILE", "POINTS_FILM")}, "or no file of points"),
 }  # fmt: skip
 
 

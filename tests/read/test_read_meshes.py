@@ -36,21 +36,14 @@ def test_quads_are_split(tmp_path):
     ("name", "text", "message"),
     [
         ("a.obj", OBJ.replace("1 2 3 4", "1 2 7 4"), r"triangle 0 refers to vertices"),
-        ("a.obj", OBJ.replace("9 9 9", "9 9 nine"), r"meshio cannot read it .*nine.*export it"),
         (
             "a.obj",
             OBJ.replace("9 9 9", "9 nan 9"),
             r"vertices has values that are not finite.*point 2",
         ),
         ("a.stl", "solid\nfacet normal 0 0 1\n", r"the last line is 'facet.*expected 'endsolid'"),
-        (
-            "a.vtk",
-            "# vtk DataFile Version 4.2\nx\nASCII\nDATASET UNSTRUCTURED_GRID\n",
-            r"meshio cannot read it",
-        ),
         ("a.off", "OFF\n# made by\n\n", r"missing after the first line.*export"),
         ("b.msh", "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n1\n", r"a section does not begin"),
-        ("a.ply", "ply\nformat ascii 1.0\n", r"has no line 'end_header'.*export"),
     ],
 )
 def test_wrong_meshes(tmp_path, capfd, name, text, message):
@@ -127,11 +120,7 @@ def vtp(tmp_path, *change):
         ),
         (('NumberOfPoints="3"', 'NumberOfPoints="4"'), r"found 3 points, expected 4"),
         (('NumberOfStrips="0"', 'NumberOfStrips="1"'), r"triangle strips.*Triangulate"),
-        (('NumberOfStrips="0"', 'NumberOfStrips="#"'), r"NumberOfStrips of a <Piece> is '#'"),
         (('NumberOfPolys="1"', 'NumberOfPolys="2"'), r"found 1 cells with 3 corners, expected 2"),
-        (('NumberOfPolys="1"', 'NumberOfPolys="0"'), r"the file has no triangles"),
-        (('Name="connectivity"', 'Name="x"'), r"found no array for connectivity"),
-        (('"Float64"', '"String"'), r"an array of type 'String' for Points"),
         (('"UInt64"', '"UInt32"'), r"F1.vtp: "),
         (("</VTKFile>", ""), r"the XML is incomplete"),
     ],
@@ -310,23 +299,16 @@ def test_law_what_vtk_writes_comes_back(tmp_path, version, binary):
 NEW = HEAD.format("ASCII").replace("3.0", "5.1") + "POINTS 3 double\n0 0 0 9 0 0 0 9 0\n"
 BINARY = HEAD.format("BINARY").encode()
 VTK_DAMAGES = {
-    "points": (TEXT.replace("POINTS 4", "POINTS 5"), "points have 12 numbers, expected 15"),
     "huge": (TEXT.replace("POINTS 4", "POINTS 9" + "0" * 15), "points are announced, but"),
     "nan": (TEXT.replace("9 9 0 0", "9 9 nan 0"), "line 10: found 'nan'"),
-    "comma": (TEXT.replace("3.5", "3,5"), "found '3,5'"),
-    "corner": (TEXT.replace("3 0 1 2\n4", "3 0 1 7\n4"), "names point 7, expected 0 to 3"),
+    "points": (TEXT.replace("POINTS 4", "POINTS 5"), "points have 12 numbers, expected 15"),
     "cells": (TEXT.replace("POLYGONS 2", "POLYGONS 3"), "have 2 cells, expected 3"),
-    "five": (TEXT.replace("4 0 1 2 3", "5 0 1 2 3 0").replace("2 9", "2 10"), "has 5 corners"),
+    "corner": (TEXT.replace("3 0 1 2\n4", "3 0 1 7\n4"), "names point 7, expected 0 to 3"),
     "strips": (TEXT.replace("POLYGONS", "TRIANGLE_STRIPS"), "found triangle strips"),
     "data": (TEXT.replace("POINT_DATA 4", "POINT_DATA 3"), "3 rows of point data for 4 points"),
     "type": (TEXT.replace("throw int", "throw bit"), "are of the type 'bit'"),
-    "word": (TEXT.replace("LINES", "LANES"), "found 'LANES'"),
-    "short": (TEXT.replace("LINES 1 3", "LINES 1"), "'LINES 1' is incomplete"),
-    "none": (HEAD.format("ASCII"), "has no POINTS"),
     "offsets": (NEW + "POLYGONS 2 3\nOFFSETS vtktypeint64\n0 2\n", "do not rise|found ''"),
     "binary": (BINARY + b"POINTS 2 double\n" + b"\0" * 47, "points need 48 bytes, but 47 follow"),
-    "infinite": (BINARY + b"POINTS 1 float\n\xff\xff\xff\xff" + b"\0" * 8 + b"\n", "point 0 is"),
-    "text": (BINARY + b"FIELD f 1\ncrs 1 1 string\n\xc9abc", "a text is incomplete"),
 }  # fmt: skip
 
 
@@ -421,24 +403,16 @@ def entry(kind, index, **changed):
 GLTF_DAMAGES = {
     "cut": (packed(*gltf())[:-4], r"found \d+ bytes of glTF version 2"),
     "chunk": (b"glTF" + struct.pack("<III4s", 2, 20, 99, b"JSON"), "announces 99 bytes"),
-    "json": (in_text(*gltf())[:-3], "JSON parser cannot read it"),
     "deep": ('{"asset": 1, "nodes": ' + "[" * 100_000, "is incomplete|recursion"),
     "count": (entry("accessors", 0, count=10**12), "announces 1000000000000 values"),
-    "minus": (entry("accessors", 0, count=-1), "announces -1 values"),
-    "offset": (entry("bufferViews", 1, byteOffset=50), "trimesh cannot read it"),
     "corner": (in_text(*gltf(corners=(0, 1, 9))), "corners of triangles do not fit 4 points"),
-    "two": (in_text(*gltf(corners=(0, 1))), "trimesh cannot read it"),
     "nan": (in_text(*gltf(points=[[0, 0, np.nan], [1, 0, 0], [0, 1, 0]], corners=(0, 1, 2))),
             "a position is not a finite number"),
-    "view": (entry("accessors", 0, bufferView=7), "trimesh cannot read it"),
     "sparse": (entry("accessors", 0, sparse={}), "accessor 0 is sparse"),
-    "place": (entry("nodes", 0, translation=[0, "x", 0]), "trimesh cannot read it"),
     "base64": (in_text(*gltf()).replace("base64,", "base64,*"), "base64 decoder"),
     "elsewhere": (json.dumps(gltf(buffers=[{"uri": "../../etc/passwd"}])[0]), "same folder"),
     "packed": (in_text(*gltf(extensionsRequired=["KHR_draco_mesh_compression"])),
                "needs the glTF extension KHR_draco"),
-    "strip": (entry("meshes", 0, primitives=[{"attributes": {}, "mode": 5}]), "cannot read"),
-    "none": (entry("meshes", 0, primitives=[]), "trimesh cannot read it|has no triangles"),
 }  # fmt: skip
 
 

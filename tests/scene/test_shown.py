@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.errors import InputError
 from geosurf.render.interactive import view_of
 from tests.messages import refused
 
@@ -136,15 +135,6 @@ def test_a_camera_gives_a_further_view_in_the_style_of_all(scene_picture_choice,
     ((caption, path),) = drawn.items()
     assert caption.endswith("seen from azimuth 225°, 30° above the horizontal.")
     assert path.name == "view_camera.png"
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [{"camera": (1, 2, 3)}, {"zoom": -1}, {"colour_by": "zoen"}, {"only": 5}, {"style": "dark"}],
-)
-def test_wrong_looks_are_refused(scene_picture_choice, wrong, tmp_path):
-    with pytest.raises(InputError):
-        scene_picture_choice.render_pictures(tmp_path, **NONE, **wrong)
 
 
 def test_sections_that_nobody_named_start_and_end_with_the_model(tmp_path):

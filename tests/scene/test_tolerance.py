@@ -18,13 +18,6 @@ from geosurf.triangulate.decimate import Frame, kept_nodes, measure_differences
 from tests.grids import gridded
 
 
-@pytest.mark.parametrize("tolerance", [-1.0, 0.0, np.nan, np.inf, "5 m", True])
-def test_a_tolerance_is_a_length(tolerance):
-    world = synthetic.tilted_planes()
-    with pytest.raises(InputError, match=r"tolerance is .*; give a length above 0 m, or None for"):
-        Scene(world.horizons, world.faults, world.box, tolerance=tolerance)
-
-
 def test_a_torn_horizon_has_no_tolerance():
     world = synthetic.tilted_planes()
     fault = Scene(world.horizons, world.faults, world.box).surface("F1")

@@ -43,13 +43,6 @@ def test_what_is_shown_cannot_be_changed_in_place(scene):
     assert scene.column["Top"] == "conformable"
 
 
-def test_replace_is_the_way(scene):
-    other = scene.replace(box=(0, 5000, 0, 2000, -2600, -1800))
-    assert other.box != scene.box
-    assert other.units.volume == pytest.approx(8e9)
-    assert scene.units.volume == pytest.approx(1.6e10)
-
-
 @pytest.mark.parametrize(
     "again", [copy.copy, copy.deepcopy, lambda s: pickle.loads(pickle.dumps(s))]
 )
@@ -195,41 +188,6 @@ def test_a_step_keeps_its_warnings_and_issues_each_once():
         told(memory, OTHER, key="another")
     assert [one.message for one in issued] == [NOTE, OTHER] == memory.warnings
     assert issued[0].filename == __file__  # the line of who asked, not one inside geosurf
-
-
-def test_a_step_within_a_step_warns_for_both():
-    memory = Memory()
-    twin = memory.twin()
-    with pytest.warns(gs.GeosurfWarning) as issued:
-        memory.get_or_compute("outer", "", "outer", lambda: told(memory, NOTE), str)
-    assert len(issued) == 1
-    twin.get_or_compute("outer", "", "outer", lambda: None, str)
-    assert twin.warnings == [NOTE]
-
-
-def test_a_step_that_fails_has_warned():
-    memory = Memory()
-
-    def fail():
-        """Warn, then fail."""
-        warn(NOTE)
-        raise ZeroDivisionError
-
-    with pytest.warns(gs.GeosurfWarning), pytest.raises(ZeroDivisionError):
-        memory.get_or_compute("stage", "Top", "key", fail, str)
-    assert memory.warnings == [NOTE]
-
-
-@pytest.mark.parametrize(
-    "again", [copy.copy, copy.deepcopy, lambda m: pickle.loads(pickle.dumps(m))]
-)
-def test_copies_keep_them_and_do_not_issue_them_again(again):
-    memory = Memory()
-    with pytest.warns(gs.GeosurfWarning):
-        memory.warn(NOTE)
-    other = again(memory)
-    assert other.warnings == [NOTE]
-    other.warn(NOTE)
 
 
 def test_the_command_line_prints_each_once(capsys):

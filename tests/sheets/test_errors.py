@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -20,50 +18,10 @@ def world():
     return gs.synthetic.torn("through", n=31)
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ({"trim": 0}, r'trim is 0, expected "auto", cells above 0, or \{fault: cells\}\.'),
-        ({"trim": "2"}, r"trim is '2', expected .auto., cells above 0, or \{fault: cells\}\."),
-        ({"trim": {"F2": 2}}, r"trim names 'F2', which is not a fault\. The faults are 'F1'"),
-        ({"noise": -1}, "noise is -1, expected metres, 0 or more"),
-        ({"noise": "1"}, "noise is '1', expected metres, 0 or more"),
-    ],
-)
-def test_choices_out_of_range(world, options, words):
-    refused(InputError, words, gs.tear_horizon, world.horizons["Top"], world.faults, **options)
-
-
 def test_faults_need_names_of_their_own(world):
     fault, top = gs.triangulate_fault(world.faults["F1"], name="F1"), world.horizons["Top"]
     refused(InputError, r"2 faults are called 'F1'; rename", gs.tear_horizon, top, [fault, fault])
     refused(InputError, r"faults is a TriSurface; give a mapping", gs.tear_horizon, top, fault)
-    for faults, words in (
-        ([fault, "F1"], r"faults\[1\] is the text 'F1', .*triangulate"),
-        ("F1", r"faults is the text 'F1', not a fault.*read_fault"),
-        ({"F1": Path("F1.ts")}, r"faults\['F1'\] is the text 'F1.ts', .*read_fault"),
-    ):
-        refused(InputError, words, gs.tear_horizon, top, faults)
-        refused(InputError, words, gs.throw_horizon, top, faults, {"F1": 9})
-
-
-@pytest.mark.parametrize(
-    ("throw", "options", "words"),
-    [
-        (60, {}, r"throw is a int; give a mapping \{fault: throw\}, as in"),
-        ({"F1": 60.0}, {"reach": {"F1b": 500.0}},
-         "reach names 'F1b', which has no throw. The faults .* 'F1'. Did you mean 'F1'"),
-        ({"F1": 60.0}, {"direction": {"F1b": "mean"}},
-         "direction names 'F1b', which has no throw. The faults with throw are 'F1'"),
-        ({"F1": 60.0}, {"direction": {"F1": "down"}},
-         r"direction is 'down', expected one of \('local', 'mean'"),
-    ],
-)  # fmt: skip
-def test_throw_and_reach_are_given_for_faults_that_there_are(world, throw, options, words):
-    for faults in (world.faults, {**world.faults, "F1b": world.faults["F1"]}):
-        refused(
-            InputError, words, gs.throw_horizon, world.horizons["Top"], faults, throw, **options
-        )
 
 
 def test_data_that_cannot_be_torn(world):

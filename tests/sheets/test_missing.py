@@ -180,8 +180,6 @@ def test_refusal_is_the_default_and_every_refusal_names_a_remedy():
 @pytest.mark.parametrize(
     ("value", "words"),
     [
-        ("below", r"fill_empty_blocks is 'below'. Give True"),
-        (5, r"fill_empty_blocks is 5"),
         ({"Mod": "lower"}, r"names 'Mod', which is not a horizon. .* Did you mean 'Mid'"),
         ({"Base": "lower"}, r"no horizon lies below 'Base', .* Give 'upper'"),
         ({"Top": "upper"}, r"no horizon lies above 'Top', .* Give 'lower'"),

@@ -25,8 +25,6 @@ from tests.sheets.table import assert_met, measure
 # noise is averaged, which the warning states; it has a test of its own
 pytestmark = pytest.mark.filterwarnings("ignore:Horizon .* does not pass through its data")
 
-N = 41
-
 
 def test_noise_is_smoothed_alike_on_cells_of_any_width():
     """A saddle, of which third differences see nothing, on cells half as wide: meant over twice

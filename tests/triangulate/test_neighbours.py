@@ -309,11 +309,6 @@ def test_tables_of_pandas_are_points_and_sticks():
         gs.triangulate_sticks(sticks, name="F1")
 
 
-def test_what_is_no_grid_and_no_lines_is_refused():
-    refused(gs.errors.InputError, "Give a DataArray, a TriSurface", gs.to_xtgeo, [1])
-    refused(gs.errors.InputError, "Give a Dataset", gs.to_geodataframe, [1])
-
-
 # ---- Triangulated horizons are taken wherever triangulated faults are: files, and in feet.
 def horizon_of_triangles() -> gs.TriSurface:
     return gs.TriSurface("Top", "horizon", *mesh("Top"))
@@ -333,21 +328,6 @@ def test_depths_in_feet_are_turned():
     down = vertices * (1.0, 1.0, -1.0 / 0.3048)
     found = volumes({"Top": (down, triangles)}, positive="down", length_unit="ft")
     np.testing.assert_allclose(found.values, expected().values, rtol=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("mesh", "error", "words"),
-    [
-        ([], SurfaceError, r"cannot use list of 0 as a mesh. Give \(vertices, triangles\)"),
-        ((np.zeros((3, 3)), [[0, 1, 2]]), SurfaceError, "area"),
-        (([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 3]]), SurfaceError, "3"),
-        (("abc", [[0, 1, 2]]), InputError, "vertices"),
-    ],
-    ids=["empty", "flat", "no such vertex", "words"],
-)
-def test_meshes_that_cannot_be_used_are_refused(mesh, error, words):
-    with pytest.raises(error, match=words):
-        _ = gs.Scene({"Top": mesh}, {}, WORLD.box).surfaces
 
 
 def test_a_mesh_is_not_simplified_and_says_so():

@@ -145,11 +145,6 @@ def test_where_a_ring_starts_and_how_it_turns_changes_nothing(ring, start, back)
         ([(0, 0), (4, 0), (2, 2), (4, 4), (0, 4), (2, 2)], r"E 2, N 2"),
         ([(0, 0), (4, 0), (2, 0), (2, 2)], r"side 0 and side 1 .* fold back"),
         ([(0, 0), (1, 1), (2, 2)], r"fold back"),
-        ([(0, 0), (4, 0), (0, 0)], r"2 different corners, expected at least 3"),
-        ([(0, 0), (4, np.nan), (0, 4)], r"corner 1 \(counted from 0\) is not finite"),
-        ([ELL, [(0.5, 0.5), (1, 0.5), (1, 1)]], r"found 2 rings, but only one ring"),
-        ([(0, 0, 0, 0)], r"found shape \(1, 4\)\. Give one array \(n, 2\)"),
-        ("words", "words"),
         (
             [(0, 0), (9, 0), (0, 4)],
             r"corner \(E 9, N 0\) lies beyond the east of the box \(4",
