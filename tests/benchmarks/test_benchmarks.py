@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from html.parser import HTMLParser
 from types import SimpleNamespace
 
@@ -13,13 +13,12 @@ import numpy as np
 import pytest
 
 import benchmarks
-from benchmarks import child, measure, peers, reached, targets, tasks, truth
+from benchmarks import child, measure, peers, reached, targets, truth
 from benchmarks.__main__ import main
 from benchmarks.distance import distance_to_segments, hausdorff
 from benchmarks.installed import Installed
-from benchmarks.jobs import Job, Result, run_jobs
+from benchmarks.jobs import Job, Result
 from benchmarks.judge import judge
-from benchmarks.measure import Measuring
 from benchmarks.scenes import make_setting
 from benchmarks.stats import exponent
 from geosurf import Scene, intersect_surfaces, synthetic
@@ -90,47 +89,7 @@ def test_quick_writes_all_files(without_processes, tmp_path, capsys):
     assert all(source.startswith("data:image/png;base64,") for source in loaded.sources)
 
 
-def test_errors_shrink_with_the_cells(without_processes):
-    run = Measuring(repeats=1, budget=0.0, warm=False)
-    jobs = [run.job(task, "waves", n) for task in ("curve", "units") for n in (500, 8000)]
-    rows = benchmarks.tables.error_table(run.rows(jobs))["rows"]
-    assert run.wrong == []
-    coarse, fine, rough, smooth = rows
-    # cells of a quarter of the length; both errors are of second order
-    assert 10 < coarse["error_m"] / fine["error_m"] < 25
-    assert 10 < rough["volume_error"] / smooth["volume_error"] < 25
-
-
 # ---- processes ---------------------------------------------------------------------------
-
-
-def test_a_crash_takes_nothing_else_down(tmp_path, monkeypatch):
-    """A peer that dies, one that fails and one that hangs: the others are measured."""
-    (tmp_path / "peers_that_break.py").write_text(
-        "import os, time, signal\n"
-        "from benchmarks import peers, tasks\n"
-        "def fresh(setting, options): return setting\n"
-        "def die(s, o): os.kill(os.getpid(), signal.SIGKILL)\n"
-        "def fail(s, o): raise RuntimeError('mesh is empty')\n"
-        "def hang(s, o): time.sleep(60)\n"
-        "answer = lambda setting, result: {}\n"
-        "make = lambda f: tasks.Task(fresh, f, answer)\n"
-        "found = {'die': make(die), 'fail': make(fail), 'hang': make(hang)}\n"
-        "peers.PEERS = (peers.Peer('broken', 'os', 'os', found),)\n"
-    )
-    (tmp_path / "sitecustomize.py").write_text("import peers_that_break\n")
-    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
-    jobs = [Job(task, "S1", 1000, "broken", repeats=1, warm=False) for task in ("die", "fail")]
-    jobs.insert(1, Job("floor", "S1", 1000, repeats=2, warm=False))
-    died, floor, failed = run_jobs(jobs, core=None, limit=60)
-    assert died.error == "crashed: signal 9"
-    assert failed.error == "RuntimeError: mesh is empty"
-    assert floor.error == ""
-    assert len(floor.seconds) >= 2
-    assert floor.n_triangle == sum(s.n_triangle for s in make_setting("S1", 1000).surfaces())
-    assert floor.peak_bytes > floor.extra_bytes >= 0
-    [hung] = run_jobs([Job("hang", "S1", 1000, "broken", warm=False)], limit=3)
-    assert hung.error == "over 3 s"
 
 
 # ---- right and wrong ---------------------------------------------------------------------
@@ -226,21 +185,6 @@ def test_a_wrong_answer_of_ours_ends_with_4(without_processes, monkeypatch, caps
     assert "WRONG" in (tmp_path / "bench.html").read_text()
 
 
-def test_a_tampered_split_is_seen():
-    setting = make_setting("S1", 1000)
-    patches = tasks.TASKS["split"].run(setting, {})
-    answer = tasks.TASKS["split"].answer(setting, patches)
-    assert answer["area_error"] < 1e-12
-    short = patches.changed(
-        triangles=patches.triangles[1:],
-        surface_of_triangle=patches.surface_of_triangle[1:],
-        curve_edges=patches.curve_edges[1:],
-    )
-    other = tasks.TASKS["split"].answer(setting, short)
-    assert other["area_error"] > 1e-6
-    assert other["length"] < answer["length"]
-
-
 # ---- peers ---------------------------------------------------------------------------------
 
 
@@ -267,61 +211,6 @@ def test_an_installed_peer_answers(peer):
 # ---- targets -------------------------------------------------------------------------------
 
 
-def fixed(seconds_of):
-    """`run_jobs` that measures nothing."""
-
-    def run(jobs, **settings):
-        answer = {"length": 1.0, "segments": 2, "edges": 1000, "strays": 1e-3, "misses": 2e-3}
-        return [
-            Result(
-                job,
-                [seconds_of(job)] * 3,
-                [0.0],
-                n_triangle=int(job.size),
-                input_bytes=5,
-                answer=answer,
-            )
-            for job in jobs
-        ]
-
-    return run
-
-
-def measured(monkeypatch, seconds_of, target, scale=1.0):
-    monkeypatch.setattr(measure, "run_jobs", fixed(seconds_of))
-    monkeypatch.setattr(measure, "known_truth", lambda *scene: {"length": 1.0, "segments": 2})
-    monkeypatch.setattr(peers, "find_spec", lambda name: name)
-    monkeypatch.setattr(targets, "TARGETS", (target,))
-    [row] = reached.target_table(Measuring(), scale)["rows"]
-    return row
-
-
-@pytest.mark.parametrize(
-    ("name", "asked", "ratio", "met"),
-    [
-        ("split", 4.0, 5.0, True),
-        ("split", 6.0, 5.0, False),
-        ("split", None, 5.0, None),
-        ("curve floor", 0.3, 0.2, True),
-        ("curve floor", 0.1, 0.2, False),
-        ("cells", 250.0, 200.0, True),
-        ("cells", 150.0, 200.0, False),
-    ],
-)
-def test_a_target_is_met_or_not(monkeypatch, name, asked, ratio, met):
-    target = replace(targets.select([name])[0], asked=asked)
-
-    def seconds(job):
-        return 1.0 if job.peer or job.task == "floor" else 0.2
-
-    row = measured(monkeypatch, seconds, target)
-    assert row["ratio"] == pytest.approx(ratio)
-    assert row["met"] is met
-    assert row["ours"] == "200 ms (200 ms to 200 ms, 3 times)"
-    # at other sizes nothing is promised
-    assert measured(monkeypatch, seconds, target, 0.5)["met"] is None
-
-
 def test_targets_are_measured(without_processes, monkeypatch, capsys):
     """The rows with scenes of their own, at a hundredth of their size."""
     monkeypatch.setattr(reached, "installed", lambda: Installed("", "from sources"))
@@ -346,23 +235,6 @@ FULL = targets.FULL_SIZE
 
 
 # ---- words, plots, worlds ------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("options", "said"),
-    [
-        (["--only", "grwoth"], r"no table is called 'grwoth'.*Did you mean 'growth'"),
-        (
-            ["--target", "curve"],
-            r"no target is called 'curve'; there .*Did you mean 'curve 2e[67]'",
-        ),
-        (["--size", "10"], r"size is 10 triangles, expected 1000 to 1e8. Give 2e6."),
-        (["--core", "4096"], r"core 4096 is not there; choose one of \[0"),
-    ],
-)
-def test_what_cannot_be_asked_is_refused_before_anything_runs(options, said, capsys):
-    assert main(options) == 2
-    assert re.search(said, capsys.readouterr().err)
 
 
 def test_hills_are_cut_right_through():

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from benchmarks.formats import hostile, page
+from benchmarks.formats import hostile
 from benchmarks.formats.damaged import damaged_rows
-from benchmarks.formats.round_trips import Row, reader, round_trips
+from benchmarks.formats.round_trips import reader, round_trips
 from benchmarks.formats.subjects import mesh_of, points_of
 from geosurf.write import WRITERS
 
@@ -28,30 +28,6 @@ def test_law_hostile_objects_come_back_or_are_refused(tmp_path, kind, suffix):
     good = "back" if reader(kind, suffix) else "written"
     assert not {name: one for name, one in answers.items() if one not in (good, "refused")}
     assert good in answers.values()
-
-
-def test_the_page_has_every_format():
-    rows = [
-        Row(kind, suffix, read_with=reader(kind, suffix), back=0.0, peers={"xtgeo": "opens"})
-        for kind, known in WRITERS.items()
-        for suffix in known
-    ]
-    text = page.page(
-        rows,
-        [("a", ".b", 1, 2, ["x: y"])],
-        [("c", ".d", 3, 4, [])],
-        [("f",) * 5],
-        [],
-        ["xtgeo"],
-        "1 May 2026",
-    )
-    lines = [line.split(" | ") for line in text.splitlines() if line.startswith("| ")]
-    for kind, known in WRITERS.items():
-        mine = [line[1] for line in lines if line[0] == f"| {kind}"]
-        assert sorted(" ".join(mine).split()) == sorted(f"`{suffix}`" for suffix in known)
-    assert "| a | 1 | 1 | 2 | .b x: y |" in text
-    assert "| c | 1 | 3 | 4 | 0 |" in text
-    assert "| f | f | 1 | f |" in text
 
 
 @pytest.mark.parametrize("suffix", [".ts", ".xyz"])

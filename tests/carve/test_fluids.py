@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from geosurf import FluidContact, Scene, TriSurface, build_walls, carve_units, rebuild_surfaces
 from geosurf.carve.certificate import certify
-from geosurf.carve.fluids import parse_sides
 from geosurf.errors import GeometryError, InputError, OpenUnitError
 from geosurf.measure import orientation
 from geosurf.report.tables import left_out_table
@@ -126,14 +125,6 @@ def crosses(unit, low, high):
     """Whether some of a unit lies between two levels."""
     z = unit.local[:, 2]
     return z.min() < high and low < z.max()
-
-
-def test_names_of_blocks_are_taken_apart():
-    names = ["F1", "F1 west", "Main fault"]
-    assert parse_sides("F1 west+ F1-", names) == {"F1 west+", "F1-"}
-    assert parse_sides("", names) == frozenset()
-    for wrong in ("F1", "F2+", "F1+F1-", "whole"):
-        assert parse_sides(wrong, names) is None
 
 
 def test_blocks_that_fit_equally_well_are_refused():

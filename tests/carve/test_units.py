@@ -194,14 +194,6 @@ def test_two_zones_of_one_name_are_refused():
         carve([level(name, 4 - 0.5 * k) for k, name in enumerate(names)])
 
 
-def test_a_horizon_outside_the_box_is_told():
-    with pytest.raises(
-        GeometryError,
-        match=r"horizon 'Top' \(easting .*\) does not reach the model box \(.*\)\. Enlarge",
-    ):
-        carve([level("Top", 200), level("Base", 0)])
-
-
 def test_refusals():
     with pytest.raises(GeometryError, match=r"surfaces include no walls.*build_walls\(box\)"):
         carve_units(rebuild_surfaces([level("Top", 3)]))

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import itertools
-
 import numpy as np
 import pytest
 
-from geosurf import TriSurface, build_walls, carve_units, rebuild_surfaces
+from geosurf import TriSurface, carve_units, rebuild_surfaces
 from geosurf.carve.certificate import certify
 from geosurf.errors import OpenUnitError
 from tests import oracles
@@ -98,16 +96,6 @@ def test_units_fill_shells_of_any_shape(shape, one_surface, rng):
         assert units.report["cells"] == oracles.n_cell(inside)
 
 
-def test_a_slanting_hull_is_halved():
-    walls, _ = shells("slanting", np.random.default_rng(1))
-    units = carve_units(rebuild_surfaces([level("Top", 5), *walls]))
-    assert {n: round(u.volume, 9) for n, u in units.items()} == {
-        "above Top": 600.0,
-        "below Top": 600.0,
-    }
-    assert units.footprint == 100.0
-
-
 @pytest.mark.parametrize("shape", [s for s in SHAPES if s not in NESTED])
 def test_shells_with_a_hole_are_refused_at_the_hole(shape, rng):
     walls, _ = shells(shape, rng)
@@ -120,14 +108,3 @@ def test_shells_with_a_hole_are_refused_at_the_hole(shape, rng):
         low, high = holed.vertices.min(axis=0), holed.vertices.max(axis=0)
         assert (low <= caught.value.place).all()
         assert (caught.value.place <= high).all()
-
-
-def test_walls_of_a_box_in_any_order_and_turn_are_a_box(rng):
-    walls = build_walls((0, 9, 0, 8, -7, 0))
-    for order in itertools.islice(itertools.permutations(range(6)), 0, 720, 97):
-        turned = [
-            TriSurface(w.name, "wall", w.vertices, w.triangles[:, :: int(rng.choice([-1, 1]))])
-            for w in (walls[k] for k in order)
-        ]
-        units = carve_units(rebuild_surfaces([level("Top", -3), *turned]))
-        assert [u.volume for u in units.values()] == [216.0, 288.0]

@@ -9,7 +9,6 @@ import pytest
 
 import geosurf as gs
 from geosurf import cli
-from geosurf.errors import InputError
 
 # suffix of a file, or its folder -> format by content; None: texts that are no data
 EXPECTED = {
@@ -73,8 +72,3 @@ def test_doubts_say_which_word_is_missing(tmp_path, name, text, format_, doubt):
     found = gs.info(tmp_path / name)
     assert found.format == format_
     assert re.search(doubt, " ".join(found.doubts))
-
-
-def test_only_files_are_looked_at(tmp_path):
-    with pytest.raises(InputError, match="this is a folder"):
-        gs.info(tmp_path)

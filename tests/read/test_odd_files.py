@@ -229,13 +229,6 @@ def test_control_characters_of_a_file_do_not_reach_the_terminal(tmp_path):
     assert str(told.value).isprintable()
 
 
-def test_an_unknown_word_of_vertices_is_named(tmp_path):
-    path = tmp_path / "a.ts"
-    path.write_text("GOCAD TSurf 1\nTFACEVRTX 1 0 0 0\nVRTX 2 9 0 0\nEND\n")
-    with pytest.raises(FormatError, match="line 2: found 'TFACEVRTX', expected VRTX or TRGL"):
-        gs.read_fault(path)
-
-
 def test_picks_with_the_name_of_a_well_are_points(tmp_path):
     path = tmp_path / "a.csv"
     path.write_text(",X,Y,Z,Well\n0,1,2,3,A\n1,4,5,6,B\n")

@@ -191,14 +191,6 @@ def test_a_damaged_netcdf_is_told_and_prints_nothing(tmp_path, monkeypatch):
     assert printed == []
 
 
-def test_no_netcdf_at_all(tmp_path):
-    (tmp_path / "top.nc").write_text("not a netcdf file\n")
-    with pytest.raises(
-        FormatError, match=r"byte 0: found b'not ', expected the signature.*format="
-    ):
-        gs.read_horizon(tmp_path / "top.nc")
-
-
 @pytest.mark.parametrize("there", [(), ("h5netcdf",), ("h5py",)])
 def test_missing_engine_gives_the_install_line(tmp_path, monkeypatch, there):
     """h5netcdf may be installed without h5py, which it reads with."""

@@ -15,7 +15,6 @@ from geosurf.errors import FormatError, InputError
 from geosurf.read.model3d import read_model3d
 from geosurf.read.registry import SIGNATURES
 from tests.messages import refused
-from tests.processes import told_by
 
 OBJ = "v 0 0 0\nv 9 0 0\nv 9 9 9\nv 0 9 9\nf 1 2 3 4\n"
 
@@ -24,12 +23,6 @@ def ramp():
     east, north = 500_000.5, 6_000_000.25
     vertices = [[east, north, 0], [east + 9, north, 0.25], [east, north + 9, 9.5]]
     return gs.TriSurface("F1", "fault", vertices, [[0, 1, 2]])
-
-
-def test_quads_are_split(tmp_path):
-    (tmp_path / "F1.obj").write_text(OBJ)
-    fault = gs.read_fault(tmp_path / "F1.obj")
-    assert fault.triangles.tolist() == [[0, 1, 2], [0, 2, 3]]
 
 
 @pytest.mark.parametrize(
@@ -60,15 +53,6 @@ def test_volumes_are_refused(tmp_path):
     tetra.write(tmp_path / "a.vtu")
     with pytest.raises(FormatError, match=r"cell 0 is of VTK type 10, expected triangles"):
         gs.read_fault(tmp_path / "a.vtu")
-
-
-def test_meshio_is_imported_only_when_needed(tmp_path):
-    (path,) = gs.write(ramp(), tmp_path / "F1.vtp")
-    code = (
-        "import sys, geosurf as gs; gs.read_fault(sys.argv[1]); gs.write;"
-        "print([m for m in ('meshio', 'xarray', 'pyvista', 'vtk', 'scipy') if m in sys.modules])"
-    )
-    assert told_by("-c", code, path).strip() == "[]"
 
 
 @pytest.mark.parametrize("mode", ["Ascii", "Binary", "Appended"])

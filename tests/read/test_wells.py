@@ -252,17 +252,6 @@ def test_tops_lie_on_the_path(tmp_path):
     assert gs.info(path).read_with == "read_tops"
 
 
-def test_notes_parameters_and_curves_without_a_name_are_passed_over(tmp_path):
-    plain = gs.read_points(written(tmp_path, HEAD + ROWS_LAS, "w.las"), positive="down")
-    head = HEAD.replace("~A\n", "~Parameter\n-------\n~Other\nNote: stuck at 625 m\n~A\n")
-    for old, new in (("GR  .GAPI", ".GAPI"), ("GR  .GAPI", "X   .GAPI")):
-        text = head.replace(old, new).replace("X   .M", "EAST.M") + ROWS_LAS
-        found = gs.read_points(
-            written(tmp_path, text, "w.las"), positive="down", columns=("EAST", "Y", "TVDSS")
-        )
-        assert found.equals(plain)
-
-
 DAMAGES = {
     "no path": (
         HEAD.replace("TVDSS", "TVDKB") + ROWS_LAS,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from functools import partial
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -301,22 +300,3 @@ def test_no_two_ranges_write_one_number(step, monkeypatch):
     for module in users:
         monkeypatch.setattr(module, "map_threads", one_by_one)
     assert results(0, step) == alone
-
-
-@pytest.mark.parametrize("n_thread", ["1", "2", "3", "8"])
-@pytest.mark.parametrize("n_edge", [1, 2, 7, 30])
-def test_every_seam_joins(n_thread, n_edge, monkeypatch):
-    """Each edge of a chain of parts is all that joins the parts on both sides of it."""
-    monkeypatch.setenv("GEOSURF_THREADS", n_thread)
-    monkeypatch.setattr(cells, "_SEAMS", 1)
-    n = n_edge + 1
-    pieces = SimpleNamespace(triangles=np.zeros((n, 3), int), strips=[])
-    parts = cells.Parts(np.arange(n), np.arange(n), np.zeros(n, int))
-
-    # parts k and k + 1 meet at edge k, both with their fronts up
-    start, ends = 2 * np.arange(n_edge + 1), np.arange(n_edge)
-    around = np.stack([2 * ends, 2 * ends + 3], axis=1).ravel()
-    seen, piece = cells._joined(pieces, parts, start, around)
-    assert piece.tolist() == [0] * n
-    assert (seen == seen[0]).all()
-    assert seen[0, 0] != seen[0, 1]

@@ -233,12 +233,3 @@ def test_a_contact_on_a_flat_top_is_left_to_the_arrangement():
         assert len(scene.volumes) == n_unit
         assert (scene._graph.units_at_levels is None) == (level == 2.0)
         np.testing.assert_allclose(scene.volumes, scene.units.volumes, rtol=1e-15)
-
-
-def test_slivers_are_merged_at_contacts_as_well():
-    flat = gs.TriSurface("Top", "horizon", [[-1, -1, 3], [9, -1, 3], [9, 9, 3], [-1, 9, 3]],
-                         [[0, 1, 2], [0, 2, 3]])  # fmt: skip
-    merged = {"min_volume": 1.0, "merge": True}
-    scene = gs.Scene({"Top": flat}, {}, FIELD, contacts={"OWC": 2.99}, slivers=merged)
-    assert scene.volumes.values.tolist() == scene.units.volumes.values.tolist()
-    assert len(scene.volumes) == 2

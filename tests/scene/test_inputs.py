@@ -11,7 +11,7 @@ import xarray as xr
 import geosurf as gs
 from geosurf import Lattice, Scene, TriSurface, synthetic
 from geosurf.conventions.crs import are_same, crs_of
-from geosurf.errors import GeometryError, InputError
+from geosurf.errors import InputError
 from tests.grids import gridded
 from tests.messages import refused
 from tests.scene.conftest import level
@@ -127,21 +127,6 @@ def test_arrays_that_are_made_when_asked_for_give_the_same_bytes(world):
     for name, da in lazy.items():
         alone = gs.triangulate_horizon(da, name=name)
         assert alone.vertices.tobytes() == twin.surface(name).vertices.tobytes()
-
-
-def test_a_fault_that_is_not_in_the_model_is_said_to_be_left_out(world):
-    corners = [[9000, 0, -3000], [9000, 4000, -3000], [9100, 2000, -1000]]
-    far = gs.TriSurface("Far", "fault", corners, [[0, 1, 2]])
-    model = gs.Scene(world.horizons, {**world.faults, "Far": far}, world.box)
-    with pytest.warns(gs.GeosurfWarning, match="Fault 'Far' lies 4000 m east of the model box"):
-        assert list(model.units) == list(scene(world).units)
-    (step,) = [step for step in model.steps if step.outcome == "skipped"]
-    assert (step.stage, step.subject) == ("carve", "Far")
-    assert step.detail == "does not reach the model box, and parts nothing"
-    near = model.replace(faults={"Far": None})
-    assert len(near.units) == len(model.units)
-    assert not [step for step in near.steps if step.outcome == "skipped"]
-    refused(GeometryError, r"'Far' lies outside the model. Enlarge", model.allan, "Far")
 
 
 def test_grids_in_two_reference_systems_are_refused_by_name(world, tmp_path):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gc
 import random
-import weakref
 
 import numpy as np
 import pytest
@@ -13,7 +12,7 @@ import xarray as xr
 import geosurf as gs
 from geosurf import FaultSticks, Lattice, Scene, TriSurface
 from geosurf.errors import InputError
-from geosurf.scene.memory import CHOICE, Memory, Store, budget_of_family, buffers_of, fingerprint
+from geosurf.scene.memory import CHOICE, Store, budget_of_family, buffers_of, fingerprint
 from tests import laws
 from tests.grids import gridded
 from tests.scene.conftest import level, upright
@@ -104,25 +103,6 @@ def test_a_file_that_was_written_anew_is_read_anew(tmp_path):
     after = seen(first.replace(horizons={"Top": path}))
     assert after == seen(Scene({"Top": array(STEPS + 1.0, **words)}, {"F1": upright(1.5)}, BOX))
     assert seen(first) == before != after
-
-
-def test_what_counts_by_its_identity_is_held():
-    """Another thing may get the number of one that is gone, and be taken for it."""
-
-    class Stranger:
-        """Nothing that a fingerprint knows."""
-
-    memory, one = Memory(), Stranger()
-    memory.hold([one])
-    alive = weakref.ref(one)
-    del one
-    gc.collect()
-    assert alive() is not None
-    memory.store.held.clear()
-    gc.collect()
-    assert alive() is None
-    keys = [memory.key_of(lattice(step=float(k))) for k in range(40)]  # each dies at once, or not
-    assert len(set(keys)) == 40
 
 
 def test_fingerprints_of_large_arrays_know_every_number():

@@ -269,22 +269,6 @@ def test_tables_samples_wells_closures_and_files_have_it(worlds, tmp_path):
     assert table.head == ("Zone", *scene.regions, "all regions")
 
 
-def test_ensembles_have_those_of_the_base_case():
-    from geosurf.ensemble import DepthShift, Uniform
-
-    scene = halves(450.0, regions={"West": ("F-",)})
-    shift = DepthShift("M", Uniform(-30.0, 30.0))
-    result = gs.run_ensemble(scene, 4, uncertain=[shift], progress=False)
-    sums = result.sums("region")
-    assert set(sums.region.values) == {"A", "West"}
-    assert sums.sum("region").values == pytest.approx(
-        result.sums("zone").sum("zone").values, rel=1e-12
-    )
-    assert result.data.region.sel(unit="T/M F-").item() == "West"
-    base = result.quantiles("region").base.sel(region="West").item()
-    assert base == pytest.approx(scene.table(by="region").volume.sel(region="West").item())
-
-
 def test_scenarios_name_them(tmp_path):
     world = gs.synthetic.tilted_planes(n=5)
     tables = scenario_tables(tmp_path, world.horizons, world.faults)

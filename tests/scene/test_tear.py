@@ -13,7 +13,6 @@ from geosurf.scene import tearing as passed_faults
 from geosurf.scene.tearing import same, warnings_of_passed
 from geosurf.sheets.faults.tips import is_unchanged
 from geosurf.sheets.mesh import tear_ends
-from geosurf.sheets.tear import tear_from
 from tests import laws
 
 BOX = (100.0, 1400.0, 100.0, 1400.0, -2000.0, -1600.0)
@@ -178,19 +177,6 @@ def test_what_two_horizons_need_far_from_each_other_adds_up(world, fault, monkey
     low, high = one.bounds[4:]
     assert low < fault.bounds[4]
     assert high > fault.bounds[5]
-
-
-@pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
-def test_what_closed_a_horizon_closes_it_at_a_longer_fault(world, fault):
-    """The second tear is that of the first, without a search, and says what both needed."""
-    top, longer = world.horizons["Top"], lengthen_fault(fault, {"down": 30.0, "up": 30.0}).surface
-    first = gs.tear_horizon(top, [fault], name="Top", trim=2)
-    again = tear_from(None, top, [longer], name="Top", trim=2, before=first.plan)
-    assert again.plan.early == first.plan.early
-    assert again.plan.extensions == first.plan.extensions
-    for wall in "+-":
-        for one, two in zip(*(x.cuts["F1"].cutoffs[wall] for x in (first, again)), strict=True):
-            assert np.abs(one[[0, -1]] - two[[0, -1]]).max() < 1e-3
 
 
 # ---- Faults that tears take past the faults that they end at: a warning with the area, on pap

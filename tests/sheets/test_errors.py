@@ -126,13 +126,3 @@ def test_faults_in_another_reference_system_are_refused(world, make):
         gs.errors.InputError, match=r"'F1' is in EPSG:32632, but 'Top' is in EPSG:326"
     ):
         make(top, {"F1": fault.assign_attrs(crs=UTM32)})
-
-
-def test_a_scene_compares_torn_horizons_with_its_other_surfaces(world):
-    top = world.horizons["Top"]
-    sheet = torn(top.assign_attrs(crs=UTM31), world.faults)
-    base = (top - 300.0).assign_attrs(crs=UTM32)
-    box = (100, 600, 100, 600, -2200, -1600)
-    scene = gs.Scene({"Top": sheet, "Base": base}, {f.name: f for f in sheet.faults}, box)
-    with pytest.raises(gs.errors.InputError, match=r"in EPSG:32632, but .*'Top' is in EPSG:32631"):
-        _ = scene.units

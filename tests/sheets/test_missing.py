@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.errors import GeometryError, GeosurfWarning, InputError, ScenarioError
+from geosurf.errors import GeometryError, InputError, ScenarioError
 from geosurf.scenario import build_scene, read_scenario
 from tests.grids import gridded
 from tests.planes import scenario_tables
@@ -207,9 +207,3 @@ def test_a_scenario_pinches_out(tmp_path):
         path.write_text(text.format(value))
         with pytest.raises(ScenarioError, match=words):
             read_scenario(path)
-
-
-def test_a_scene_that_is_pinched_out_warns_once(recwarn):
-    faults = {"F1": wall("F1", 2003.0)}
-    with pytest.warns(GeosurfWarning, match="'Mid' has no data over 2.25 km²"):
-        _ = gs.Scene(world(X < 1950), faults, DEEP, tear=True, fill_empty_blocks="lower").units

@@ -91,15 +91,6 @@ def test_a_polygon_that_contradicts_its_horizon_is_left_out_by_name_or_named_by_
     assert {"polygon left out", "throw not as data"} & {one.kind for one in sheet.warnings}
 
 
-def test_a_polygon_of_a_horizon_that_is_not_torn_is_said():
-    world = gs.synthetic.torn("normal", n=41)
-    fault = gs.fault_from_polygons({"Topp": ring_of(world)}, name="F1", lengthen=600)
-    scene = gs.Scene(world.horizons, {"F1": fault}, WIDE, tear=True)
-    with pytest.warns(gs.GeosurfWarning, match="on 'Topp', and no .* Did you mean 'Top'"):
-        assert scene.sheets
-    assert [one.subject for one in scene.warnings if one.kind == "polygon left out"] == ["Topp"]
-
-
 def test_realisations_keep_the_throw_of_a_polygon():
     world = gs.synthetic.torn("normal", n=41, smear=4)
     fault = gs.fault_from_polygons({"Top": ring_of(world)}, name="F1", lengthen=300)

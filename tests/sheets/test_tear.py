@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from benchmarks.random_networks import heights, random_network
+from benchmarks.random_networks import random_network
 from benchmarks.torn_networks import run_network
 from geosurf.sheets.lattice.picks import noise_of, weight_of
 from geosurf.sheets.report import describe
 from geosurf.sheets.report.describe import holdout_misfit
-from geosurf.synthetic.torn_horizon import Fault
 from tests.grids import gridded
 from tests.sheets import held_out
 from tests.sheets.table import CELL, WORLDS, assert_met, measure, open_edges
@@ -255,16 +254,6 @@ def test_a_horizon_that_no_fault_meets_is_as_it_was(torn_world, depth):
     assert [len(cut.throw) for cut in sheet.cuts.values()] == [0] * len(below)
 
 
-def test_scattered_points_without_a_fault_are_one_sheet():
-    rng = np.random.default_rng(5)
-    x, y = rng.uniform(0, 1000, (2, 600))
-    sheet = gs.tear_horizon(
-        np.column_stack([x, y, 0.1 * x - 1000]), {}, spacing=50, noise=0, positive="up"
-    )
-    east, _, up = sheet.surface.vertices.T
-    assert up == pytest.approx(0.1 * east - 1000, abs=0.01)
-
-
 # ---- How well sheets meet worlds with several faults: laws, and networks whose cut-offs are k
 def two_walls(apart: float, z):
     """Two upright faults, some cells apart, with heights z(x, y) and steps of 20 and 30 m."""
@@ -299,15 +288,6 @@ def test_throw_dies_as_a_crack_next_to_other_faults(number, name, trim):
     world = random_network(family, rng, 1)
     sheet = gs.tear_horizon(world.horizon, world.faults, name="Top", trim=trim)
     assert_met(measure(world, sheet, name), variation=np.inf)
-
-
-def test_a_branch_leaves_no_step_past_the_tips_of_its_main_fault():
-    """The truth of a network is smooth where it has no fault: third differences stay small."""
-    main = Fault(1000.0, 1000.0, strike=90.0, half=400.0, throw=50.0, wave=0.0)
-    branch = Fault(1000.0, 1000.0, strike=10.0, half=500.0, throw=50.0, branch=("F1", 1))
-    x, y = np.meshgrid(1475.0 + np.arange(8) * CELL, 800.0 + np.arange(17) * CELL)
-    z = heights({"F1": main, "F2": branch}, x, y, 0)
-    assert np.abs(np.diff(z, 3, axis=0)).max() < 1.0
 
 
 def test_a_node_between_both_cutoffs_does_not_shorten_its_tear():

@@ -341,19 +341,6 @@ def test_faults_that_cannot_guide_a_wall():
         gs.throw_horizon(horizon(), {"F1": back}, {"F1": 10.0})
 
 
-def test_a_fault_that_is_not_tall_enough():
-    """It meets the horizon in the north only, where the horizon is deep."""
-    fault = wall()
-    keep = fault.assign(elevation=fault.elevation.clip(max=-1805.0)).isel(down_dip=[0, 1])
-    a = np.radians(100.0)
-    r = 5.0 / np.tan(np.radians(60.0))
-    s = np.array([-900.0, 900.0])
-    keep["easting"][0] = 500.0 - s * np.cos(a) + r * np.sin(a)
-    keep["northing"][0] = 500.0 + s * np.sin(a) + r * np.cos(a)
-    with pytest.raises(GeometryError, match=r"'F1' ends inside horizon|does not reach horizon"):
-        gs.throw_horizon(horizon(), {"F1": keep}, {"F1": 30.0})
-
-
 def test_a_fault_that_misses_the_horizon_does_nothing():
     top = horizon(height=lambda x, y: plane(x, y) + 500.0)
     sheet = gs.throw_horizon(top, {"F1": wall()}, {"F1": 30.0})

@@ -88,24 +88,6 @@ def test_on_a_plane_both_directions_are_one(dip, azimuth):
     assert np.nanmax(np.abs(one.cuts["F1"].throw - 40.0)) < 1e-5
 
 
-def test_a_listric_fault_that_runs_straight_has_no_lines_that_turn():
-    fault = gs.triangulate_fault(wall(60.0, bend=6e-4, n=40, m=20), name="F1")
-    assert dip_lines(section_of(fault, np.zeros(2), 12.5), 60.0, 25.0) is None
-
-
-def test_lines_of_a_cone_run_through_its_axis():
-    fault = gs.triangulate_fault(cone(m=121), name="F1")
-    section = section_of(fault, np.zeros(2), 10.0)
-    lines = dip_lines(section, 60.0, 10.0)
-    (axis,), _ = section.of(AXIS[None])
-    s, z = axis + np.linspace(-500.0, 500.0, 41), np.full(41, -1750.0)
-    for to in (-1820.0, -1700.0, -1750.0):
-        grown = (RADIUS + COT * (-1800.0 - to)) / (RADIUS + COT * (-1800.0 + 1750.0))
-        there = lines.moved(s, z, np.full(41, to))
-        np.testing.assert_allclose(there - axis, (s - axis) * grown, rtol=0, atol=0.03)
-        np.testing.assert_allclose(lines.moved(there, np.full(41, to), z), s, rtol=0, atol=1e-5)
-
-
 def test_at_a_crease_rock_is_not_torn_along_strike():
     """Two planes that meet at an angle: strike is a mean over as far as beds need to bend."""
     z = np.array([-1450.0, -2150.0])[:, None]

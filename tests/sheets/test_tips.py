@@ -12,7 +12,7 @@ import pytest
 import geosurf as gs
 from geosurf.errors import GeosurfWarning
 from geosurf.sheets.faults.traces import mesh_in_frame
-from geosurf.sheets.heights import grid_solver, passes
+from geosurf.sheets.heights import grid_solver
 from geosurf.sheets.heights.passes import rebuild, solver_of
 from geosurf.sheets.heights.state import Heights, Trims
 from geosurf.sheets.lattice.data import picks_or_points
@@ -244,18 +244,3 @@ def test_noisy_cut_offs_gain_by_it(monkeypatch):
         if share:
             assert max(abs(v - 1.0) for m in errors for v in m.variation) < 0.05
     assert found[0] < 0.8 * found[1]
-
-
-def test_scattered_points_gain_by_it(monkeypatch):
-    found = []
-    for share in (True, False):
-        if not share:
-            monkeypatch.setattr(passes, "common_relief", lambda *_: None)
-        errors = []
-        for seed in (1, 2):
-            world = gs.synthetic.torn("through", 61)
-            points = world.truth["scattered"](61 * 61, 2.0, seed)
-            sheet = gs.tear_horizon(points, world.faults, name="Top", trim=1.0, positive="up")
-            errors.append(np.mean(measure(world, sheet, "F1").throw ** 2))
-        found.append(np.mean(errors))
-    assert found[0] < 0.9 * found[1]

@@ -58,19 +58,6 @@ def test_a_trace_is_one_line_on_fault_and_drape_however_wide_triangles_are(s):
     assert (ahead[:, 0] * normal[:, 1] - ahead[:, 1] * normal[:, 0] > 0).all()
 
 
-def test_a_trace_passes_where_the_drape_is_and_nowhere_else():
-    frame = frame_of(41, 41)
-    drape = np.zeros((41, 41))
-    drape[:, 18:23] = np.nan
-    mesh = mesh_in_frame(plane_fault(COLUMNS["even"]), frame)
-    found = trace_lines(mesh, drape, np.ones(2))
-    assert len(found) == 2
-    for line in found:
-        assert ((line[:, 0] <= 17.0) | (line[:, 0] >= 23.0)).all()
-    assert trace_lines(mesh, drape + 100.0, np.ones(2)) == []
-    assert trace_lines(mesh, np.full((41, 41), np.nan), np.ones(2)) == []
-
-
 small = st.lists(st.tuples(st.integers(0, 5), st.integers(0, 5)), min_size=2, max_size=80)
 
 

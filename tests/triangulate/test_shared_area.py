@@ -14,7 +14,7 @@ from geosurf.conventions import rising_diagonal
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.model import Lattice
 from geosurf.triangulate.footprint import footprint_of
-from geosurf.triangulate.outline import off_the_rims, signed_area, with_fewer_corners
+from geosurf.triangulate.outline import off_the_rims, signed_area
 from geosurf.triangulate.shared_area import shared_area
 from tests.grids import gridded
 from tests.grids import turned as places_of
@@ -176,20 +176,6 @@ def test_horizons_apart_have_no_area():
     for corner in ((460000.0, 5990000.0), (460210.0, 5930000.0)):
         with pytest.raises(InputError, match="no area in common"):
             _ = gs.Scene({"T": grid(3, full), "B": grid(3, full, corner=corner)}).box
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_a_polygon_only_shrinks_and_stays_simple(seed):
-    rng = np.random.default_rng(seed)
-    angle = np.sort(rng.uniform(0, 2 * np.pi, 60))
-    radius = rng.integers(300, 1000, 60)
-    ring = np.rint(np.c_[radius * np.cos(angle), radius * np.sin(angle)]).astype(np.int64)
-    ring = ring[(ring != np.roll(ring, 1, axis=0)).any(axis=1)]
-    area = signed_area(ring.astype(float))
-    found = with_fewer_corners(ring, each=0.01 * area, total=0.05 * area)
-    assert 0.95 * area <= signed_area(found.astype(float)) <= area
-    assert len(found) < len(ring)
-    gs.build_walls((-2000, 2000, -2000, 2000, -1, 1), found)  # raises if it meets itself
 
 
 # ---- Areas whose sides run along the rim of a horizon: closed, and what that leaves out is st

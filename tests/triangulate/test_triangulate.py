@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from geosurf.conventions import rising_diagonal
 from geosurf.errors import HorizonError
 from geosurf.model import Lattice, TriSurface
-from geosurf.triangulate import build_walls, triangulate_horizon
+from geosurf.triangulate import triangulate_horizon
 from geosurf.triangulate.mesh import find_zero_area, map_turns
 from tests.grids import gridded
 
@@ -112,18 +112,6 @@ def test_triangles_exist_where_their_three_nodes_do(n_row, n_col, seed):
             assert surface.vertices[number[i, j]].tolist() == [25.0 * j, 50.0 * i, values[i, j]]
 
 
-def test_the_volume_under_a_dome_converges_with_order_two():
-    def error(n):
-        x = np.linspace(-1.0, 1.0, n)
-        dome = 1.0 - x[None, :] ** 2 - x[:, None] ** 2
-        surface = triangulate_horizon(gridded(dome, x))
-        heights = surface.vertices[surface.triangles][:, :, 2].mean(axis=1)
-        return abs((normals(surface)[:, 2] * heights).sum() - 4.0 / 3.0)
-
-    ratios = [error(9) / error(17), error(17) / error(33)]
-    assert np.allclose(ratios, 4.0, rtol=0.05)
-
-
 FLAT = np.zeros((3, 3))
 
 
@@ -205,34 +193,6 @@ def test_a_node_without_value_needs_no_place():
 
 
 # ---- walls ---------------------------------------------------------------------------
-
-
-def test_walls_close_the_box_exactly():
-    box = (456000.25, 460000.5, 6780000.0, 6783000.125, -2500.5, -1500.0)
-    walls = build_walls(box)
-    assert [w.name for w in walls] == ["west", "east", "south", "north", "bottom", "top"]
-    assert {w.role for w in walls} == {"wall"}
-    volume = Fraction(0)
-    for corners in (c for w in walls for c in w.vertices[w.triangles]):
-        a, b, c = ([Fraction(v) for v in p] for p in corners.tolist())
-        volume += (
-            a[0] * (b[1] * c[2] - b[2] * c[1])
-            - a[1] * (b[0] * c[2] - b[2] * c[0])
-            + a[2] * (b[0] * c[1] - b[1] * c[0])
-        )
-    west, east, south, north, bottom, top = map(Fraction, box)
-    assert volume / 6 == (east - west) * (north - south) * (top - bottom)
-    middle = [sum(pair) / 2 for pair in (box[:2], box[2:4], box[4:])]
-    for wall in walls:
-        assert wall.n_triangle == 2
-        outward = wall.vertices.mean(axis=0) - middle
-        assert ((normals(wall) @ outward) > 0).all()
-    places = np.concatenate([w.vertices[w.triangles].reshape(-1, 3) for w in walls])
-    _, spot = np.unique(places, axis=0, return_inverse=True)
-    corner = spot.reshape(-1, 3)
-    half_edges = {tuple(e) for e in corner[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2).tolist()}
-    assert len(half_edges) == 36
-    assert half_edges == {(b, a) for a, b in half_edges}
 
 
 # ---- exact signs ---------------------------------------------------------------------

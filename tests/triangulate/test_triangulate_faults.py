@@ -15,16 +15,9 @@ from hypothesis import strategies as st
 import geosurf as gs
 from geosurf.errors import GeosurfWarning, InputError, SurfaceError
 from geosurf.model import FaultSticks, TriSurface
-from geosurf.synthetic.world import make_fault
-from geosurf.triangulate import (
-    orient_fault,
-    triangulate_fault,
-    triangulate_horizon,
-    triangulate_sticks,
-)
+from geosurf.triangulate import orient_fault, triangulate_fault, triangulate_sticks
 from geosurf.triangulate.mesh import find_zero_area
 from geosurf.triangulate.sticks import sorted_along
-from tests.grids import gridded
 from tests.triangulate.test_triangulate import in_the_world, normals
 
 DIMS = ("down_dip", "along_strike")
@@ -330,18 +323,6 @@ def test_sticks_are_refused_with_what_where_and_what_next(case):
     sticks, message = WRONG_STICKS[case]
     with pytest.raises(SurfaceError, match=re.compile(message, re.DOTALL)):
         triangulate_sticks(sticks, name="F1")
-
-
-def test_grids_in_metres_are_not_copied(rng):
-    """Peak memory of a curve is that of its inputs and half as much (docs/validation/bench.md)."""
-    i, j = np.mgrid[:9, :7] * 10.0
-    ds = make_fault("F1", j, i + rng.uniform(0, 1, i.shape), -i - 5.0, (0.0, 0.0, 0.0))
-    lattice = triangulate_fault(ds, name="F1").lattice
-    for kept, key in zip(lattice.coordinates, ("easting", "northing", "elevation"), strict=True):
-        assert np.shares_memory(kept, ds[key].values)
-        assert not kept.flags.writeable
-    da = gridded(i + 1.0, 5.0 * np.arange(7), 5.0 * np.arange(9))
-    assert np.shares_memory(triangulate_horizon(da).lattice.coordinates[2], da.values)
 
 
 def test_minus_zero_is_zero():
