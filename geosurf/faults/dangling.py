@@ -294,9 +294,13 @@ class Model:
     margin: float
 
     def holds(self, points: np.ndarray) -> np.ndarray:
-        """Whether points (n, 3) are inside, bool (n,)."""
+        """Whether points (n, 3) are inside, bool (n,).
+
+        A fault that was cut at the outline ends on it, but for rounding: it does not die inside.
+        """
         x, y, z = points.T
         a, b = self.outline, np.roll(self.outline, -1, axis=0)
+        rounding = 4.0 * float(np.spacing(np.abs(self.outline).max()))
 
         # even-odd rule: how often a ray to the east crosses the outline
         between = (a[:, 1] > y[:, None]) != (b[:, 1] > y[:, None])
@@ -304,7 +308,11 @@ class Model:
             share = (y[:, None] - a[:, 1]) / (b[:, 1] - a[:, 1])
             east = x[:, None] < a[:, 0] + share * (b[:, 0] - a[:, 0])
         on_map: np.ndarray = (between & east).sum(axis=1) % 2 == 1
-        return on_map & (z > self.bottom) & (z < self.top)
+        way = b - a
+        apart = points[:, None, :2] - a
+        share = np.clip((apart * way).sum(axis=2) / (way**2).sum(axis=1), 0.0, 1.0)
+        far = np.hypot(*(apart - share[..., None] * way).transpose(2, 0, 1)).min(axis=1)
+        return on_map & (far > rounding) & (z > self.bottom) & (z < self.top)
 
 
 @dataclass(frozen=True)

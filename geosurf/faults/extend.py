@@ -1,15 +1,18 @@
 """A fault that stops inside the model box -> a fault that leaves it.
 
 Strike comes first, then up and down, so that the new corners are filled. Nothing that was given
-moves: the new triangles start at the old rim. Where dip lines converge (the inside of a
-bend) they cross sooner or later; that is found by exact signs, and refused with its place.
+moves: the new triangles start at the old rim. Lines that are not parallel go on row by row, each
+row as long as all before it: how a fault goes on near its rim does not depend on how far it goes.
+Where dip lines converge (the inside of a bend) they cross sooner or later; that is found by exact
+signs, and refused with its place.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from itertools import pairwise
+from functools import partial
+from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
@@ -18,6 +21,7 @@ from geosurf.arrangement.triangles import crossing_pairs
 from geosurf.conventions import is_number, place
 from geosurf.errors import GeometryError, InputError, SurfaceError
 from geosurf.faults.rim import (
+    Axes,
     Guides,
     Rim,
     directions,
@@ -92,25 +96,58 @@ def filled_lengths(length: np.ndarray) -> np.ndarray:
 def strip(arc: np.ndarray, n: int, near: np.ndarray, far: np.ndarray) -> np.ndarray:
     """Two triangles for each step of an arc, facing as the triangles behind it do.
 
-    The shorter diagonal; where both are as long, the one from the lesser corner of the rim.
+    The vertices beyond it are `far`, n, n + 1, ... in the order of the arc.
     """
-    # near rows of the strip are the arc, far ones are the new vertices n, n + 1, ... in its order
     a, b = arc[:-1], arc[1:]
     c, d = n + np.arange(len(arc) - 1), n + np.arange(1, len(arc))
+    from_a = _from_first(near, far)
+    first = np.where(from_a, np.stack([b, a, d], 1), np.stack([b, a, c], 1))
+    second = np.where(from_a, np.stack([a, c, d], 1), np.stack([b, c, d], 1))
+    return np.stack([first, second], axis=1).reshape(-1, 3)
 
+
+def _from_first(near: np.ndarray, far: np.ndarray) -> np.ndarray:
+    """Whether the diagonal of each step of a strip starts at its first vertex, bool (n, 1).
+
+    The shorter diagonal; where both are as long, the one from the lesser corner of the rim.
+    """
     # squares of both diagonals; ties are decided by coordinates, not by numbering
     one = ((near[:-1] - far[1:]) ** 2).sum(axis=1)
     two = ((near[1:] - far[:-1]) ** 2).sum(axis=1)
     lesser = np.array([tuple(p) < tuple(q) for p, q in pairwise(near)])
-    from_a = (one < two) | ((one == two) & lesser)
-    first = np.where(from_a[:, None], np.stack([b, a, d], 1), np.stack([b, a, c], 1))
-    second = np.where(from_a[:, None], np.stack([a, c, d], 1), np.stack([b, c, d], 1))
-    return np.stack([first, second], axis=1).reshape(-1, 3)
+    return ((one < two) | ((one == two) & lesser))[:, None]
 
 
-Reach = Callable[[np.ndarray, np.ndarray], np.ndarray]  # starts and ways of lines: lengths [m]
+def _part_of_strip(
+    arc: np.ndarray, n: int, near: np.ndarray, far: np.ndarray, share: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A strip of which the rest is cut off: vertices (k, 3) beyond the arc, numbers of those that
+    its lines lead to, and triangles. `share` of each line stays.
+    """
+    tip = near + share * (far - near)
+    if share == 1.0:
+        return tip, n + np.arange(len(arc)), strip(arc, n, near, far)
+
+    # where the cut crosses the diagonal of each step there is a vertex, too
+    from_a = _from_first(near, far)
+    start, end = np.where(from_a, near[:-1], near[1:]), np.where(from_a, far[1:], far[:-1])
+    points = np.empty((2 * len(arc) - 1, 3))
+    points[::2], points[1::2] = tip, start + share * (end - start)
+    a, b, ends = arc[:-1], arc[1:], n + 2 * np.arange(len(arc))
+    c, e, d = ends[:-1], ends[:-1] + 1, ends[1:]
+    one = np.stack([b, a, e, b, e, d, a, c, e], 1)
+    two = np.stack([b, a, c, b, c, e, b, e, d], 1)
+    return points, ends, np.where(from_a, one, two).reshape(-1, 3)
+
+
+# starts and ways of lines, and how long they are: how far they still have to go (n,) [m]
+Reach = Callable[[np.ndarray, np.ndarray, float], np.ndarray]
 _MARGIN = 0.01  # of the diagonal of the box: how far beyond it an extension ends
-_TRIALS = 12  # each half as long again, where a new rim cuts across an edge of the box
+_LINES = "own", "averaged", "filled"  # how lines may go on: the first that has no defect
+_PARALLEL = 1e-9  # by which unit vectors of lines differ that are taken to be parallel
+_ROW = 0.5  # of the smaller side of a fault: the length of the first row
+_DONE = 1.0 - 1e-9  # of a distance: what is missing is its rounding
+_ROWS = 32  # each as long as all before: more do not leave a box that so many are in
 
 
 def extend_fault(
@@ -125,8 +162,9 @@ def extend_fault(
     Dip and strike lines go on by their last step: those of a grid, dip lines of sticks,
     and lines of steepest dip and of strike in the tangent plane at the rim of other meshes.
     On other meshes, and where sticks that are not quite parallel would cross, directions are
-    averaged along the rim, as far as the lines go on. Sides that lie outside the box already are
-    left alone.
+    averaged along the rim, as far as the lines go on. Lines that are not parallel all go as far as
+    the longest, in rows each of which is as long as all before it: what a fault is near its rim
+    does not depend on the box. Sides that lie outside the box already are left alone.
 
     Parameters
     ----------
@@ -175,7 +213,7 @@ def extend_fault(
 
     def reach_of(side: str) -> Reach:
         """How far the lines of a side are from the box."""
-        return lambda start, way: _lengths(start, way, low, high, surface.name, side, until)
+        return partial(_reach_of_box, low, high, surface.name, side, until)
 
     return _in_turn(surface, wanted, until, reach_of, (low, high))
 
@@ -194,11 +232,13 @@ def extend_to(
     low, high = np.reshape(main.bounds, (3, 2)).T
     rim, guides = find_rim(surface), guides_of(surface)
 
-    def reach(start: np.ndarray, way: np.ndarray) -> np.ndarray:
-        out = _lengths(start, way, low, high, surface.name, side, main.name)
-        return np.minimum(out, longest)
+    def reach(start: np.ndarray, way: np.ndarray, gone: float) -> np.ndarray:
+        out = _reach_of_box(low, high, surface.name, side, main.name, start, way, gone)
+        return np.minimum(out, longest - gone)
 
-    longer, _, extension = continue_side(surface, rim, guides, side, reach, main.name)
+    longer, _, _, extension = continue_side(
+        surface, rim, guides, side, reach, main.name, first_row(surface)
+    )
     return ExtendedFault(longer, surface.n_triangle, (extension,))
 
 
@@ -214,84 +254,163 @@ def _in_turn(
     A side that is but a point (of a triangular fault) waits until its neighbours make it a line.
     """
     longer, guides, found = surface, guides_of(surface), []
-    axes = find_rim(surface).axes  # as it was given: a long extension could turn the mean
+    first, rim = first_row(surface), find_rim(surface)
     waiting = list(wanted)
     while waiting:
-        rim = find_rim(longer, axes)
         side = next((s for s in waiting if len(rim.arcs[s]) > 1), waiting[0])
         waiting.remove(side)
 
         # a side outside the box already needs no extension
         if box is None or rim_in_box(rim, longer.vertices, side, *box):
             reach = reach_of(side)
-            longer, guides, extension = continue_side(longer, rim, guides, side, reach, until)
+            longer, rim, guides, extension = continue_side(
+                longer, rim, guides, side, reach, until, first
+            )
             found.append(extension)
     return ExtendedFault(longer, surface.n_triangle, tuple(found))
 
 
-def continue_side(
-    surface: TriSurface, rim: Rim, guides: Guides, side: str, reach: Reach, until: str
-) -> tuple[TriSurface, Guides, Extension]:
-    """Return (surface, guides, extension) with one more side.
+def first_row(surface: TriSurface) -> float:
+    """Length of the first row of triangles beyond a fault [m]: its lines are known best there."""
+    x, arcs = surface.vertices, find_rim(surface).arcs
+    width, height = (
+        max(float(np.linalg.norm(np.diff(x[arcs[one]], axis=0), axis=1).sum()) for one in both)
+        for both in (("up", "down"), ("start", "end"))
+    )
+    return _ROW * (min(width, height) or max(width, height))
 
-    `reach` has the length (n,) of each new line, from where it starts and which way it goes.
+
+def continue_side(
+    surface: TriSurface, rim: Rim, guides: Guides, side: str, reach: Reach, until: str, first: float
+) -> tuple[TriSurface, Rim, Guides, Extension]:
+    """Return (surface, rim, guides, extension) with one more side, row by row, the first so long.
+
+    `reach` says how far lines still have to go (n,), from where they are, which way they go, and
+    how long they are already; all go as far as the longest.
+    """
+    corner, n_given = surface.vertices[rim.arcs[side][0]], surface.n_triangle
+    if len(rim.arcs[side]) < 2:
+        raise GeometryError(
+            f"fault {surface.name!r} cannot be extended to {until}: its side {side!r} is a single "
+            f"point, {place(corner)}. Choose another side.",
+            place=corner,
+            surfaces=(surface.name,),
+        )
+    length, least, most, words = first, 0.0, 0.0, []
+    for _ in range(_ROWS):
+        row = _row(surface, rim.axes, rim.arcs[side], guides, side, reach, length, most)
+        if row is None:
+            break
+        n = surface.n_vertex
+        surface, guides, arc, (short, long), lines, is_last = row
+        rim = rim.grown(side, arc, np.arange(n, surface.n_vertex))
+        least, most, length = least + short, most + long, most + long
+        words.append(lines)
+        if is_last:
+            break
+    else:
+        raise GeometryError(
+            f"fault {surface.name!r} does not leave {until} on its side {side!r}: its lines part, "
+            f"the last at {place(surface.vertices[-1])}, so that the box stays between them. "
+            "Smooth the fault there.",
+            place=surface.vertices[-1],
+            surfaces=(surface.name,),
+        )
+    faces = surface.triangles[n_given:]
+    added = math.fsum(0.5 * np.linalg.norm(normals_of(surface.vertices[faces]), axis=1))
+    lines = max(words, key=_LINES.index)
+    made = Extension(surface.name, side, most, least, added, len(faces), until, lines)
+    return surface, rim, guides, made
+
+
+def _row(
+    surface: TriSurface,
+    axes: Axes,
+    arc: np.ndarray,
+    guides: Guides,
+    side: str,
+    reach: Reach,
+    length: float,
+    gone: float,
+) -> tuple[TriSurface, Guides, np.ndarray, tuple[float, float], str, bool] | None:
+    """One row of triangles beyond a side: the surface, its guides, the vertices that go on, the
+    least and largest length of their lines, how these go on, and whether far enough.
+
+    None if they are so already.
 
     Lines of a grid go on as they are. Those of sticks, too, unless they would cross; then, and
     where a fault has none, directions are averaged along the rim, as far as the lines go on.
     Where these would cross because the rim has steps, its notches are filled first.
     """
-    name, x, t, arc = surface.name, surface.vertices, surface.triangles, rim.arcs[side]
-    if len(arc) < 2:
+    name, x, t, given = surface.name, surface.vertices, surface.triangles, arc
+    lost = np.flatnonzero(~directions(x, t, arc, side, axes, guides).any(axis=1))
+    if len(lost):
         raise GeometryError(
-            f"fault {name!r} cannot be extended to {until}: its side {side!r} is a single point, "
-            f"{place(x[arc[0]])}. Choose another side.",
-            place=x[arc[0]],
+            f"fault {name!r} has no tangent plane at {place(x[arc[lost[0]]])}: the triangles "
+            f"there are slivers or folded over. Smooth its side {side!r}, or leave it out.",
+            place=x[arc[lost[0]]],
             surfaces=(name,),
         )
-
-    # each way in turn, until a surface has no defect; lines of a grid are meant, and only go on
     # whether every vertex of the side has a guide, so that lines may go on as they are
     own = bool((guides.of(side)[arc] >= 0).all())
-    window, defect, filled = 0.0, None, np.empty((0, 3), dtype=np.int64)
-    whole, way = arc, np.zeros((len(arc), 3))
-    for lines in ("own",) if own and guides.exact else ("own", "averaged", "filled"):
-        if lines == "filled":
-            arc, filled = without_notches(x, whole, way)
-            if len(arc) < 2 or len(arc) == len(whole):
-                break
-        way = directions(x, t, arc, side, rim.axes, guides, window)
-        lost = np.flatnonzero(~way.any(axis=1))
-        if len(lost):
-            raise GeometryError(
-                f"fault {name!r} has no tangent plane at {place(x[arc[lost[0]]])}: the triangles "
-                f"there are slivers or folded over. Smooth its side {side!r}, or leave it out.",
-                place=x[arc[lost[0]]],
-                surfaces=(name,),
-            )
-
-        # the strip between the rim and the ends of its lines, and what it does to the fault
-        length = reach(x[arc], way)
-        tip = x[arc] + length[:, None] * way
-        new = np.concatenate([filled, strip(arc, len(x), x[arc], tip)])
-        points, faces = np.concatenate([x, tip]), np.concatenate([t, new])
-
-        # the next attempt averages as far along the rim as lines are long
-        window = float(np.median(length))
-
+    ways = _LINES[:1] if own and guides.exact else _LINES
+    defect = None
+    # whole rows first, in each way: how lines go on does not depend on how much of a row is needed
+    for is_whole, lines in product((True, False), ways):
         # tangents of a mesh are as noisy as its triangles: they are averaged before they count
-        if own or lines != "own":
-            defect = _defect_of(name, side, points, faces, len(new))
-            if defect is None:
-                break
-    if defect is not None:
-        raise defect
+        if not own and lines == "own":
+            continue
+        arc, filled = given, np.empty((0, 3), dtype=np.int64)
+        window = 0.0 if lines == "own" else gone + length
+        if lines == "filled":
+            ahead = directions(x, t, arc, side, axes, guides, window)
+            arc, filled = without_notches(x, arc, ahead)
+            if len(arc) < 2 or len(arc) == len(given):
+                continue
+        way = directions(x, t, arc, side, axes, guides, window)
+        missing = reach(x[arc], way, gone)
+        longest = float(missing.max())
+        if longest <= 0.0 and arc is given:
+            return None
 
-    area = math.fsum(0.5 * np.linalg.norm(normals_of(points[new]), axis=1))
-    sizes = float(length.max()), float(length.min()), area
-    made = Extension(name, side, *sizes, len(new), until, lines)
-    marks = cutoffs_kept(surface, points)
-    longer = TriSurface(name, surface.role, points, faces, vertex_data=marks)
-    return longer, guides.grown(side, arc), made
+        # of parallel lines a row is flat, however long
+        is_flat = bool(np.ptp(way, axis=0).max() <= _PARALLEL) and longest > 0.0
+        tip = x[arc] + (missing[:, None] if is_flat else length) * way
+        is_last = is_flat
+        needed = 1.0
+        if 0.0 < longest < length and not is_flat:
+            is_last = not (reach(x[arc] + longest * way, way, gone + longest) > 0.0).any()
+            needed = longest / length if is_last else 1.0
+        for share in dict.fromkeys((1.0, needed) if is_whole else (needed,)):
+            beyond, ends, new = _part_of_strip(arc, len(x), x[arc], tip, share)
+            points, faces = np.concatenate([x, beyond]), np.concatenate([t, filled, new])
+            defect = _defect_of(name, side, points, faces, len(filled) + len(new))
+            if defect is not None:
+                break
+        if defect is None:
+            longer = TriSurface(
+                name, surface.role, points, faces, vertex_data=cutoffs_kept(surface, points)
+            )
+            far = (float(missing.min()), longest) if is_flat else (needed * length,) * 2
+            return longer, guides.grown(side, arc, ends), arc, far, lines, is_last
+    assert defect is not None
+    raise defect
+
+
+def _reach_of_box(
+    low: np.ndarray,
+    high: np.ndarray,
+    name: str,
+    side: str,
+    until: str,
+    start: np.ndarray,
+    way: np.ndarray,
+    gone: float,
+) -> np.ndarray:
+    """How far lines still have to go until the rim is outside a box: see `Reach`."""
+    if gone and not segments_meet_box(start, low, high).any():
+        return np.zeros(len(start))
+    return _lengths(start, way, low, high, name, side, until)
 
 
 def _lengths(
@@ -303,7 +422,7 @@ def _lengths(
     side: str,
     until: str,
 ) -> np.ndarray:
-    """How far each line goes on (n,), so that the new rim lies outside the box."""
+    """How far each line goes on (n,) until it is outside the box."""
     # beyond the box by a margin, so that the rim does not graze a wall
     margin = _MARGIN * float(np.linalg.norm(high - low))
 
@@ -320,23 +439,7 @@ def _lengths(
             place=start[0],
             surfaces=(name,),
         )
-    length = filled_lengths(length)
-
-    # a new rim with both ends outside may still cut across an edge of the box: make its two lines
-    # longer until none does
-    for _ in range(_TRIALS):
-        meets = segments_meet_box(start + length[:, None] * way, low, high)
-        if not meets.any():
-            return length
-        longer = np.r_[meets, False] | np.r_[False, meets]
-        length = np.where(longer, 1.5 * length + margin, length)
-    i = int(np.flatnonzero(meets)[0])
-    raise GeometryError(
-        f"fault {name!r} does not leave {until} on its side {side!r}: neighbouring lines part at "
-        f"{place(start[i])} so that the box stays between them. Smooth the fault there.",
-        place=start[i],
-        surfaces=(name,),
-    )
+    return filled_lengths(length)
 
 
 def _defect_of(name: str, side: str, x: np.ndarray, t: np.ndarray, n_new: int) -> Exception | None:
@@ -418,7 +521,9 @@ def lengthen_fault(surface: TriSurface, distance: Any) -> ExtendedFault:
 
     def reach_of(side: str) -> Reach:
         """The distance of a side, for each of its lines."""
-        return lambda start, way: np.full(len(start), distances[side])
+        return lambda start, way, gone: np.full(
+            len(start), 0.0 if gone > _DONE * distances[side] else distances[side] - gone
+        )
 
     return _in_turn(surface, distances, UNTIL, reach_of)
 

@@ -63,6 +63,20 @@ class Rim:
     arcs: dict[str, np.ndarray]
     axes: Axes
 
+    def grown(self, side: str, arc: np.ndarray, new: np.ndarray) -> Rim:
+        """The rim with new vertices that continue those of an arc, which is one side or most of it.
+
+        Its neighbours go on to the first and the last of them.
+        """
+        order = _ORDER if self.axes.sign > 0 else _ORDER[::-1]
+        before, after = (order[(order.index(side) + k) % 4] for k in (-1, 1))
+        old, arcs = self.arcs[side], dict(self.arcs)
+        first, last = (int(np.flatnonzero(old == arc[k])[0]) for k in (0, -1))
+        arcs[before] = np.concatenate([arcs[before], old[1 : first + 1], new[:1]])
+        arcs[after] = np.concatenate([new[-1:], old[last:-1], arcs[after]])
+        arcs[side] = new
+        return Rim(np.concatenate([arcs[one][:-1] for one in order]), arcs, self.axes)
+
 
 def total(rows: np.ndarray) -> np.ndarray:
     """Sums of the columns of (n, k), exact before one rounding: any order gives the same bytes."""
@@ -111,15 +125,13 @@ def plane_axes(
     return own, np.cross(units, own)
 
 
-def find_rim(surface: TriSurface, axes: Axes | None = None) -> Rim:
+def find_rim(surface: TriSurface) -> Rim:
     """Find the outer rim of a fault and its four sides.
 
     Parameters
     ----------
     surface : TriSurface
         One connected piece; holes are allowed.
-    axes : Axes, optional
-        Which way is along strike and which is up. Default: from the surface itself.
 
     Returns
     -------
@@ -138,7 +150,7 @@ def find_rim(surface: TriSurface, axes: Axes | None = None) -> Rim:
     >>> rim.arcs["up"].tolist(), rim.arcs["start"].tolist()
     ([2, 3], [3, 0])
     """
-    rims = _own_rims(Content(surface)) if axes is None else tuple(find_rims(surface, axes))
+    rims = _own_rims(Content(surface))
     if len(rims) > 1:
         raise SurfaceError(
             f"fault {surface.name!r} is in {len(rims)} pieces, one of them at "
@@ -158,7 +170,7 @@ def _own_rims(content: Content) -> tuple[Rim, ...]:
     return rims
 
 
-def find_rims(surface: TriSurface, axes: Axes | None = None) -> list[Rim]:
+def find_rims(surface: TriSurface) -> list[Rim]:
     """Find the outer rim of each connected piece of a fault, the largest piece first."""
     x, name = surface.vertices, surface.name
 
@@ -170,13 +182,13 @@ def find_rims(surface: TriSurface, axes: Axes | None = None) -> list[Rim]:
 
     # pieces connected over edges; each has a rim of its own
     piece, n_piece = pieces(t, edges(t, len(x))[0])
-    rims = [_outer_rim(x, t[piece == p], name, axes) for p in range(n_piece)]
+    rims = [_outer_rim(x, t[piece == p], name) for p in range(n_piece)]
     area = [math.fsum(np.linalg.norm(normals_of(x[t[piece == p]]), axis=1)) for p in range(n_piece)]
     low = [tuple(x[rim.loop].min(axis=0)) for rim in rims]
     return [rims[p] for p in sorted(range(n_piece), key=lambda p: (-area[p], low[p]))]
 
 
-def _outer_rim(x: np.ndarray, t: np.ndarray, name: str, axes: Axes | None) -> Rim:
+def _outer_rim(x: np.ndarray, t: np.ndarray, name: str) -> Rim:
     """The rim of one piece: of its loops the longest one."""
     ring, _ = edges(t, len(x))
     loops = _loops(t, np.flatnonzero(ring == np.arange(len(ring))), x, name)
@@ -187,7 +199,7 @@ def _outer_rim(x: np.ndarray, t: np.ndarray, name: str, axes: Axes | None) -> Ri
     # holes have shorter rims; between equal ones the lowest half-edge decides
     loop = max(loops, key=lambda line: (math.fsum(_steps(x[t[line // 3, line % 3]])), -line.min()))
     normals = normals_of(x[t])
-    return _parted(x, t, loop, normals, axes or mean_axes(normals))
+    return _parted(x, t, loop, normals, mean_axes(normals))
 
 
 def _refuse_flat(t: np.ndarray, x: np.ndarray, name: str) -> None:
@@ -382,21 +394,23 @@ class Guides:
         """The guides that lead beyond one side."""
         return self.strike if side in ("start", "end") else self.dip
 
-    def grown(self, side: str, arc: np.ndarray) -> Guides:
-        """Guides with those of the vertices that continue an arc, in its order."""
-        n = len(self.dip)
+    def grown(self, side: str, arc: np.ndarray, ends: np.ndarray) -> Guides:
+        """Guides with those of new vertices, the last of `ends` last, that continue an arc."""
+        n, n_new = len(self.dip), int(ends[-1]) + 1 - len(self.dip)
 
         # number that the continuation of each old vertex gets; -1 for vertices that are not on the
         # arc
         new = np.full(n, -1, dtype=np.int64)
-        new[arc] = n + np.arange(len(arc))
+        new[arc] = ends
         by_strike = side in ("start", "end")
 
         # lines along the side's direction go on into the old vertex; lines across it are copied
         # from the arc, with the vertex before renumbered
         along, across = (self.strike, self.dip) if by_strike else (self.dip, self.strike)
-        lifted = np.where(across[arc] >= 0, new[across[arc]], -1)
-        along, across = np.concatenate([along, arc]), np.concatenate([across, lifted])
+        behind, lifted = np.full((2, n_new), -1, dtype=np.int64)
+        behind[ends - n] = arc
+        lifted[ends - n] = np.where(across[arc] >= 0, new[across[arc]], -1)
+        along, across = np.concatenate([along, behind]), np.concatenate([across, lifted])
         pair = (across, along) if by_strike else (along, across)
         return Guides(*pair, self.exact)
 

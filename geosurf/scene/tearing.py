@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from hashlib import sha256
 from types import MappingProxyType
@@ -63,6 +63,9 @@ class Tear:
         What closed it at shorter faults.
     like : tuple of Sheet
         Of the horizons whose data were moved to make its own.
+    given : dict of str to (TriSurface, dict of str to float)
+        Faults that other tears have made longer, as they were given, and by how much [m]: what is
+        still missing is added to that, so that no order of tears makes a difference.
 
     See Also
     --------
@@ -74,11 +77,12 @@ class Tear:
     fill: bool | Sheet
     before: TearPlan | None = None
     like: tuple[Sheet, ...] = ()
+    given: Mapping[str, tuple[TriSurface, Mapping[str, float]]] = field(default_factory=dict)
 
     @property
     def key(self) -> tuple[Hashable, ...]:
         """What it takes from other tears, as part of a key of results."""
-        moved: list[str] = []
+        moved = [repr((name, sorted(by.items()))) for name, (_, by) in sorted(self.given.items())]
         for sheet in self.like:
             if sheet.plan is not None:
                 use, names = sheet.plan.use, [fault.name for fault in sheet.faults]
@@ -105,7 +109,7 @@ class Tear:
         from geosurf.sheets.tie import tied_sheet
 
         words |= {"name": self.name, "fill_empty_blocks": self.fill}
-        words |= {"before": self.before, "like": self.like}
+        words |= {"before": self.before, "like": self.like, "given": self.given}
 
         def torn(some: Any) -> Sheet:
             """A sheet of these data."""
@@ -172,7 +176,8 @@ def sheets_on(
             some = lengths.near(name, untorn) if known is None else faults
             before = None if known is None else known.sheet.plan
             like = tuple(torn[of].sheet for of in models[name] if of in torn)
-            tears.append(Tear(name, some, _fill(torn, filling[name]), before, like))
+            given = lengths.given(some)
+            tears.append(Tear(name, some, _fill(torn, filling[name]), before, like, given))
         count = n_torn + len(again)
         for tear in tears:
             n_torn += 1
@@ -190,27 +195,39 @@ class _Lengths:
     def __init__(self, faults: Faults) -> None:
         self.now = faults
         self._known = {name: [fault] for name, fault in faults.items()}
+        self._by: dict[str, list[Mapping[str, float]]] = {name: [{}] for name in faults}
+
+    def given(self, faults: Faults) -> dict[str, tuple[TriSurface, Mapping[str, float]]]:
+        """Faults that are longer than they were given: as given, and by how much [m]."""
+        found = {}
+        for name, fault in faults.items():
+            known = self._known[name]
+            number = next(k for k, one in enumerate(known) if one is fault)
+            if self._by[name][number]:
+                found[name] = known[0], self._by[name][number]
+        return found
 
     def add(self, tear: Tear, torn: _Torn) -> None:
         """Take the faults that a tear has made longer."""
         from geosurf.sheets.mesh.tear_ends import extended  # loaded by those who tear
 
         plan = torn.sheet.plan
-        by_name = {} if plan is None else {one.fault: one.lengths for one in plan.extensions}
+        lengths = {} if plan is None else {one.fault: one.lengths for one in plan.extensions}
         for name, fault in torn.faults.items():
-            now = self.now[name]
             if fault is tear.faults[name]:
                 continue
-            # of two that make one longer at a time the second continues it, or is torn again
-            if now is not tear.faults[name]:
-                if tear.before is not None or name not in by_name:
-                    continue
+            by = dict(lengths.get(name, {}))
+            # of two tears that make one longer each has what both need, or is torn again
+            if self.now[name] is not tear.faults[name]:
+                for side, length in self._by[name][-1].items():
+                    by[side] = max(by.get(side, 0.0), length)
                 try:
-                    fault = extended(now, by_name[name])
+                    fault = extended(self._known[name][0], by)
                 except GeosurfError:
                     continue
             self.now = {**self.now, name: fault}
             self._known[name].append(fault)
+            self._by[name].append(by)
 
     def near(self, horizon: str, untorn: Callable[[str], TriSurface]) -> Faults:
         """Faults for a horizon, as short as it can take them.

@@ -6,6 +6,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial, reduce
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -48,7 +49,7 @@ from geosurf.sheets.mesh.finish import (
     remedy_of_overlap,
     sheet_of,
 )
-from geosurf.sheets.mesh.tear_ends import added_up, early_parts, lost_throw
+from geosurf.sheets.mesh.tear_ends import early_parts, lost_throw
 from geosurf.sheets.report.describe import fault_cuts, make_report
 from geosurf.sheets.report.propose_trim import by_wall, shows_smear, trims_of
 from geosurf.triangulate import triangulate_horizon
@@ -590,6 +591,7 @@ def tear_from(
     length_unit: str | None = None,
     before: TearPlan | None = None,
     like: Sequence[Sheet] = (),
+    given: Mapping[str, tuple[TriSurface, Mapping[str, float]]] = MappingProxyType({}),
 ) -> Sheet:
     """
     Tear a horizon first with what closed a sheet of slightly other data.
@@ -609,6 +611,8 @@ def tear_from(
     like : sequence of Sheet, optional
         Of the horizons whose data were moved to make these: their trims stay, and what they ignored
         is ignored.
+    given : mapping of str to (TriSurface, mapping of str to float), optional
+        Faults that are longer than they were given: as given, and by how much at each side [m].
 
     Returns
     -------
@@ -647,7 +651,7 @@ def tear_from(
 
     # heights of all nodes, a torn mesh that the faults close, cut-offs and report
     cutoffs = by_wall(picks, surfaces, cutoffs_among(surfaces, picks.name))
-    horizon = replace(_data(picks, noise, fill_empty_blocks), cutoffs=cutoffs)
+    horizon = replace(_data(picks, noise, fill_empty_blocks), cutoffs=cutoffs, given=given)
     measured = None if trim == "auto" else trims_of("auto", picks, surfaces, cutoffs)
     torn, moved = None, _trims_like(like, picks, surfaces)
     known = plan if before is None else before
@@ -671,7 +675,8 @@ def tear_from(
     closed, cuts = torn.closed, torn.cuts
     if before is not None:
         searched = before.searched
-        closed = replace(closed, extensions=added_up((*before.extensions, *closed.extensions)))
+        extensions = {one.fault: one for one in (*before.extensions, *closed.extensions)}
+        closed = replace(closed, extensions=tuple(extensions.values()))
     report = make_report(closed, cuts, measured or closed.given_trims)
     if wrong:
         told = warning_of(picks.name, wrong)

@@ -55,7 +55,7 @@ from geosurf.sheets.mesh.build import (
 from geosurf.sheets.mesh.cut import Hole
 from geosurf.sheets.mesh.finish import ghosts_by_points
 from geosurf.sheets.mesh.ghosts import carry_on_by, ghosts_by_picks
-from geosurf.sheets.mesh.tear_ends import VERTICAL, Short, extended, too_short
+from geosurf.sheets.mesh.tear_ends import MOST, VERTICAL, Short, extended, too_short
 
 # ---- last links ----------------------------------------
 # Where a tear ends early, both nodes of its last link go to their own sides of the fault.
@@ -91,7 +91,6 @@ def with_last_links(
 
 REACH = 4.0  # cells from the rim of a fault within which a hole is a matter of that
 LEAST = 0.5  # of its height by which a fault is extended along its dip at first
-MOST = 4.0  # and at most
 LEAST_ALONG, MOST_ALONG = 3.0, 6.0  # cells by which a branch is extended along strike
 
 MOST_ROUNDS = 72  # attempts in all, at longer and longer faults
@@ -136,7 +135,7 @@ class Data:
     """Data of one horizon, their noise [m] if it is given, and what becomes of blocks without any.
 
     Such blocks are refused, continued (`carry`), or as another horizon is there. `cutoffs` are the
-    lines of fault polygons.
+    lines of fault polygons, `given` faults that are longer already: as given, and by how much [m].
     """
 
     picks: Picks | Scattered
@@ -144,6 +143,7 @@ class Data:
     carry: bool = False
     other: StandIn | None = None
     cutoffs: Cutoffs = field(default_factory=dict)
+    given: Mapping[str, tuple[TriSurface, Mapping[str, float]]] = field(default_factory=dict)
 
 
 def close(
@@ -168,7 +168,7 @@ def close(
     # faults that are known to be short are extended before the first attempt
     surfaces = given = tuple(faults)
     cell = data.picks.frame.cell
-    extensions = Extensions(given, cell)
+    extensions = Extensions(given, cell, data.given)
     short = {k: Short(frozenset(VERTICAL), given[k].vertices.mean(axis=0)) for k in known_short}
     more = extensions.longer(short)
     n_cut = 0
@@ -244,18 +244,27 @@ class Extensions:
 
     Attributes
     ----------
-    given : sequence of TriSurface
+    given : list of TriSurface
+    by : list of mapping of str to float
+        How far each was extended before [m].
     cell : float
         [m]
     found : dict of int to Extended
-        By fault: how far it is extended now.
+        By fault: how far it is extended now, from what was given.
     """
 
-    def __init__(self, given: Sequence[TriSurface], cell: float) -> None:
-        self.given, self.cell = given, cell
+    def __init__(
+        self,
+        faults: Sequence[TriSurface],
+        cell: float,
+        given: Mapping[str, tuple[TriSurface, Mapping[str, float]]],
+    ) -> None:
+        pairs = [given.get(fault.name, (fault, {})) for fault in faults]
+        self.given, self.by = [one for one, _ in pairs], [by for _, by in pairs]
+        self.cell = cell
         self.found: dict[int, Extended] = {}
         # once for each fault and length: attempts ask for the same ones again and again
-        self._made = cache(lambda number, lengths: extended(given[number], dict(lengths)))
+        self._made = cache(lambda number, lengths: extended(self.given[number], dict(lengths)))
 
     def longer_at(
         self, surfaces: Sequence[TriSurface], ends: Mapping[int, np.ndarray], holes: Sequence[Hole]
@@ -268,7 +277,7 @@ class Extensions:
         found: Longer = {}
         for number, one in short.items():
             old = self.found.get(number)
-            lengths = {} if old is None else dict(old.lengths)
+            lengths = dict(self.by[number] if old is None else old.lengths)
             # Twice as far as before at each side, until the most is reached.
             # in one order: that of a set of words is another one in each run of Python
             sides = (

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -12,7 +13,6 @@ from geosurf.errors import GeosurfError
 from geosurf.faults import lengthen_fault
 from geosurf.faults.rim import find_rim
 from geosurf.model import TriSurface
-from geosurf.model.sheets import Extended
 from geosurf.sheets.faults.cut_edges import FALLING, RISING, Part, Walls
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.mesh.cut import Hole
@@ -260,6 +260,8 @@ def _between_throw(state: Heights, number: int, place: float, least: float) -> t
 
 
 VERTICAL, LATERAL = ("up", "down"), ("start", "end")
+MOST = 4.0  # of its height by which a fault is extended along its dip at most
+DIPPING = 2.0  # metres along the dip for each metre of elevation: dips of 30 degrees and more
 CORNER = 1.5  # times the distance of the nearest rim, up to which an upper or lower one counts
 
 
@@ -269,19 +271,6 @@ class Short:
 
     sides: frozenset[str]
     place: np.ndarray
-
-
-def added_up(extensions: Sequence[Extended]) -> tuple[Extended, ...]:
-    """One for each fault: those that came one after the other, with the place of the first."""
-    found: dict[str, Extended] = {}
-    for one in extensions:
-        before = found.get(one.fault)
-        if before is not None:
-            sides = {*before.lengths, *one.lengths}
-            sums = {k: before.lengths.get(k, 0.0) + one.lengths.get(k, 0.0) for k in sorted(sides)}
-            one = Extended(one.fault, sums, before.place)
-        found[one.fault] = one
-    return tuple(found.values())
 
 
 def too_short(
@@ -316,7 +305,24 @@ def too_short(
                 # Sides of all holes add up; the first place is the one that messages name.
                 before = found.get(number, Short(frozenset(), place))
                 found[number] = Short(before.sides | sides, before.place)
-    return found
+    # faults that are tall enough first: what is open then at the end of a branch is short along it
+    tall = {k: replace(one, sides=one.sides & {*VERTICAL}) for k, one in found.items()}
+    return {k: one for k, one in tall.items() if one.sides} or found
+
+
+def tall(fault: TriSurface, low: float, high: float) -> TriSurface:
+    """A fault that goes on along its dip lines past two elevations [m], where these can go on."""
+    try:
+        arcs = find_rim(fault).arcs
+    except GeosurfError:  # several pieces, or a closed rim: it has no upper side
+        return fault
+    z, most = fault.vertices[:, 2], MOST * (fault.bounds[5] - fault.bounds[4])
+    up, down = high - z[arcs["up"]].min(), z[arcs["down"]].max() - low
+    for side, missing in (("up", up), ("down", down)):
+        if missing > 0.0:
+            with suppress(GeosurfError):  # its dip lines cross there
+                fault = extended(fault, {side: min(DIPPING * float(missing), most)})
+    return fault
 
 
 def extended(fault: TriSurface, lengths: Mapping[str, float]) -> TriSurface:

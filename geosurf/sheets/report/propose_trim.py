@@ -24,6 +24,7 @@ from geosurf.sheets.heights.state import Cutoffs, Evidence, Trims, two_nearest
 from geosurf.sheets.lattice.data import picks_of
 from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.mesh.finish import fault_surfaces
+from geosurf.sheets.mesh.tear_ends import tall
 
 HIDDEN = 6  # cells from a fault within which data are ignored
 WIDE = 12  # and next to faults with a polygon
@@ -276,12 +277,25 @@ def _share(off: np.ndarray, throw: np.ndarray) -> tuple[float, float]:
     return float(share), float(error)
 
 
+def _past_data(fault: TriSurface, picks: Picks) -> TriSurface:
+    """A fault that goes on up and down past all data in its part of the map.
+
+    So data show the same smear at a fault that is too short for its horizon, and at a longer one.
+    """
+    uv = mesh_in_frame(fault, picks.frame).points[:, :2] / picks.frame.stretch
+    (left, front), (right, back) = uv.min(axis=0) - WIDE, uv.max(axis=0) + WIDE
+    row, col = (slice(max(int(a), 0), max(int(b), 0)) for a, b in ((front, back), (left, right)))
+    z = picks.means.reshape(picks.frame.shape)[row, col]
+    z = z[np.isfinite(z)]
+    return tall(fault, float(z.min()), float(z.max())) if len(z) else fault
+
+
 def _seen(
     picks: Picks, faults: Sequence[TriSurface], hidden: int = HIDDEN, cutoffs: Cutoffs | None = None
 ) -> Seen:
     """Rebuild the horizon without data near its faults, and compare those with it."""
     # a trim far beyond any smear, so that the sheet is free of it
-    meshes = [mesh_in_frame(surface, picks.frame) for surface in faults]
+    meshes = [mesh_in_frame(_past_data(surface, picks), picks.frame) for surface in faults]
     trims = Trims((float(hidden),) * len(meshes))
     solver = solver_of(picks, meshes, trims, highest=3, cutoffs=cutoffs)
     selection, state = single_pass(solver, float(hidden))
