@@ -60,7 +60,7 @@ MUTANTS = (
     Mutant("carve", "way = np.where(shells.sides[rows, 1] == split.row, 1.0, -1.0)", "way = np.where(shells.sides[rows, 1] == split.row, 1.0, 1.0)", "tests/carve tests/scene"),
     Mutant("carve", "extent[rows[~outward], LOOKS_DOWN]", "extent[rows[~outward], LOOKS_UP]", "tests/carve tests/scene"),
     Mutant("carve", "<= VOLUME_TOLERANCE and not off and not moved", "<= VOLUME_TOLERANCE and not moved", "tests/carve"),
-    Mutant("carve", "for name in found if sizes[name].volume <= 0.0]", "for name in found if sizes[name].volume < -1e99]", "tests/carve"),
+    Mutant("carve", "for name in sizes if sizes[name].volume <= 0.0]", "for name in sizes if sizes[name].volume < -1e99]", "tests/carve"),
     Mutant("carve", "if stated[k] != recomputed[k]:", "if False:", "tests/carve"),
     Mutant("carve", "if abs(math.fsum(parts) - unit.volume) > slack:", "if False:", "tests/carve"),
     Mutant("measure", "(upper.zone, upper.block) == (lower.zone, lower.block)", "upper.zone == lower.zone", "tests/measure"),

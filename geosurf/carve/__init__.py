@@ -23,10 +23,9 @@ outside.py           walls, and the cells outside of them
                      exact vertical rays through triangles
 shells.py            closed shells and their volumes
 certificate.py       `certify`: the properties of a model, recomputed from the result
-                     the lines without a list of all triangles, and from all triangles
 certificate_lines    its lines in their order, from their facts
-certificate_facts    facts from runs of lattices
-certificate_elements triangles and runs, as checks read them: units fill the box
+certificate_facts    what is read from the model: its runs, and its other triangles
+certificate_shells   edges and sizes of shells; units fill the box
 certificate_names    names of units match their bounding surfaces
 ===================  ==================================================================
 """

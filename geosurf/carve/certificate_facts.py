@@ -1,64 +1,61 @@
-"""The facts of a certificate from runs of lattices, without a list of all triangles.
+"""The facts of a certificate: what is read from a model as it is stored, runs of lattices as runs.
 
-Runs are read from the model as it is stored: which triangles of a lattice they list, which corners
-and edges these have in common with other triangles, and which units lie on their sides. Triangles
-with a corner that others have, too, are listed; edges, vertices, sums and pairs of all others
-follow from the lattice. `Facts.of` returns None for a model that this does not hold for:
-`geosurf.carve.certificate` lists all its triangles.
+An element is a triangle, or a run of lattice triangles that no curve touches. Triangles with a
+corner that other elements have, too, are listed; edges, vertices, sums and pairs of all others
+follow from their lattice. A model of triangles alone has no runs: all of it is listed.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from geosurf.arrangement.threads import map_threads
-from geosurf.carve.certificate_elements import N_SUM, Elements, Matched, keys_of_runs, rows_on
+from geosurf.carve.certificate_shells import (
+    VERTICES,
+    Matched,
+    count_borders,
+    number_corners,
+    rows_on,
+)
 from geosurf.carve.outside import box_of
-from geosurf.carve.shells import Shells
-from geosurf.kernels.lattices.run_checks import (
-    add_to_units,
-    count_private,
-    count_unusable,
-    keys_at_shared,
-    label_runs,
-    mark_runs,
-    sums_of_runs,
-)
-from geosurf.kernels.lattices.sets import distinct, is_among
-from geosurf.kernels.lattices.strips import FIRST, LAST, ROW, runs_of_keys
-from geosurf.kernels.meshes.shells import (
-    add_triangles_to_units,
-    copies_of_parents,
-    count_shared,
-    number_triangles,
-    rises_of_triangles,
-    sizes_of_triangles,
-    sums_of_triangles,
-)
-from geosurf.kernels.search.tree import N_ROW
-from geosurf.model import Lattice, Patches, Units
+from geosurf.errors import InputError
+from geosurf.kernels.lattices.sets import distinct, first_rows
+from geosurf.kernels.lattices.strips import FIRST, LAST, ROW, lowest_keys, runs_of_keys
+from geosurf.kernels.meshes.checks import N_SUM, copies_of_parents, sums_of_runs, sums_of_triangles
+from geosurf.kernels.meshes.mesh import edge_keys, edges, number_keys
+from geosurf.kernels.search.tree import faces_in_box, triangle_boxes
+from geosurf.model import Lattice, Patches, TriSurface
 from geosurf.model.excerpt import Boxes
 from geosurf.model.pieces import Pieces, Strips
 from geosurf.model.torn_lattice import TornLattice
 
 # ---- lattice runs ----------------------------------------
 # What a certificate reads from the runs of one lattice, some rows at a time.
-#
-# Rows are read once, for sums and for the triangles that have to be listed; edges and nodes are
-# then counted from the runs alone. So grids need no label for each triangle.
 
 
 EPS = 2.0**-53
 _RUNS_AT_ONCE = 1 << 18  # cells of which labels are in memory
 
+# row and column of the corners of the two halves of a cell, where diagonals fall and where they
+# rise; then the nodes that the diagonal joins
+_CORNERS = (
+    (((0, 0), (0, 1), (1, 0)), ((0, 1), (1, 1), (1, 0))),
+    (((0, 0), (0, 1), (1, 1)), ((0, 0), (1, 1), (1, 0))),
+)
+_DIAGONAL = (((0, 1), (1, 0)), ((0, 0), (1, 1)))
+
 
 @dataclass(frozen=True, eq=False)
 class LatticeRuns:
-    """What is read from the runs of one lattice; see `geosurf.kernels.lattices.run_checks`.
+    """What is read from the runs of one lattice.
+
+    A node is private if no other triangle of the model has it as a corner. An edge between two
+    private nodes belongs to the two triangles of the lattice next to it only.
 
     Attributes
     ----------
@@ -67,26 +64,30 @@ class LatticeRuns:
         Element that its first run is.
     lattice : Lattice
     strips : Strips
-    shared : ndarray of int64, or None
-        Nodes that other triangles have as corners, too, rising; None for all nodes.
+    shared : ndarray of bool, shape (n_node,)
+        Whether each node is not private.
     listed : ndarray of int64
-        Keys of the triangles in runs that have such a corner, rising.
+        Keys of the triangles in runs that have a shared corner, rising.
     graph : bool
         Whether the map does not fold.
-    sums : ndarray of float64, shape (n_run, 14)
-    missing : (float, float)
-        Area of the triangles in no run, and the sum of all their sides.
+    sums : ndarray of float64, shape (n_run + 1, N_SUM)
+        Sums over the triangles of each run, then over those in no run.
+    n_node : ndarray of int64, shape (n_run,)
+        Private nodes: each is counted for one of the runs around it.
+    borders : ndarray of int64, shape (n, 3)
+        Two runs with common private edges, -1 for triangles in no run; and how many these are.
     """
 
     surface: int
     first: int
     lattice: Lattice
     strips: Strips
-    shared: np.ndarray | None
+    shared: np.ndarray
     listed: np.ndarray
     graph: bool
     sums: np.ndarray
-    missing: tuple[float, float]
+    n_node: np.ndarray
+    borders: np.ndarray
 
     @property
     def runs(self) -> slice:
@@ -99,63 +100,56 @@ class LatticeRuns:
         found: np.ndarray = runs_of_keys(strips.places, strips.runs, strips.start, keys)
         return found
 
-    def is_shared(self, nodes: np.ndarray) -> np.ndarray:
-        """Whether other triangles have some nodes as corners."""
-        if self.shared is None:
-            return np.ones(len(nodes), dtype=bool)
-        return is_among(nodes, self.shared)
+    def count(self, sides: np.ndarray, counts: np.ndarray) -> int:
+        """Add private nodes and open edges to the counts of units, given those on both sides of
+        each run; the nodes of shells.
+        """
+        alone = sides[:, 0] != sides[:, 1]
+        for side in sides.T:
+            rows = np.flatnonzero(alone & (side >= 0))
+            times = np.bincount(side[rows], self.n_node[rows], len(counts))
+            counts[:, VERTICES] += times.astype(np.int64)
+        count_borders(self.borders, sides, counts)
+        return int(self.n_node[alone].sum())
+
+    def rows_of(self, elements: np.ndarray) -> np.ndarray:
+        """Those of some elements that are its runs, as rows of these."""
+        rows: np.ndarray = elements[(elements >= self.runs.start) & (elements < self.runs.stop)]
+        return rows - self.first
 
     def unlisted(self) -> np.ndarray:
         """Whether each triangle is in a run and not listed, bool, by keys."""
         n_row, n_col = self.lattice.shape
         marks = np.zeros(2 * max(n_row - 1, 0) * max(n_col - 1, 0), dtype=bool)
-        mark_runs(self.strips.places, self.strips.runs, marks)
+        for low, high in _ranges(self.lattice.shape):
+            label = _labels(self.strips, self.lattice, low, high)
+            marks[2 * low * (n_col - 1) : 2 * high * (n_col - 1)] = label.ravel() >= 0
         marks[self.listed] = False
         return marks
 
     def corners(self, keys: np.ndarray, origin: np.ndarray) -> np.ndarray:
         """Local corners (n, 3, 3) of triangles."""
-        nodes = self.lattice.corners_of_keys(keys).ravel()
-        return (self.lattice.places_of_nodes(nodes) - origin).reshape(-1, 3, 3)
+        return corners_of(self.lattice, keys, origin)
 
-    def count(self, sides: np.ndarray, counts: np.ndarray) -> tuple[int, np.ndarray]:
-        """Add private nodes and edges to the counts of units; see `count_private`.
 
-        Returns
-        -------
-        n : int
-            Nodes of shells.
-        joined : ndarray of int64, shape (n, 2)
-            Runs with a common private edge.
-        """
-        n_used, joined = 0, [np.empty((0, 2), dtype=np.int64)]
-        n_row = self.lattice.shape[0]
-        for low, high in _ranges(n_row - 1, self.lattice.shape[1]):
-            # nodes have cells on both sides of their row
-            before = max(low - 1, 0)
-            a, runs = _some_rows(self.strips, before, high)
-            start = int(self.strips.start[before])
-            shared = _marks(self.shared, before, high, self.lattice.shape[1])
-            last = high - before - (0 if high == n_row - 1 else 1)
-            n, pairs = count_private(
-                a, label_runs(a, runs)[0], shared, sides[start : start + len(runs)],
-                low - before, last, counts,
-            )  # fmt: skip
-            n_used += n
-            joined.append(pairs + start)
-        return n_used, np.concatenate(joined)
+def corners_of(source: TriSurface | Lattice, keys: np.ndarray, origin: np.ndarray) -> np.ndarray:
+    """Local corners (n, 3, 3) of triangles by key."""
+    nodes = source.corners_of_keys(keys).ravel()
+    places: np.ndarray = source.places_of_nodes(nodes) - origin
+    return places.reshape(-1, 3, 3)
 
 
 def read_runs(
     pieces: Pieces, i: int, keys: np.ndarray, strips: Strips, level: float
 ) -> LatticeRuns | None:
-    """Read the runs of one lattice; None if they are not what checks by runs depend on.
+    """Read the runs of one lattice; None if they are not what a certificate depends on.
 
     `keys` are those of its triangles that are listed.
     """
     lattice = pieces.sources[i].lattice
     assert lattice is not None  # only lattices have strips
-    if not _in_rows(strips) or (
+    n_run, (n_row, n_col) = len(strips.runs), lattice.shape
+    if not _in_rows(strips, lattice) or (
         len(keys) and (runs_of_keys(strips.places, strips.runs, strips.start, keys) >= 0).any()
     ):
         return None
@@ -171,28 +165,36 @@ def read_runs(
 
     # where the map may fold, all triangles are listed and compared with each other; copies at tears
     # are in no run
-    size = max(np.abs(lattice.extent).max(), np.abs(pieces.origin).max())
-    graph = bool(height_in_map(lattice) > 16 * EPS * size)
-    shared = distinct(nodes, lattice.corners_of_keys(distinct(keys))) if graph else None
-    sums, rest, listed = np.zeros((len(strips.runs), N_SUM)), np.zeros((1, 3)), []
+    graph = is_graph(lattice, pieces.origin)
+    shared = np.full(lattice.n_node, not graph)
+    shared[nodes] = True
+    corners = lattice.corners_of_keys(keys)
+    shared[corners[corners < lattice.n_node]] = True
+
+    sums, n_node = np.zeros((n_run + 1, N_SUM)), np.zeros(n_run, dtype=np.int64)
     sums[:, 8:11], sums[:, 11:14] = np.inf, -np.inf
-    n_row, n_col = lattice.shape
-    for low, high in _ranges(n_row - 1, n_col):
-        a, runs = _some_rows(strips, low, high)
-        label, n_bad = label_runs(a, runs)
-        if n_bad or count_unusable(*lattice.coordinates, a, runs):
-            return None
-        start = int(strips.start[low])
-        keys = keys_at_shared(a, label, _marks(shared, low, high, n_col))
+    listed, borders = [np.empty(0, dtype=np.int64)], [np.empty(0, dtype=np.int64)]
+    for low, high in _ranges(lattice.shape):
+        # nodes have cells on both sides of their row, so that labels begin with the row before
+        before = max(low - 1, 0)
+        label = _labels(strips, lattice, before, high)
+        marks = shared.reshape(n_row, n_col)[before : high + 1]
+        rows = slice(low - before, high - before + int(high == n_row - 1))
+        own = label[low - before :]
+        sums_of_runs(*lattice.coordinates, strips.places, own, low, pieces.origin, level, sums)
+        keys = np.flatnonzero(_touched(own, marks[low - before :], lattice.rising) & (own >= 0))
         listed.append(keys + low * 2 * (n_col - 1))
-        sums_of_runs(
-            *lattice.coordinates, a, label, pieces.origin, level,
-            sums[start : start + len(runs)], rest,
-        )  # fmt: skip
-    found = np.concatenate([np.empty(0, dtype=np.int64), *listed])
-    missing = 0.5 * float(rest[0, 0] + rest[0, 1]), float(rest[0, 2])
+        n_node += _count_nodes(label, ~marks, lattice.rising, rows, n_run)
+        borders.append(_borders(label, ~marks, lattice.rising, rows) @ [n_run + 1, 1] + n_run + 2)
+    if not np.isfinite(sums[:-1]).all() or (sums[:-1, 7] != _lengths(strips)).any():
+        return None
+    pairs, number = number_keys(np.concatenate(borders))
+    one, two = np.divmod(pairs, n_run + 1)
     element = len(pieces.triangles) + int(pieces.first_run[i])
-    return LatticeRuns(i, element, lattice, strips, shared, found, graph, sums, missing)
+    return LatticeRuns(
+        i, element, lattice, strips, shared, np.concatenate(listed), graph, sums, n_node,
+        np.stack([one - 1, two - 1, np.bincount(number, minlength=len(pairs))], axis=1),
+    )  # fmt: skip
 
 
 def height_in_map(lattice: Lattice) -> float:
@@ -202,40 +204,105 @@ def height_in_map(lattice: Lattice) -> float:
     return lattice.node_height if isinstance(lattice, TornLattice) else lattice.map_height
 
 
-def _ranges(n_row: int, n_col: int) -> Iterator[tuple[int, int]]:
-    """Ranges of rows of cells (first, last + 1), of which there are `n_row`."""
+def is_graph(lattice: Lattice, origin: np.ndarray) -> bool:
+    """Whether triangles whose corners are nodes lie side by side on the map."""
+    # local coordinates are rounded: a triangle that is higher than that does not turn over
+    size = max(np.abs(lattice.extent).max(), np.abs(origin).max())
+    return bool(height_in_map(lattice) > 16 * EPS * size)
+
+
+def _ranges(shape: tuple[int, int]) -> Iterator[tuple[int, int]]:
+    """Ranges of rows of cells (first, last + 1) of a lattice."""
+    n_row, n_col = shape
     step = max(_RUNS_AT_ONCE // n_col, 1)
-    for low in range(0, n_row, step):
-        yield low, min(low + step, n_row)
+    for low in range(0, n_row - 1, step):
+        yield low, min(low + step, n_row - 1)
 
 
-def _some_rows(strips: Strips, low: int, high: int) -> tuple[np.ndarray, np.ndarray]:
-    """Layout of rows of cells (first, last + 1), and their runs; rows count from there."""
-    a = strips.places.copy()
-    for axis in range(3):
-        a[3 * axis] += low * a[3 * axis + 1]
-    a[N_ROW] = high - low + 1
-    runs = strips.runs[strips.start[low] : strips.start[high]].copy()
-    runs[:, ROW] -= low
-    return a, runs
+def _lengths(strips: Strips) -> np.ndarray:
+    """Number of triangles of each run."""
+    lengths: np.ndarray = strips.runs[:, LAST] - strips.runs[:, FIRST] + 1
+    return lengths
 
 
-def _marks(nodes: np.ndarray | None, low: int, high: int, n_col: int) -> np.ndarray:
-    """Whether each node of some rows of cells (first, last + 1) is among some that rise."""
-    marks = np.full((high - low + 1) * n_col, nodes is None)
-    if nodes is not None:
-        some = slice(*np.searchsorted(nodes, (low * n_col, (high + 1) * n_col)))
-        marks[nodes[some] - low * n_col] = True
-    return marks
+def _labels(strips: Strips, lattice: Lattice, low: int, high: int) -> np.ndarray:
+    """The run that lists each triangle of rows of cells (first, last + 1), int64 (row, col, half);
+    -1 for none.
+    """
+    first, last = strips.start[low], strips.start[high]
+    width = 2 * (lattice.shape[1] - 1)
+    runs = strips.runs[first:last]
+    ends = (runs[:, ROW, None] - low) * width + runs[:, [FIRST, LAST]] + [0, 1]
+    lengths = np.diff(ends.ravel(), prepend=0, append=(high - low) * width)
+    run = np.full(2 * len(runs) + 1, -1)  # what is between runs, and runs
+    run[1::2] = np.arange(first, last)
+    label = np.repeat(run, lengths).reshape(high - low, width // 2, 2)
+
+    # along a row, the halves of a cell come in the other order where diagonals rise
+    return np.ascontiguousarray(label[:, :, ::-1]) if lattice.rising else label
 
 
-def _in_rows(strips: Strips) -> bool:
+def _touched(label: np.ndarray, shared: np.ndarray, rising: bool) -> np.ndarray:
+    """Whether each triangle has a shared corner, bool (row, col, half)."""
+    n_row, n_col, _ = label.shape
+    found = np.zeros(label.shape, dtype=bool)
+    for half, corners in enumerate(_CORNERS[rising]):
+        for row, col in corners:
+            found[:, :, half] |= shared[row : row + n_row, col : col + n_col]
+    return found
+
+
+def _count_nodes(
+    label: np.ndarray, private: np.ndarray, rising: bool, rows: slice, n_run: int
+) -> np.ndarray:
+    """Private nodes of some rows, each counted for the last of the runs around it."""
+    n_row, n_col, _ = label.shape
+    run = np.full(private.shape, -1)
+    for half, corners in enumerate(_CORNERS[rising]):
+        for row, col in corners:
+            around = run[row : row + n_row, col : col + n_col]
+            np.maximum(around, label[:, :, half], out=around)
+    counted = run[rows][private[rows]]
+    return np.bincount(counted[counted >= 0], minlength=n_run)
+
+
+def _borders(label: np.ndarray, private: np.ndarray, rising: bool, rows: slice) -> np.ndarray:
+    """The runs (n, 2) on both sides of each private edge that two runs have, or a run and none.
+
+    An edge belongs to the row of its lower node.
+    """
+    around = np.pad(label, ((1, 1), (1, 1), (0, 0)), constant_values=-1)
+    east, west = (0, 1) if rising else (1, 0)  # halves with an eastern and a western edge
+    cells = slice(rows.start, None)
+    ends = [
+        private[row : row + len(label), col : col + label.shape[1]]
+        for row, col in _DIAGONAL[rising]
+    ]
+    pairs = []
+    for one, two, is_private in (
+        (label[cells, :, 0], label[cells, :, 1], (ends[0] & ends[1])[cells]),
+        (around[:-1, 1:-1, 1][rows], around[1:, 1:-1, 0][rows],
+         (private[:, :-1] & private[:, 1:])[rows]),
+        (around[1:-1, :-1, east][cells], around[1:-1, 1:, west][cells],
+         (private[:-1] & private[1:])[cells]),
+    ):  # fmt: skip
+        some = is_private & (one != two)
+        pairs.append(np.stack([one[some], two[some]], axis=1))
+    return np.concatenate(pairs)
+
+
+def _in_rows(strips: Strips, lattice: Lattice) -> bool:
     """Whether runs are sorted, `start` has the first one of each row, and none leaves the rows."""
     runs, start = strips.runs, strips.start
+    n_row, n_col = lattice.shape
     step, along = np.diff(runs[:, ROW]), runs[1:, FIRST] > runs[:-1, LAST]
-    if len(start) != strips.places[N_ROW] or ((step < 0) | ((step == 0) & ~along)).any():
+    if len(start) != n_row or ((step < 0) | ((step == 0) & ~along)).any():
         return False
-    expected = np.searchsorted(runs[:, ROW], np.arange(len(start)))
+    if (_lengths(strips) < 1).any() or (runs[:, FIRST] < 0).any():
+        return False
+    if (runs[:, LAST] >= 2 * (n_col - 1)).any():
+        return False
+    expected = np.searchsorted(runs[:, ROW], np.arange(n_row))
     return bool((expected == start).all() and start[0] == 0 and start[-1] == len(runs))
 
 
@@ -244,29 +311,13 @@ def _in_order(rows: np.ndarray, n: int) -> bool:
     return not len(rows) or bool((np.diff(rows) > 0).all() and rows[0] >= 0 and rows[-1] < n)
 
 
+# ---- facts ----------------------------------------
+
+
 _AT_ONCE = 1 << 17  # triangles that are compared with their input triangles, of several surfaces
 _MANY_RUNS = 1000  # of all lattices, from which they are read in two threads
-
-
-def sides_of(patches: Patches, units: Units) -> tuple[np.ndarray, np.ndarray] | None:
-    """Units in front of and behind each element (n, 2), -1 outside, and the surfaces that shells
-    name there; None if units are not stored by elements of these patches.
-    """
-    stored = [one for one in (u.__dict__.get("_shell") for u in units.values()) if one is not None]
-    if not stored or len(stored) < len(units):
-        return None
-    shells: Shells = stored[0][0]
-    rows = [u for of, u in stored if of is shells]
-    cells = shells.cells
-    if len(set(rows)) < len(stored) or cells.pieces is not patches.pieces:
-        return None
-
-    # numbers of shells become those of units, in their order; the last is that of the outside
-    number = np.full(len(shells.volumes) + 1, -1)
-    number[rows] = np.arange(len(rows))
-    faces = np.concatenate([number[shells.sides], [[-1, -1]]])
-    named = np.append(cells.surface_of, -1)
-    return faces[cells.face_of_element], named[cells.face_of_element]
+_MOST = 1 << 26  # rays times triangles, up to which the boxes of all are compared
+_SLIP = 1e-3  # [m] around boxes and rays; far more than rounding in a frame moves them by
 
 
 @dataclass(frozen=True, eq=False)
@@ -275,39 +326,50 @@ class Facts:
 
     Attributes
     ----------
-    elements : Elements
+    patches : Patches
+    pieces : Pieces
+        Its triangles are the first elements, and the first that are listed.
     cut : ndarray of int64, shape (n_surface + 1,)
         First triangle of each surface among those of the pieces.
-    keys : (ndarray, ndarray, int)
-        As `number_triangles` returns them for the triangles of the pieces.
     lattices : list of LatticeRuns
     level : float
         Local elevation that volumes are measured from [m].
+    local : ndarray of float64, shape (n_vertex, 3)
+    triangles : ndarray of int64, shape (n_listed, 3)
+        Triangles that are listed: those of the pieces, then those in runs that have a corner in
+        common with others.
+    element : ndarray of int64, shape (n_listed,)
+        The element that each is a part of.
     n_shared : int
-        Vertices of `elements.local` up to this one belong to triangles that are all listed.
-    heights : float
-        Smallest height of a triangle in the map, of all lattices whose runs are not all listed.
+        Vertices up to this one belong to triangles that are all listed.
+    ring : ndarray of int64, shape (3 * n_listed,)
+        Next half-edge around the same edge.
+    keys : (ndarray, ndarray, int)
+        Number of the corners of each triangle of the pieces, whether these go round in rising
+        order, and how many numbers there are.
     """
 
     patches: Patches
-    elements: Elements
+    pieces: Pieces
     cut: np.ndarray
-    keys: tuple[np.ndarray, np.ndarray, int]
     lattices: list[LatticeRuns]
     level: float
+    local: np.ndarray
+    triangles: np.ndarray
+    element: np.ndarray
     n_shared: int
-    heights: float
+    ring: np.ndarray
+    keys: tuple[np.ndarray, np.ndarray, int]
 
     @classmethod
     def of(cls, patches: Patches) -> Facts | None:
-        """The facts of a rebuilt mesh; None if its triangles have to be listed."""
-        pieces = patches.__dict__.get("pieces")
-        if pieces is None or all(strips is None for strips in pieces.strips):
-            return None
-        if not len(pieces.triangles):
-            return None  # surfaces that nothing touches: there is no model to speak of
+        """The facts of a rebuilt mesh; None if its runs are not what these depend on.
+
+        Patches without runs always have facts.
+        """
+        pieces: Pieces = patches.pieces
         if (np.diff(pieces.surface) < 0).any():
-            return None
+            raise InputError("patches list their triangles surface by surface; sort these.")
         cut = np.searchsorted(pieces.surface, np.arange(len(pieces.sources) + 1))
         level = _level(patches, pieces)
         rows = [
@@ -315,40 +377,98 @@ class Facts:
             for i, of in enumerate(pieces.strips)
             if of is not None
         ]
-        found = map_threads(read_runs, rows, worth=bool(pieces.first_run[-1] > _MANY_RUNS))
-        lattices = [one for one in found if one is not None]
-        return (
-            _listed(patches, pieces, cut, lattices, level) if len(lattices) == len(rows) else None
+        lattices = map_threads(read_runs, rows, worth=bool(pieces.first_run[-1] > _MANY_RUNS))
+        if any(one is None for one in lattices):
+            return None
+        local, triangles, n_shared = _listed(pieces, lattices)
+        run_of = (one.first + one.run_of(one.listed) for one in lattices)
+        element = np.concatenate([np.arange(len(pieces.triangles)), *run_of])
+        ring, _ = edges(triangles, len(local))
+        if _runs_meet_others(len(local), triangles, element, ring, len(pieces.triangles)):
+            return None
+
+        # a triangle of a run with the corners of another triangle: both have to be compared
+        n = len(pieces.triangles)
+        key, rising, n_key = number_corners(triangles, len(local))
+        n_own = int(key[:n].max(initial=-1)) + 1
+        if n_key - n_own < len(triangles) - n:
+            return None
+        keys = key[:n], rising[:n], n_own
+        return cls(
+            patches, pieces, cut, lattices, level, local, triangles, element, n_shared, ring, keys
         )
 
-    def counts(self, sides: np.ndarray, n_unit: int) -> tuple[np.ndarray, int, bool]:
-        """Vertices, edges and open edges of each unit (n_unit, 3); vertices of all shells; whether
-        the triangles of each run are connected in it alone.
-        """
-        counts = np.zeros((n_unit, 3), dtype=np.int64)
-        elements = self.elements
-        n_used, conflicts = count_shared(
-            elements.triangles, elements.element, len(self.patches.pieces.triangles),
-            sides[elements.element], len(elements.local), self.n_shared, counts,
-        )  # fmt: skip
-        for one in self.lattices:
-            n_used += one.count(sides[one.runs], counts)[0]
-        return counts, n_used, conflicts == 0
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the surfaces."""
+        return self.patches.names
 
-    def sizes(self, sides: np.ndarray, n_unit: int) -> np.ndarray:
-        """Sums over the shells of units, see `add_to_units`."""
-        pieces: Pieces = self.patches.pieces
-        out = np.zeros((n_unit, 6))
-        n = len(pieces.triangles)
-        add_triangles_to_units(pieces.x, pieces.triangles, self.level, sides[:n], out)
+    @property
+    def sources(self) -> tuple[TriSurface, ...]:
+        """Surfaces."""
+        return self.patches.sources
+
+    def rows_of(self, role: str) -> list[int]:
+        """Surfaces of one role."""
+        return [i for i, source in enumerate(self.sources) if source.role == role]
+
+    @cached_property
+    def surface_of_triangle(self) -> np.ndarray:
+        """Surface of each element."""
+        runs = (np.full(len(one.n_node), one.surface) for one in self.lattices)
+        return np.concatenate([self.pieces.surface, *runs])
+
+    @cached_property
+    def n_triangle(self) -> np.ndarray:
+        """Number of triangles of each element."""
+        n = np.ones(len(self.pieces.triangles), dtype=np.int64)
+        return np.concatenate([n, *(_lengths(one.strips) for one in self.lattices)])
+
+    @cached_property
+    def bounds_of_runs(self) -> np.ndarray:
+        """Lower, then upper corner of each run, local, float64 (n_run, 6)."""
+        return np.concatenate([np.empty((0, 6)), *(one.sums[:-1, 8:14] for one in self.lattices)])
+
+    @cached_property
+    def within(self) -> np.ndarray:
+        """Whether all corners of each element are within the bounds of the walls."""
+        low, high = _bounds(self.patches)
+        x, t, runs = self.pieces.x, self.pieces.triangles, self.bounds_of_runs
+        inside = ((x >= low) & (x <= high)).all(axis=1)
+        of_runs = (runs[:, :3] >= low).all(axis=1) & (runs[:, 3:] <= high).all(axis=1)
+        return np.concatenate([inside[t[:, 0]] & inside[t[:, 1]] & inside[t[:, 2]], of_runs])
+
+    @cached_property
+    def _sums(self) -> np.ndarray:
+        """Sums over the triangles of the pieces of each surface: beyond the walls, and within."""
+        n = len(self.pieces.triangles)
+        row = 2 * self.pieces.surface + self.within[:n]
+        sums = np.zeros((2 * len(self.sources), N_SUM))
+        sums_of_triangles(self.pieces.x, self.pieces.triangles, row, self.level, sums)
+        return sums.reshape(-1, 2, N_SUM)
+
+    @cached_property
+    def rise(self) -> np.ndarray:
+        """Twice the area of each surface in the map, of what is within the bounds of the walls;
+        below 0 where normals look down [m2].
+        """
+        rise: np.ndarray = self._sums[:, 1, 6].copy()
         for one in self.lattices:
-            add_to_units(sides[one.runs], one.sums, out)
-        return out
+            rise[one.surface] += one.sums[:-1, 6][self.within[one.runs]].sum()
+        return rise
+
+    @cached_property
+    def joined(self) -> np.ndarray:
+        """Runs with a common edge that no other triangle has, int64 (n, 2)."""
+        pairs = [np.empty((0, 2), dtype=np.int64)]
+        for one in self.lattices:
+            both = one.borders[:, :2]
+            pairs.append(one.first + both[(both >= 0).all(axis=1)])
+        return np.concatenate(pairs)
 
     def matched(self, sides: np.ndarray, named: np.ndarray) -> Matched:
-        """Elements of shells among those of the patches."""
-        pieces: Pieces = self.patches.pieces
-        n, n_all = len(pieces.triangles), len(sides)
+        """Elements of shells among those of the patches; `sides` and `named` as of `sides_of`."""
+        n, n_all = len(self.pieces.triangles), len(sides)
 
         # runs have a corner that no other element has: each has a key of its own
         key, rising, n_key = self.keys
@@ -365,36 +485,96 @@ class Facts:
         order = np.argsort(unit, kind="stable")
         of, unit, turned = of[order], unit[order], turned[order]
         surface = named[of]
-        row = rows_on(self.elements.surface_of_triangle, key, surface, key[of], n_key + n_all - n)
+        row = rows_on(self.surface_of_triangle, key, surface, key[of], n_key + n_all - n)
         behind = turned == turn[row]
-        return Matched(unit, surface, key[of], row, behind, turned, key, turn, n_key + n_all - n)
+        return Matched(
+            unit, surface, key[of], row, behind, turned, key, turn, n_key + n_all - n,
+            self.n_triangle[of], _Middles(self, of),
+        )  # fmt: skip
 
     def corners_of_unit(self, sides: np.ndarray, unit: int) -> np.ndarray:
         """Corners (n, 3, 3) of the shell of a unit, turned outward."""
-        pieces: Pieces = self.patches.pieces
-        mine = (sides == unit).any(axis=1) & (sides[:, 0] != sides[:, 1])
-        n = len(pieces.triangles)
-        some = np.flatnonzero(mine[:n])
-        corners, of = [pieces.x[pieces.triangles[some]]], [some]
-        for part, rows in self._triangles_of_runs(np.flatnonzero(mine[n:]) + n):
-            corners.append(part)
-            of.append(rows)
-        found, row = np.concatenate(corners), np.concatenate(of)
-        inward = sides[row, 0] == unit
+        mine = np.flatnonzero((sides == unit).any(axis=1) & (sides[:, 0] != sides[:, 1]))
+        some = mine[mine < len(self.pieces.triangles)]
+        corners, of = [self.pieces.x[self.pieces.triangles[some]]], [some]
+        for one in self.lattices:
+            keys, row = one.strips.keys_of(one.rows_of(mine))
+            corners.append(one.corners(keys, self.patches.origin))
+            of.append(one.first + row)
+        found, inward = np.concatenate(corners), sides[np.concatenate(of), 0] == unit
         found[inward] = found[inward][:, [0, 2, 1]]
         return found
 
-    def _triangles_of_runs(self, rows: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Corners and elements of the triangles of some runs, lattice by lattice."""
-        out = []
+    def first_corners(self, elements: np.ndarray) -> np.ndarray:
+        """Corners (n, 3, 3) of the triangle with the lowest key of each of some elements, which
+        rise.
+        """
+        some = elements[elements < len(self.pieces.triangles)]
+        parts = [self.pieces.x[self.pieces.triangles[some]]]
         for one in self.lattices:
-            mine = rows[(rows >= one.runs.start) & (rows < one.runs.stop)]
-            if len(mine):
-                runs = one.strips.runs[mine - one.first]
-                keys = keys_of_runs(one.lattice.places, runs)
-                of = np.repeat(mine, runs[:, LAST] - runs[:, FIRST] + 1)
-                out.append((one.corners(keys, self.patches.origin), of))
-        return out
+            rows = one.rows_of(elements)
+            keys = lowest_keys(one.strips.places, one.strips.runs[rows])
+            parts.append(one.corners(keys, self.patches.origin))
+        return np.concatenate(parts)
+
+    def triangles_near(
+        self, starts: np.ndarray, wanted: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Triangles of wanted elements that rays along axes from some elements may meet.
+
+        Parameters
+        ----------
+        starts : ndarray of int64
+            Elements that rays start from: wanted ones.
+        wanted : ndarray of bool, shape (n,)
+
+        Returns
+        -------
+        x, triangles, element : ndarray
+        first : ndarray of int64
+            The triangle that each ray starts from.
+        """
+        # a ray runs along the axis on which its first triangle is widest
+        some = self.first_corners(distinct(starts))
+        low, high = some.min(axis=1) - _SLIP, some.max(axis=1) + _SLIP
+        boxes = np.concatenate([low, high], axis=1)
+        a, b, c = (some[:, k] for k in range(3))
+        ray, axes = np.arange(len(some)), np.abs(np.cross(b - a, c - a)).argmax(axis=1)
+        boxes[ray, axes], boxes[ray, 3 + axes] = -np.inf, np.inf
+
+        # most triangles are far from all rays; those of many rays and triangles are all taken
+        x, t = self.pieces.x, self.pieces.triangles
+        listed = np.flatnonzero(wanted[: len(t)])
+        if len(boxes) * len(listed) <= _MOST:
+            around = triangle_boxes(x, t[listed])
+            listed = listed[distinct(*(faces_in_box(around, box) for box in boxes))]
+        corners, of = [x[t[listed]]], [listed]
+        for one, keys, elements in self._runs_near(boxes, wanted):
+            corners.append(one.corners(keys, self.patches.origin))
+            of.append(elements)
+        x, element = np.concatenate(corners).reshape(-1, 3), np.concatenate(of)
+        first = first_rows(element, len(wanted))[starts]
+        return x, np.arange(len(x)).reshape(-1, 3), element, first
+
+    def _runs_near(
+        self, boxes: np.ndarray, wanted: np.ndarray
+    ) -> Iterator[tuple[LatticeRuns, np.ndarray, np.ndarray]]:
+        """Lattices, the keys of their triangles in wanted runs near boxes, and the runs."""
+        low, high = self.bounds_of_runs[:, :3], self.bounds_of_runs[:, 3:]
+        some = np.zeros(len(wanted), dtype=bool)
+        of_runs = some[len(self.pieces.triangles) :]
+        for box in boxes:
+            of_runs |= ((low <= box[3:]) & (high >= box[:3])).all(axis=1)
+        some &= wanted
+        world = boxes + np.tile(self.patches.origin, 2)
+        region = Boxes(world[:, :2] - _SLIP, world[:, 3:5] + _SLIP)
+        for one in self.lattices:
+            if some[one.runs].any():
+                cells = region.cells(one.lattice)
+                keys = np.stack([2 * cells, 2 * cells + 1], axis=1).ravel()
+                run = one.run_of(keys)
+                mine = np.flatnonzero((run >= 0) & some[one.runs][run])
+                yield one, keys[mine], one.first + run[mine]
 
     def new_triangles(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Rows of listed triangles that are not copies of their input triangle, and its corners.
@@ -402,8 +582,7 @@ class Facts:
         Some surfaces at once, in their order. Triangles in runs are copies: their corners are read
         from the lattice.
         """
-        pieces: Pieces = self.patches.pieces
-        first = 0
+        pieces, first = self.pieces, 0
         while first < len(pieces.sources):
             last = int(np.searchsorted(self.cut, self.cut[first] + _AT_ONCE, "right")) - 1
             last = min(max(last, first + 1), len(pieces.sources))
@@ -415,48 +594,79 @@ class Facts:
 
     def _parents(self, i: int) -> np.ndarray:
         """Local corners (n, 3, 3) of the input triangles of the listed triangles of a surface."""
-        pieces, source = self.patches.pieces, self.patches.sources[i]
-        nodes = source.corners_of_keys(pieces.key[self.cut[i] : self.cut[i + 1]]).ravel()
-        corners: np.ndarray = source.places_of_nodes(nodes) - pieces.origin
-        return corners.reshape(-1, 3, 3)
+        keys = self.pieces.key[self.cut[i] : self.cut[i + 1]]
+        return corners_of(self.sources[i], keys, self.patches.origin)
 
-    def copies_of(self, one: LatticeRuns) -> np.ndarray:
-        """Rows of listed triangles that are parts of copies at tears: these may lie over others."""
-        if not isinstance(one.lattice, TornLattice):
+    def copies_of(self, i: int) -> np.ndarray:
+        """Rows of listed triangles of a surface that are parts of copies at tears: these may lie
+        over others.
+        """
+        lattice = self.sources[i].lattice
+        if not isinstance(lattice, TornLattice):
             return np.empty(0, dtype=np.int64)
-        first = self.cut[one.surface]
-        keys = self.patches.pieces.key[first : self.cut[one.surface + 1]]
-        rows: np.ndarray = first + np.flatnonzero(keys >= one.lattice.n_key)
+        keys = self.pieces.key[self.cut[i] : self.cut[i + 1]]
+        rows: np.ndarray = self.cut[i] + np.flatnonzero(keys >= lattice.n_key)
         return rows
+
+    @cached_property
+    def graphs(self) -> np.ndarray:
+        """The number of each surface whose triangles lie side by side on the map, but for copies
+        at tears; -1 for others.
+        """
+        lattices = (source.lattice for source in self.sources)
+        flat = [one is not None and is_graph(one, self.patches.origin) for one in lattices]
+        return np.where(flat, np.arange(len(flat)), -1)
+
+    @property
+    def height(self) -> float:
+        """Smallest height in the map of a triangle of a run that is not listed; infinite if there
+        is none.
+        """
+        heights = (height_in_map(one.lattice) for one in self.lattices if one.graph)
+        return min(heights, default=math.inf)
 
     def areas(self) -> list[tuple[float, float, float]]:
         """Area of each surface, that of its input, and the sum of all sides of its triangles."""
         of_lattice = {one.surface: one for one in self.lattices}
-        pieces: Pieces = self.patches.pieces
         found = []
-        for i, source in enumerate(pieces.sources):
-            mine = pieces.triangles[self.cut[i] : self.cut[i + 1]]
-            areas, around = sizes_of_triangles(pieces.x, mine)
-            area, rim = 0.5 * math.fsum(areas.tolist()), float(around.sum())
-            one = of_lattice.get(i)
+        for i, source in enumerate(self.sources):
+            one, mine = of_lattice.get(i), self._sums[i]
+            runs = np.empty((0, N_SUM)) if one is None else one.sums[:-1]
+            rim = float(mine[:, 5].sum() + runs[:, 5].sum())
             if one is None:
-                x = source.vertices - self.patches.origin
-                before = sums_of_triangles(x, source.triangles)[1]
+                before = self._area_of(source.vertices - self.patches.origin, source.triangles)
             else:
-                runs = 0.5 * math.fsum(one.sums[:, 2:4].ravel().tolist())
-                area, before = area + runs, one.missing[0] + runs
+                before = _area(one.sums)
                 if isinstance(one.lattice, TornLattice):  # copies are in the place of what is gone
-                    before += self._area_of(one, one.lattice.keys_of_copies)
-                    before -= self._area_of(one, one.lattice.gone)
-                rim += float(one.sums[:, 5].sum())
-            found.append((area, before, rim))
+                    for sign, keys in ((1, one.lattice.keys_of_copies), (-1, one.lattice.gone)):
+                        x = one.corners(keys, self.patches.origin).reshape(-1, 3)
+                        before += sign * self._area_of(x, np.arange(len(x)).reshape(-1, 3))
+            found.append((_area(np.concatenate([mine, runs])), before, rim))
         return found
 
-    def _area_of(self, one: LatticeRuns, keys: np.ndarray) -> float:
-        """Area of some triangles of a lattice [m2]."""
-        x = one.corners(keys, self.patches.origin).reshape(-1, 3)
-        area: float = sums_of_triangles(x, np.arange(len(x)).reshape(-1, 3))[1]
-        return area
+    def _area_of(self, x: np.ndarray, triangles: np.ndarray) -> float:
+        """Area of some triangles [m2]."""
+        sums, row = np.zeros((1, N_SUM)), np.zeros(len(triangles), dtype=np.int64)
+        sums_of_triangles(x, triangles, row, self.level, sums)
+        return _area(sums)
+
+
+def _area(sums: np.ndarray) -> float:
+    """The area that some rows of sums have [m2]."""
+    return 0.5 * math.fsum(sums[:, 2:4].ravel().tolist())
+
+
+@dataclass(frozen=True, eq=False)
+class _Middles:
+    """The middle of the first triangle of each of some elements: see `Matched`."""
+
+    facts: Facts
+    elements: np.ndarray
+
+    def __call__(self, i: int) -> np.ndarray:
+        corners = self.facts.first_corners(self.elements[i : i + 1])[0]
+        middle: np.ndarray = corners.mean(axis=0) + self.facts.patches.origin
+        return middle
 
 
 def _bounds(patches: Patches) -> np.ndarray:
@@ -474,136 +684,39 @@ def _level(patches: Patches, pieces: Pieces) -> float:
     return float(pieces.x[:, 2].mean()) if len(pieces.x) else 0.0
 
 
-def _listed(
-    patches: Patches, pieces: Pieces, cut: np.ndarray, lattices: list[LatticeRuns], level: float
-) -> Facts | None:
-    """List the triangles with shared corners; their vertices first, private ones last."""
-    n = len(pieces.triangles)
-    places, corners, private = [], [], []
-    count = len(pieces.x)
+def _listed(pieces: Pieces, lattices: list[LatticeRuns]) -> tuple[np.ndarray, np.ndarray, int]:
+    """Vertices and triangles of the pieces, and of those of runs with a shared corner. Private
+    vertices come last; how many come before.
+    """
+    count, places, private = len(pieces.x), [pieces.x], []
     for one in lattices:
-        nodes, at = np.unique(one.lattice.corners_of_keys(one.listed), return_inverse=True)
-        own = np.full(len(nodes), -1)
-        where = np.searchsorted(one.strips.nodes, nodes)
-        where = np.minimum(where, max(len(one.strips.nodes) - 1, 0))
-        if len(one.strips.nodes):
-            known = one.strips.nodes[where] == nodes
-            own[known] = one.strips.points[where[known]]
-        new = np.flatnonzero((own < 0) & one.is_shared(nodes))
+        corners = one.lattice.corners_of_keys(one.listed)
+        used = np.zeros(one.lattice.n_node, dtype=bool)
+        used[corners] = True
+        own = np.full(one.lattice.n_node, -1)
+        own[one.strips.nodes] = one.strips.points
+        new = np.flatnonzero(used & one.shared & (own < 0))
         own[new] = count + np.arange(len(new))
         count += len(new)
-        places.append(one.lattice.places_of_nodes(nodes[new]) - pieces.origin)
-        private.append((one, nodes, at.reshape(-1, 3), own))
-    n_shared = count
-    for one, nodes, at, own in private:
-        new = np.flatnonzero(own < 0)
+        places.append(one.lattice.places_of_nodes(new) - pieces.origin)
+        private.append((one, corners, np.flatnonzero(used & ~one.shared), own))
+    n_shared, triangles = count, [pieces.triangles]
+    for one, corners, new, own in private:
         own[new] = count + np.arange(len(new))
         count += len(new)
-        places.append(one.lattice.places_of_nodes(nodes[new]) - pieces.origin)
-        corners.append(own[at])
-    local = np.concatenate([pieces.x, *places])
-    element = [np.arange(n), *(one.first + one.run_of(one.listed) for one in lattices)]
-
-    # elements: triangles first, then runs
-    n_run = int(pieces.first_run[-1])
-    bounds = _bounds(patches)
-    rise, within = np.zeros(len(pieces.sources)), np.zeros(n + n_run, dtype=bool)
-    rises_of_triangles(pieces.x, pieces.triangles, pieces.surface, *bounds, rise, within[:n])
-    boxes, n_triangle = np.zeros((n_run, 6)), np.ones(n + n_run, dtype=np.int32)
-    surface = np.concatenate([pieces.surface, np.zeros(n_run, dtype=np.int64)])
-    joined = [np.empty((0, 2), dtype=np.int64)]
-    no_units = np.empty((0, 3), dtype=np.int64)
-    for one in lattices:
-        surface[one.runs], n_triangle[one.runs] = one.surface, one.sums[:, 7]
-        own = one.sums[:, 8:]
-        boxes[one.runs.start - n : one.runs.stop - n] = own
-        inside = (own[:, :3] >= bounds[0]) & (own[:, 3:] <= bounds[1])
-        within[one.runs] = inside.all(axis=1)
-        rise[one.surface] += one.sums[within[one.runs], 6].sum()
-        none = np.full((len(one.strips.runs), 2), -1)
-        joined.append(one.first + one.count(none, no_units)[1])
-    near = NearRuns(n, lattices, boxes, pieces.origin)
-    elements = Elements(
-        pieces.sources, pieces.origin, surface, n_triangle, rise, within,
-        local, np.concatenate([pieces.triangles, *corners]), np.concatenate(element),
-        np.concatenate(joined), near,
-    )  # fmt: skip
-    # a triangle of a run with the corners of another triangle: both have to be compared
-    number, rising, n_number, n_all = number_triangles(elements.triangles, n)
-    if n_all - n_number < len(elements.triangles) - n:
-        return None
-    keys = number, rising, n_number
-    heights = min((height_in_map(one.lattice) for one in lattices if one.graph), default=math.inf)
-    return Facts(patches, elements, cut, keys, lattices, level, n_shared, heights)
+        places.append(one.lattice.places_of_nodes(new) - pieces.origin)
+        triangles.append(own[corners])
+    return np.concatenate(places), np.concatenate(triangles), n_shared
 
 
-# ---- triangles of runs that rays of a certificate may meet: only these are listed --------
-
-
-_SLIP = 1e-3  # [m] around boxes; far more than rounding in a frame moves them by
-
-
-@dataclass(frozen=True, eq=False)
-class NearRuns:
-    """
-    Lists triangles of runs: see `Elements.near`.
-
-    It does not refer to the elements: what refers to itself stays in memory after its last use.
-
-    Attributes
-    ----------
-    n_triangle : int
-        Elements before the first run.
-    lattices : sequence of LatticeRuns
-    bounds : ndarray of float64, shape (n_run, 6)
-        Lower, then upper corner of each run, local.
-    origin : ndarray, shape (3,)
-    """
-
-    n_triangle: int
-    lattices: Sequence[LatticeRuns]
-    bounds: np.ndarray
-    origin: np.ndarray
-
-    def __call__(
-        self, starts: np.ndarray, boxes: np.ndarray, wanted: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """A triangle of some runs, then those of wanted ones near boxes."""
-        n = self.n_triangle
-        some = np.zeros(len(wanted), dtype=bool)
-        low, high = self.bounds[:, :3], self.bounds[:, 3:]
-        for box in boxes:
-            some[n:] |= ((low <= box[3:]) & (high >= box[:3])).all(axis=1) & wanted[n:]
-        parts = [(np.empty((0, 3, 3)), np.empty(0, dtype=np.int64))]
-        parts += self._first_triangles(np.unique(starts[starts >= n]))
-        parts += self._triangles_near(some, boxes)
-        corners, rows = zip(*parts, strict=True)
-        return np.concatenate(corners), np.concatenate(rows)
-
-    def _first_triangles(self, rows: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Corners of the first triangle of some runs, and these runs, lattice by lattice."""
-        out = []
-        for one in self.lattices:
-            mine = rows[(rows >= one.runs.start) & (rows < one.runs.stop)]
-            runs = one.strips.runs[mine - one.first]
-            runs[:, LAST] = runs[:, FIRST]
-            keys = keys_of_runs(one.lattice.places, runs)
-            out.append((one.corners(keys, self.origin), mine))
-        return out
-
-    def _triangles_near(
-        self, some: np.ndarray, boxes: np.ndarray
-    ) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Corners and runs of the triangles of some runs that may be near boxes."""
-        out, world = [], boxes + np.tile(self.origin, 2)
-        region = Boxes(world[:, :2] - _SLIP, world[:, 3:5] + _SLIP)
-        for one in self.lattices:
-            if not some[one.runs].any():
-                continue
-            cells = region.cells(one.lattice)
-            keys = np.stack([2 * cells, 2 * cells + 1], axis=1).ravel()
-            run = one.run_of(keys)
-            mine = np.flatnonzero((run >= 0) & some[one.runs][run])
-            corners = one.corners(keys[mine], self.origin)
-            out.append((corners, one.first + run[mine]))
-        return out
+def _runs_meet_others(
+    n_vertex: int, triangles: np.ndarray, element: np.ndarray, ring: np.ndarray, first_run: int
+) -> bool:
+    """Whether an edge between two triangles of one run belongs to other triangles, too."""
+    several = np.flatnonzero(ring[ring] != np.arange(len(ring)))
+    several = several[element[several // 3] >= first_run]
+    edge = edge_keys(triangles[several // 3], n_vertex).reshape(-1, 3)
+    edge = edge[np.arange(len(several)), several % 3]
+    order = np.lexsort((element[several // 3], edge))
+    same = (np.diff(edge[order]) == 0) & (np.diff(element[several // 3][order]) == 0)
+    return bool(same.any())

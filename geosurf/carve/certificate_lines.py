@@ -1,73 +1,98 @@
-"""The lines of a certificate in their order, and halves of them in threads that are free."""
+"""The lines of a certificate from their facts, in their order."""
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 
-from geosurf.arrangement.threads import in_turn
-from geosurf.carve.certificate_elements import Elements, Matched, partition
+from geosurf.carve.certificate_facts import Facts
 from geosurf.carve.certificate_names import named
-from geosurf.carve.measures import doubtful_volume
+from geosurf.carve.certificate_shells import (
+    EPS,
+    EXCESS,
+    OPEN,
+    VERTICES,
+    Matched,
+    Size,
+    surely_exact,
+)
 from geosurf.carve.outside import box_of
 from geosurf.conventions import place, volume_text
 from geosurf.kernels.exact.predicates import frame_of
 from geosurf.kernels.lattices.sets import first_rows
+from geosurf.kernels.meshes.checks import distances_from_parents
 from geosurf.kernels.meshes.mesh import inverted_triangles
-from geosurf.kernels.meshes.shells import distances_from_parents
 from geosurf.model import Check, Patches, Units
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    from geosurf.arrangement.threads import Threads
-
-
-MANY = 100_000  # triangles, from which units and mesh are checked in two threads
-Half = Callable[[], list[Check] | None]
 
 
 def lines_of_units(
-    patches: Patches,
-    elements: Patches | Elements,
+    facts: Facts,
     units: Units,
-    edges: dict[str, tuple[int, int]],
+    counts: np.ndarray,
     sizes: dict[str, Size],
     shared: Check,
     found: Matched,
     parts: Matched | None,
 ) -> list[Check]:
-    """The lines of units from their facts, which runs or triangles gave.
+    """The lines of units from their facts.
 
-    `edges` are open edges and Euler number of each unit. `found` has the triangles of the
-    patches that its shell has, `parts` the same of units before slivers were merged.
+    `counts` as of `count_edges`. `found` has the triangles of the patches that its shell has,
+    `parts` the same of units before slivers were merged.
     """
-    divided = partition(elements, units, found)
+    divided = partition(facts, units, found)
     lines = [
-        closed(edges, sizes),
-        adds_up(patches, units, sizes),
+        closed(counts, sizes),
+        adds_up(facts.patches, units, sizes),
         shared,
         divided,
-        named(elements, units, found, divided.passed),
+        named(facts, units, found, divided.passed),
     ]
     if units.unmerged is None or parts is None:
         return lines
 
     # units as they were before slivers were merged have names of their own
-    lines.append(merged(patches, units, found, parts))
-    full = partition(elements, units.unmerged, parts)
-    names = named(elements, units.unmerged, parts, full.passed)
+    lines.append(merged(units, found, parts))
+    full = partition(facts, units.unmerged, parts)
+    names = named(facts, units.unmerged, parts, full.passed)
     return [*lines, replace(names, name="names before slivers were merged match")]
 
 
-def lines_of(halves: list[Half], spare: Threads | None) -> list[Check] | None:
-    """Lines of all halves in their order, or None if one half has no answer."""
-    found = in_turn(halves, spare)
-    whole = [half for half in found if half is not None]
-    return list(itertools.chain.from_iterable(whole)) if len(whole) == len(found) else None
+# ---- partition ----------------------------------------
+# Check that units fill the box without gaps or overlaps.
+#
+# Closed shells with the volume of the box could still have a gap as large as an overlap. Therefore
+# the triangles of shells are looked up among those of the patches. Each one that is not a wall must
+# have one unit on each side. Then the number of units at a point is the same everywhere inside the
+# walls, and it is one because volumes add up to the box.
+
+
+def partition(facts: Facts, units: Units, found: Matched) -> Check:
+    """Each triangle of a shell is a triangle of its surface, with one unit on each side."""
+    times = np.bincount(2 * found.key + found.turn, minlength=2 * found.n_key).reshape(-1, 2)
+    alone = times.sum(axis=1) == 1
+    is_wall = np.isin(facts.surface_of_triangle, facts.rows_of("wall"))
+    alone[found.of_patches[is_wall]] = False
+    foreign = found.row < 0
+    twice = times[found.key, found.turn.astype(np.int64)] > 1
+    gap = alone[found.key]
+    detail = (
+        f"{found.size.sum()} triangles of units; each triangle inside has one unit on each side"
+    )
+    for bad, what in (
+        (foreign, "is not a triangle of its surface"),
+        (twice, "has two units on one side"),
+        (gap, "has a unit on one side only and is not a wall"),
+    ):
+        if bad.any():
+            i = int(np.flatnonzero(bad)[0])
+            where = f"of {list(units)[found.unit[i]]} at {place(found.middle_of(i))}"
+            detail = f"{found.size[bad].sum()} triangles: the first, {where}, {what}"
+            break
+    n_bad = int(found.size[foreign | twice | gap].sum())
+    return Check("units fill the box without overlap", n_bad == 0, float(n_bad), detail)
 
 
 # ---- check merged slivers: each unit is the union of its parts, and nothing is lost ------
@@ -80,12 +105,11 @@ MOST = 8  # slivers that are listed
 ROUNDING = 2.0**-48  # of the model's volume: what sums over faces may differ by
 
 
-def merged(patches: Patches, units: Units, found: Matched, before: Matched) -> Check:
+def merged(units: Units, found: Matched, before: Matched) -> Check:
     """Each unit is the union of its parts, each sliver touches them, and volumes add up.
 
     Parameters
     ----------
-    patches : Patches
     units : Units
         With `Units.unmerged`.
     found, before : Matched
@@ -175,35 +199,23 @@ def _apart(before: Matched, home: np.ndarray, slivers: set[int]) -> list[int]:
 
 
 VOLUME_TOLERANCE = 1e-12
-EPS = 2.0**-53
-CROSSES = "surfaces meet only along shared edges"
-SHARED = "units share the surfaces' vertices"
 Part = tuple[np.ndarray, np.ndarray]
 
 
-@dataclass(frozen=True)
-class Size:
-    """Volume [m3] and area [m2] of a shell, and by how much rounding may have changed the area."""
-
-    volume: float
-    area: float
-    slack: float
-
-
-def surely_exact(patches: Patches) -> float:
-    """Volumes up to this one are exact sums, in `carve_units` as well as here."""
-    return 0.5 * doubtful_volume(box_of(patches))
-
-
-def closed(found: dict[str, tuple[int, int]], sizes: dict[str, Size]) -> Check:
+def closed(counts: np.ndarray, sizes: dict[str, Size]) -> Check:
     """Shells have no open edges and face outward, so their volume is positive."""
-    leaking = [name for name, (edges, _) in found.items() if edges]
-    turned = [name for name in found if sizes[name].volume <= 0.0]
-    euler = euler_in_words({name: euler for name, (_, euler) in found.items()})
-    detail = f"{len(found)} units, 0 open edges; {euler}"
+    n_open = dict(zip(sizes, counts[:, OPEN].tolist(), strict=True))
+    leaking = [name for name in sizes if n_open[name]]
+    turned = [name for name in sizes if sizes[name].volume <= 0.0]
+
+    # vertices - edges + triangles: 2 for a ball, 2 - 2 k for a body with k handles; edges of a
+    # shell have two triangles each, but for those that were counted
+    n = np.array([size.n_triangle for size in sizes.values()], dtype=np.int64)
+    euler = counts[:, VERTICES] - (3 * n + counts[:, EXCESS]) // 2 + n
+    words = euler_in_words(dict(zip(sizes, euler.tolist(), strict=True)))
+    detail = f"{len(sizes)} units, 0 open edges; {words}"
     if leaking:
-        edges = sum(edges for edges, _ in found.values())
-        detail = f"{edges} open edges in {', '.join(leaking[:8])}"
+        detail = f"{sum(n_open.values())} open edges in {', '.join(leaking[:8])}"
     elif turned:
         detail = f"turned inside out: {', '.join(turned[:8])}"
     n_bad = len({*leaking, *turned})
@@ -256,51 +268,28 @@ def adds_up(patches: Patches, units: Units, anew: dict[str, Size]) -> Check:
     return Check("volumes add up to the box", passed, float(error), detail)
 
 
-def shared_in_words(n: int | np.integer) -> str:
-    """How many vertices units share with surfaces."""
-    return f"{n} vertices of units are vertices of the surfaces, bit for bit"
-
-
-def crosses_not(n: int) -> Check:
-    """The check that n triangles pass."""
-    detail = f"{n} triangles meet only in shared corners and edges (exact test)"
-    return Check(CROSSES, True, 0.0, detail)
-
-
-def is_graph(patches: Patches) -> np.ndarray:
-    """Whether copies of the triangles of each surface lie side by side on the map, bool (n,)."""
-    found = np.zeros(len(patches.sources), dtype=bool)
-    for i, source in enumerate(patches.sources):
-        if source.lattice is not None:
-            size = max(np.abs(source.lattice.extent).max(), np.abs(patches.origin).max())
-
-            # local coordinates are rounded: a triangle that is higher than that does not turn over
-            found[i] = source.lattice.map_height > 16 * EPS * size
-    return found
+def shared_vertices(n: int, foreign: list[str]) -> Check:
+    """Each corner of a shell is a vertex of the patches, bit for bit, but for `foreign` units."""
+    detail = f"{n} vertices of units are vertices of the surfaces, bit for bit"
+    if foreign:
+        detail = f"corners of {', '.join(foreign[:8])} are not vertices of the surfaces"
+    name = "units share the surfaces' vertices"
+    return Check(name, not foreign, float(len(foreign)), detail)
 
 
 def limits_of(x: np.ndarray) -> np.ndarray:
-    """Lower and upper corner of points (2, 3): axis by axis, since numpy is slow along short rows.
+    """Lower and upper corner of points (2, 3), 0 without points.
 
     Examples
     --------
     >>> limits_of(np.array([[0.0, 5, 2], [3, 4, 1]])).tolist()
     [[0.0, 4.0, 1.0], [3.0, 5.0, 2.0]]
     """
+    if not len(x):
+        return np.zeros((2, 3))
+    # axis by axis, since numpy is slow along short rows
     found: np.ndarray = np.array([[of.min(), of.max()] for of in x.T]).T
     return found
-
-
-def graphs_of(patches: Patches, new: np.ndarray) -> np.ndarray:
-    """Number of the graph over the map that each triangle is a part of, (n,); -1 for none.
-
-    Copies of the triangles of a grid whose cells do not fold over lie side by side there.
-    `new` are rows of triangles that are not copies.
-    """
-    surface = patches.surface_of_triangle
-    graph = np.where(is_graph(patches)[surface], surface, -1)
-    graph[new] = -1
-    return graph
 
 
 def beside_parents(local: np.ndarray, parts: Iterable[Part], origin: np.ndarray) -> list[Check]:
@@ -317,10 +306,8 @@ def beside_parents(local: np.ndarray, parts: Iterable[Part], origin: np.ndarray)
         that not all corners are in memory at once.
     origin : ndarray of float64, shape (3,)
     """
-    span = 0.0
-    if len(local):
-        low, high = limits_of(local)
-        span = float((high - low).max() + max(np.abs(low).max(), np.abs(high).max()))
+    low, high = limits_of(local)
+    span = float((high - low).max() + max(np.abs(low).max(), np.abs(high).max()))
 
     # the rounding of a coordinate of this size, with room
     bound = 1e-12 * max(span, 1.0)

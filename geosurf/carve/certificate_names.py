@@ -1,7 +1,7 @@
 """Check the names of units: recompute zones, blocks, fault sides and contacts.
 
 Everything is recomputed from the triangles of shells and from all surfaces that each triangle lies
-on (see `geosurf.carve.certificate_elements`), not from the cells that made the units.
+on (see `geosurf.carve.certificate_shells`), not from the cells that made the units.
 """
 
 from __future__ import annotations
@@ -13,14 +13,15 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from geosurf.carve.certificate_elements import Elements, Matched, rows_of
+from geosurf.carve.certificate_facts import Facts
+from geosurf.carve.certificate_shells import Matched
 from geosurf.carve.fluids import parse_sides
 from geosurf.carve.outside import NO_HIT, Rays
 from geosurf.carve.shells import unit_name
 from geosurf.carve.zones import WHOLE
 from geosurf.kernels.lattices.sets import distinct, first_rows, is_among, ranges
 from geosurf.kernels.meshes.mesh import edge_keys, join_pairs, number_keys
-from geosurf.model import Check, Patches, Unit, Units
+from geosurf.model import Check, Unit, Units
 from geosurf.model.column import names_of_zones, separators
 
 # ---- adjacency ----------------------------------------
@@ -40,12 +41,12 @@ class Around:
 
     Attributes
     ----------
-    patches : Elements
+    facts : Facts
     found : Matched
     n_unit : int
     """
 
-    patches: Elements
+    facts: Facts
     found: Matched
     n_unit: int
 
@@ -72,7 +73,7 @@ class Around:
         row = np.concatenate([found.row[once], rows[at]])
         shell = np.concatenate([once, several[of]])
         behind = found.turn[shell] == found.turn_of_patches[row]
-        return shell, self.patches.surface_of_triangle[row], behind
+        return shell, self.facts.surface_of_triangle[row], behind
 
     def on_each_side(self, of: np.ndarray) -> np.ndarray:
         """Value of `of` for the shell on either side of each triangle; -1 without a shell."""
@@ -100,7 +101,7 @@ class Around:
     def _times(self) -> np.ndarray:
         """Number of triangles of each surface between each pair of neighbours (n_surface, n)."""
         link, surface, _ = self._inner
-        shape = len(self.patches.sources), len(self._links[0])
+        shape = len(self.facts.sources), len(self._links[0])
         times = np.bincount(surface * shape[1] + link, minlength=shape[0] * shape[1])
         return times.reshape(shape)
 
@@ -120,14 +121,14 @@ class Around:
 
         # where surfaces coincide, one may lie on itself: it counts once
         several = np.flatnonzero(self._several[key])
-        _, first = np.unique(key[several] * len(self.patches.sources) + surface[several], True)
+        _, first = np.unique(key[several] * len(self.facts.sources) + surface[several], True)
         once = ~self._several[key]
         once[several[first]] = True
         return link[once], surface[once], key[once]
 
     @cached_property
     def _several(self) -> np.ndarray:
-        """Whether several triangles of the patches have the corners of a key."""
+        """Whether several triangles of the facts have the corners of a key."""
         return np.bincount(self.found.of_patches, minlength=self.found.n_key) > 1
 
     def _times_of(self, surfaces: list[int]) -> np.ndarray:
@@ -135,7 +136,7 @@ class Around:
         times: np.ndarray = self._times[surfaces].sum(axis=0)
 
         # each set of corners counts once, however many of the surfaces have it
-        wanted = np.zeros(len(self.patches.sources), dtype=bool)
+        wanted = np.zeros(len(self.facts.sources), dtype=bool)
         wanted[surfaces] = True
         link, surface, key = self._coinciding
         mine = np.flatnonzero(wanted[surface])
@@ -152,12 +153,12 @@ class Around:
 
     @cached_property
     def _all(self) -> np.ndarray:
-        return self._times_of(list(range(len(self.patches.sources))))
+        return self._times_of(list(range(len(self.facts.sources))))
 
     @cached_property
     def _level(self) -> np.ndarray:
         """Number of triangles of horizons and contacts between each pair of neighbours."""
-        level = [*rows_of(self.patches, "horizon"), *rows_of(self.patches, "contact")]
+        level = [*self.facts.rows_of("horizon"), *self.facts.rows_of("contact")]
         return self._times_of(level)
 
     def neighbours_except_across(self, one: int, *, level: bool = False) -> np.ndarray:
@@ -186,7 +187,7 @@ class Around:
     def _touched(self) -> np.ndarray:
         """What `touched` says of all surfaces with and without walls, bool (2, n, n_unit, 2)."""
         shell, surface, behind = self.on
-        out = np.zeros((2, len(self.patches.sources), self.n_unit, 2), dtype=bool)
+        out = np.zeros((2, len(self.facts.sources), self.n_unit, 2), dtype=bool)
         unit, side = self.found.unit[shell], behind.astype(np.int64)
         out[0, surface, unit, side] = True
         off = ~self._on_walls[self.found.key[shell]]
@@ -242,7 +243,7 @@ class Around:
 
     def holding(self, one: int) -> np.ndarray:
         """Units that contain a part of a surface which belongs to no shell."""
-        mine = self._bare[self.found.of_patches] & (self.patches.surface_of_triangle == one)
+        mine = self._bare[self.found.of_patches] & (self.facts.surface_of_triangle == one)
         rows = np.flatnonzero(mine & self._within)
         if len(rows) == 0:
             return np.empty(0, dtype=np.int64)
@@ -252,7 +253,7 @@ class Around:
         set_of = np.full(len(self.found.of_patches), -2)
         set_of[self._shell_rows] = -1
         set_of[rows] = piece.ravel()
-        x, t, element, starts = self.patches.triangles_near(rows[first], set_of > -2)
+        x, t, element, starts = self.facts.triangles_near(rows[first], set_of > -2)
         set_of = set_of[element]
         side = Rays(x, t).shoot(starts, set_of, set_of < 0)[:, 1]
         side = side[side != NO_HIT]
@@ -270,33 +271,33 @@ class Around:
 
     @cached_property
     def _on_walls(self) -> np.ndarray:
-        return lie_on(self.patches, self.found, rows_of(self.patches, "wall"))
+        return lie_on(self.facts, self.found, self.facts.rows_of("wall"))
 
     @cached_property
     def _within(self) -> np.ndarray:
-        return self.patches.within
+        return self.facts.within
 
     @cached_property
     def _shell_rows(self) -> np.ndarray:
-        """Triangles of the patches that belong to shells, one per set of corners."""
+        """Triangles of the facts that belong to shells, one per set of corners."""
         first = first_rows(self.found.of_patches, self.found.n_key)
         first[self._bare] = -1
         return first[first >= 0]
 
     def _pieces(self, rows: np.ndarray) -> np.ndarray:
         """Connected piece of each element: joined by edges that belong to no shell."""
-        patches = self.patches
-        n = len(patches.local)
+        facts = self.facts
+        n = len(facts.local)
         number = np.full(len(self.found.of_patches), -1)
         number[rows] = np.arange(len(rows))
         is_shell = np.zeros(len(number), dtype=bool)
         is_shell[self._shell_rows] = True
 
-        mine = np.flatnonzero(number[patches.element] >= 0)
-        t, of = patches.triangles[mine], number[patches.element[mine]]
+        mine = np.flatnonzero(number[facts.element] >= 0)
+        t, of = facts.triangles[mine], number[facts.element[mine]]
         used = np.zeros(n, dtype=bool)
         used[t] = True
-        beside = patches.triangles[is_shell[patches.element]]
+        beside = facts.triangles[is_shell[facts.element]]
         one, two, three = (used.take(beside[:, k]) for k in range(3))
         beside = beside[(one & two) | (one & three) | (two & three)]
         edges = edge_keys(t, n)
@@ -306,15 +307,15 @@ class Around:
         order = np.argsort(edges, kind="stable")
         same = np.flatnonzero((np.diff(edges[order]) == 0) & (edges[order[1:]] >= 0))
         pairs = of[np.stack([order[same], order[same + 1]], axis=1) // 3]
-        joined = number[patches.joined]
+        joined = number[facts.joined]
         joined = joined[(joined >= 0).all(axis=1)]
         return join_pairs(np.concatenate([pairs, joined]), len(rows))
 
 
-def lie_on(patches: Elements, found: Matched, surfaces: list[int]) -> np.ndarray:
+def lie_on(facts: Facts, found: Matched, surfaces: list[int]) -> np.ndarray:
     """Whether each key is a triangle of one of the surfaces."""
     out = np.zeros(found.n_key, dtype=bool)
-    out[found.of_patches[np.isin(patches.surface_of_triangle, surfaces)]] = True
+    out[found.of_patches[np.isin(facts.surface_of_triangle, surfaces)]] = True
     return out
 
 
@@ -329,7 +330,7 @@ def _gathered(marks: np.ndarray, region: np.ndarray) -> np.ndarray:
 NAME = "unit names match their bounding surfaces"
 
 
-def named(patches: Patches | Elements, units: Units, found: Matched, divided: bool) -> Check:
+def named(facts: Facts, units: Units, found: Matched, divided: bool) -> Check:
     """Zone, block and contact in each name match the bounding surfaces of the unit.
 
     Blocks depend on all units of a zone; sides of faults and horizons depend on all units. These
@@ -338,19 +339,18 @@ def named(patches: Patches | Elements, units: Units, found: Matched, divided: bo
     Merged slivers may be of other zones and contact intervals than their unit. So these are checked
     on the units before, which are called that way, and blocks on those after.
     """
-    patches = Elements.of(patches)
     parts = list(units.values())
-    faults, virtual = tuple(_faults(patches)), bool(rows_of(patches, "virtual"))
-    zones = names_of_zones([patches.names[i] for i in rows_of(patches, "horizon")])
+    faults, virtual = tuple(_faults(facts)), bool(facts.rows_of("virtual"))
+    zones = names_of_zones([facts.names[i] for i in facts.rows_of("horizon")])
     wrong = [unit.name for unit in parts if not _spelt(zones, faults, virtual, unit)]
-    upward, merged = _upward(patches), units.unmerged is not None
+    upward, merged = _upward(facts), units.unmerged is not None
     if not merged:
-        wrong += [parts[u].name for u in _in_other_zones(patches, parts, found, upward)]
+        wrong += [parts[u].name for u in _in_other_zones(facts, parts, found, upward)]
 
     # each side of a surface that a unit touches, once
-    around = Around(patches, found, len(parts))
-    fault = list(patches.names)
-    for name, rows in _faults(patches).items():
+    around = Around(facts, found, len(parts))
+    fault = list(facts.names)
+    for name, rows in _faults(facts).items():
         for row in rows:
             fault[row] = name
     for one, u, back in np.argwhere(around.touched_all).tolist():
@@ -358,12 +358,12 @@ def named(patches: Patches | Elements, units: Units, found: Matched, divided: bo
             wrong.append(parts[u].name)
     if divided:
         if not merged:
-            wrong += [parts[u].name for u in _beyond_horizons(patches, parts, around, upward)]
-        wrong += _in_other_blocks(patches, parts, around)
-        wrong += _on_other_sides(patches, parts, around)
+            wrong += [parts[u].name for u in _beyond_horizons(facts, parts, around, upward)]
+        wrong += _in_other_blocks(facts, parts, around)
+        wrong += _on_other_sides(facts, parts, around)
     if not merged:
-        wrong += _contacts_apart(patches, parts, found, upward)
-        wrong += _offset_at_virtual(patches, parts, around)
+        wrong += _contacts_apart(facts, parts, found, upward)
+        wrong += _offset_at_virtual(facts, parts, around)
     wrong = list(dict.fromkeys(wrong))
     detail = f"zone, block and contact of {len(parts)} units recomputed from their surfaces"
     if wrong:
@@ -371,7 +371,7 @@ def named(patches: Patches | Elements, units: Units, found: Matched, divided: bo
     return Check(NAME, not wrong, float(len(wrong)), detail)
 
 
-def _in_other_blocks(patches: Elements, parts: list[Unit], around: Around) -> Iterable[str]:
+def _in_other_blocks(facts: Facts, parts: list[Unit], around: Around) -> Iterable[str]:
     """Units whose block name differs from the recomputed sides of faults.
 
     The sides are recomputed from all triangles of shells: a fault separates units that touch only
@@ -391,11 +391,11 @@ def _in_other_blocks(patches: Elements, parts: list[Unit], around: Around) -> It
     apart = inside[:, 0] != inside[:, 1]  # others are slits
 
     # (n_surface, n_block, 2): whether a block touches the front, the back of a surface
-    touched = np.zeros((len(patches.sources), len(blocks), 2), dtype=bool)
+    touched = np.zeros((len(facts.sources), len(blocks), 2), dtype=bool)
     of = of_unit[found.unit[shell[apart]]]
     touched[surface[apart], of, behind[apart].astype(np.int64)] = True
     recomputed: list[set[str]] = [set() for _ in blocks]
-    faults = _faults(patches)
+    faults = _faults(facts)
     for fault, surfaces in faults.items():
         # a fault names a block that has it on one side only, if the zone has such blocks on both
         mine = np.logical_or.reduce(touched[surfaces])
@@ -409,13 +409,13 @@ def _in_other_blocks(patches: Elements, parts: list[Unit], around: Around) -> It
             yield unit.name
 
 
-def _on_other_sides(patches: Elements, parts: list[Unit], around: Around) -> Iterable[str]:
+def _on_other_sides(facts: Facts, parts: list[Unit], around: Around) -> Iterable[str]:
     """Units whose `fault_sides` differ from the recomputed sides.
 
     The region that is reachable from a unit without crossing a fault touches only its front, or
     only its back; otherwise the fault does not bound the region.
     """
-    faults = _faults(patches)
+    faults = _faults(facts)
     recomputed = [set(_stated_sides(unit.block, tuple(faults)) or ()) for unit in parts]
 
     # the region around a unit that is connected without the fault: on one side only, or none
@@ -429,7 +429,7 @@ def _on_other_sides(patches: Elements, parts: list[Unit], around: Around) -> Ite
 
 
 def _beyond_horizons(
-    patches: Elements, parts: list[Unit], around: Around, upward: np.ndarray
+    facts: Facts, parts: list[Unit], around: Around, upward: np.ndarray
 ) -> list[int]:
     """Units that lie above the horizon at the top of their zone, or below that at its base.
 
@@ -438,7 +438,7 @@ def _beyond_horizons(
     """
     zone = np.array([unit.zone_index for unit in parts])
     wrong = np.zeros(len(parts), dtype=bool)
-    for rank, i in enumerate(rows_of(patches, "horizon")):
+    for rank, i in enumerate(facts.rows_of("horizon")):
         # `holding`: units that have the horizon inside, where the column removed it
         if len(around.holding(i)) == 0:
             side = around.side_of_horizon(i, ABOVE if upward[i] else BELOW)
@@ -467,20 +467,20 @@ def _spelt(zones: list[str], faults: tuple[str, ...], virtual: bool, unit: Unit)
     )
 
 
-def _faults(patches: Elements) -> dict[str, list[int]]:
+def _faults(facts: Facts) -> dict[str, list[int]]:
     """Faults, and the surfaces of each: its own, and its virtual wall."""
-    return separators(patches.names, [source.role for source in patches.sources])
+    return separators(facts.names, [source.role for source in facts.sources])
 
 
-def _upward(patches: Elements) -> np.ndarray:
+def _upward(facts: Facts) -> np.ndarray:
     """Whether the front of each surface faces up, within the bounds of the walls."""
     # signed map area of each surface inside the box: up or down as a whole
-    upward: np.ndarray = patches.rise >= 0.0
+    upward: np.ndarray = facts.rise >= 0.0
     return upward
 
 
 def _in_other_zones(
-    patches: Elements, parts: list[Unit], found: Matched, upward: np.ndarray
+    facts: Facts, parts: list[Unit], found: Matched, upward: np.ndarray
 ) -> list[int]:
     """Units above a horizon in a zone below it, or the reverse.
 
@@ -488,21 +488,21 @@ def _in_other_zones(
     lies on a wall, or on a fault or contact within one zone, the column may have removed the
     horizon, and the other surface still bounds the units.
     """
-    horizons = rows_of(patches, "horizon")
+    horizons = facts.rows_of("horizon")
     zone = np.array([unit.zone_index for unit in parts])[found.unit]
 
     # zone in front and behind of each set of corners, -1 where no unit is
     beside = np.full((found.n_key, 2), -1)
     beside[found.key, found.turn.astype(np.int64)] = zone
     roles = ("fault", "virtual", "contact")
-    others = [row for role in roles for row in rows_of(patches, role)]
-    bound = lie_on(patches, found, others) & (beside[:, 0] == beside[:, 1])
-    bound |= lie_on(patches, found, rows_of(patches, "wall"))
+    others = [row for role in roles for row in facts.rows_of(role)]
+    bound = lie_on(facts, found, others) & (beside[:, 0] == beside[:, 1])
+    bound |= lie_on(facts, found, facts.rows_of("wall"))
     open_ = np.isin(found.surface, horizons) & (found.row >= 0) & ~bound[found.key]
     open_ = np.flatnonzero(open_)
 
     # nearly all fit the only surface that they are on, so horizons do not look at them one by one
-    row, level = found.row[open_], np.full(len(patches.sources), -1)
+    row, level = found.row[open_], np.full(len(facts.sources), -1)
     level[horizons] = np.arange(len(horizons))
     alone = np.bincount(found.of_patches, minlength=found.n_key)[found.key[open_]] == 1
     below = (found.turn_of_patches[row] == found.turn[open_]) == upward[found.surface[open_]]
@@ -511,8 +511,8 @@ def _in_other_zones(
         return []
 
     # a triangle stays in `open_` if no horizon on it fits; what remains has no excuse
-    order = np.argsort(patches.surface_of_triangle, kind="stable")
-    cut = np.searchsorted(patches.surface_of_triangle[order], np.arange(len(patches.sources) + 1))
+    order = np.argsort(facts.surface_of_triangle, kind="stable")
+    cut = np.searchsorted(facts.surface_of_triangle[order], np.arange(len(facts.sources) + 1))
     turn = np.zeros(found.n_key, dtype=np.int8)  # 1 or 2 for keys on a horizon
     for rank, i in enumerate(horizons):
         rows = order[cut[i] : cut[i + 1]]
@@ -524,11 +524,11 @@ def _in_other_zones(
     return np.unique(found.unit[open_]).tolist()
 
 
-def _offset_at_virtual(patches: Elements, parts: list[Unit], around: Around) -> Iterable[str]:
+def _offset_at_virtual(facts: Facts, parts: list[Unit], around: Around) -> Iterable[str]:
     """Units that only a virtual wall separates, although zone or block differ."""
-    rows = [rows_of(patches, role) for role in ("horizon", "fault", "contact", "wall")]
-    only = lie_on(patches, around.found, rows_of(patches, "virtual"))
-    only &= ~lie_on(patches, around.found, [row for some in rows for row in some])
+    rows = [facts.rows_of(role) for role in ("horizon", "fault", "contact", "wall")]
+    only = lie_on(facts, around.found, facts.rows_of("virtual"))
+    only &= ~lie_on(facts, around.found, [row for some in rows for row in some])
 
     # the units in front and behind; a wall that ends inside a unit has none
     beside = around.on_each_side(around.found.unit)[only]
@@ -540,10 +540,10 @@ def _offset_at_virtual(patches: Elements, parts: list[Unit], around: Around) -> 
 
 
 def _contacts_apart(
-    patches: Elements, parts: list[Unit], found: Matched, upward: np.ndarray
+    facts: Facts, parts: list[Unit], found: Matched, upward: np.ndarray
 ) -> Iterable[str]:
     """Names of units that a fluid contact separates although their names do not show it."""
-    mine = np.flatnonzero(np.isin(found.surface, rows_of(patches, "contact")) & (found.row >= 0))
+    mine = np.flatnonzero(np.isin(found.surface, facts.rows_of("contact")) & (found.row >= 0))
 
     # units below a contact see it from its back, if it faces up
     below = found.behind[mine] == upward[found.surface[mine]]

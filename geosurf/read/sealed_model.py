@@ -22,7 +22,6 @@ import numpy as np
 from geosurf.conventions import counted, frame_origin, place, shift_is_exact
 from geosurf.errors import FormatError
 from geosurf.kernels.meshes.mesh import weld
-from geosurf.kernels.meshes.shells import count_open_edges
 from geosurf.model import ROLES, TriSurface, Unit, Units
 from geosurf.model.base import in_crs_of
 from geosurf.model.expected import path_of
@@ -173,22 +172,21 @@ def _shells(
     path: Path, names: list[str], sides: np.ndarray, pieces: Pieces
 ) -> list[tuple[np.ndarray, np.ndarray]]:
     """Outward triangles of each region, and their rows; closed, or an error."""
-    triangles, x = pieces.triangles, pieces.x
-    shells = []
+    triangles, shells = pieces.triangles, []
     for u, name in enumerate(names):
         rows = np.flatnonzero((sides == u).any(axis=1) & (sides[:, 0] != sides[:, 1]))
         front = sides[rows, 0] == u
         shell = np.where(front[:, None], triangles[rows][:, ::-1], triangles[rows])
 
-        # each edge runs once in each direction
-        if count_open_edges(shell, len(x))[0]:
-            _refuse_open(path, name, shell, pieces)
+        _refuse_if_open(path, name, shell, pieces)
         shells.append((shell, rows))
     return shells
 
 
-def _refuse_open(path: Path, name: str, shell: np.ndarray, pieces: Pieces) -> None:
-    """Raise an error that names an open edge; triangles that rounding made a line have none."""
+def _refuse_if_open(path: Path, name: str, shell: np.ndarray, pieces: Pieces) -> None:
+    """Raise an error that names an edge that does not run as often one way as the other; triangles
+    that rounding made a line have none.
+    """
     tail, head = shell.ravel(), shell[:, [1, 2, 0]].ravel()
     n = len(pieces.x)
     there, back = np.sort(tail * n + head), np.sort(head * n + tail)

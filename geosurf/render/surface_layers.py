@@ -12,7 +12,7 @@ import numpy as np
 
 from geosurf.conventions import counted, is_number, length_text, palette, volume_text
 from geosurf.errors import InputError
-from geosurf.kernels.lattices.run_checks import find_blocks
+from geosurf.kernels.lattices.run_blocks import find_blocks
 from geosurf.kernels.lattices.sets import rim_edges
 from geosurf.kernels.meshes.mesh import edges, ends_of, number_keys, renumbered
 from geosurf.lazy import xarray

@@ -13,8 +13,10 @@ from geosurf import Scene, build_walls, carve_units, rebuild_surfaces
 from geosurf.arrangement import threads
 from geosurf.arrangement.triangles import crossing_pairs
 from geosurf.carve.certificate import certify, same_bytes
-from geosurf.carve.certificate_elements import matched, numbered, partition
+from geosurf.carve.certificate_facts import Facts
+from geosurf.carve.certificate_lines import partition
 from geosurf.carve.certificate_names import named
+from geosurf.carve.certificate_shells import matched_lists, weld_lists
 from geosurf.carve.shells import unit_name
 from geosurf.errors import InputError
 from geosurf.model import Units
@@ -166,11 +168,11 @@ def test_units_that_have_each_others_names(patches, units, pair):
 
 def fits(patches, units):
     """Whether names of units are found to be right; shells are whole."""
-    _, number = numbered(patches, units)
-    found = matched(patches, units, number)
-    divided = partition(patches, units, found).passed
+    facts = Facts.of(patches.changed())
+    found = matched_lists(patches, units, weld_lists(patches, units)[1])
+    divided = partition(facts, units, found).passed
     assert divided
-    return named(patches, units, found, divided).passed
+    return named(facts, units, found, divided).passed
 
 
 @settings(max_examples=12)

@@ -1,9 +1,10 @@
-"""A certificate by runs has the lines of one by triangles, for sound and for damaged models."""
+"""A certificate by runs has the lines of one by single triangles, for sound and damaged models."""
 
 from __future__ import annotations
 
 import re
 import threading
+from collections import Counter
 from dataclasses import replace
 from importlib import import_module
 
@@ -12,7 +13,8 @@ import pytest
 
 import geosurf as gs
 from geosurf import Lattice, Scene, TriSurface, build_walls, carve_units, rebuild_surfaces
-from geosurf.carve.certificate import certify, certify_repeated, checks_by_runs, same_bytes
+from geosurf.carve.certificate import certify, certify_repeated, same_bytes
+from geosurf.carve.certificate_lines import euler_in_words
 from geosurf.carve.shells import _Carved
 from geosurf.errors import OpenUnitError
 from geosurf.kernels.lattices.strips import FIRST, LAST, ROW
@@ -67,12 +69,24 @@ def lines(checks):
     return [(c.name, c.passed, re.sub(digits, "#", c.detail)) for c in checks]
 
 
+def listed(patches, units):
+    """The same model with every triangle by itself."""
+
+    def of(some):
+        parts = [replace(unit, triangles=unit.triangles) for unit in some.values()]
+        return Units(
+            parts, some.box, slivers=some.sliver_settings, merged=some.merged,
+            unmerged=None if some.unmerged is None else of(some.unmerged),
+        )  # fmt: skip
+
+    return patches.changed(), of(units)
+
+
 def assert_runs_say_what_triangles_say(patches, units):
-    fast = checks_by_runs(patches, units)
-    assert fast is not None
-    assert all(check.passed for check in fast)
+    fast = certify(patches, units)
+    assert fast.ok
     assert "local" not in patches.__dict__  # nothing was listed
-    assert lines(fast) == lines(certify(patches, units, by="triangles").checks)
+    assert lines(fast.checks) == lines(certify(*listed(patches, units)).checks)
 
 
 @pytest.mark.parametrize("seed", [1, 3, 5])
@@ -87,9 +101,10 @@ def test_lines_by_runs_are_those_by_triangles(seed):
 def test_the_second_run_waits_where_memory_holds_one_only(monkeypatch, lacking):
     certificate = import_module("geosurf.carve.certificate")
     monkeypatch.setattr(certificate, "MANY", 0)
-    monkeypatch.setattr(certificate, "lack_of_room", lambda needed: lacking)
     monkeypatch.setenv("GEOSURF_THREADS", "2")
     patches = rebuild_surfaces(surfaces(1))
+    room = certificate.ROOM * len(patches.pieces.triangles)
+    monkeypatch.setattr(certificate, "lack_of_room", lambda n: lacking if n > room else None)
     units, ran_in = carve_units(patches), []
 
     def rebuild():
@@ -104,18 +119,39 @@ def test_the_second_run_waits_where_memory_holds_one_only(monkeypatch, lacking):
 
 
 def test_random_worlds_of_lattices_and_lists():
-    n_fast = 0
     for seed in range(24):
         patches = rebuild_surfaces([*boxed_world(seed), *build_walls(BOX)], self_intersections=True)
         try:
             units = carve_units(patches)
         except OpenUnitError:
             continue
-        fast = checks_by_runs(patches, units)
-        if fast is not None:
-            n_fast += 1
-            assert lines(fast) == lines(certify(patches, units, by="triangles").checks), seed
-    assert n_fast > 4
+        fast = certify(patches, units).checks
+        assert lines(fast) == lines(certify(*listed(patches, units)).checks), seed
+
+
+def counts_of(t):
+    """Open edges and Euler number of some triangles, by dictionaries."""
+    ways = Counter()
+    for one, two in zip(t.ravel().tolist(), t[:, [1, 2, 0]].ravel().tolist(), strict=True):
+        ways[min(one, two), max(one, two)] += 1 if one < two else -1
+    return sum(map(abs, ways.values())), len(np.unique(t)) - len(ways) + len(t)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_open_edges_and_euler_numbers_are_those_of_dictionaries(seed):
+    """Of worlds with handles and with surfaces that touch in edges and corners."""
+    patches = rebuild_surfaces(surfaces(seed))
+    units = carve_units(patches)
+    true = {name: counts_of(unit.triangles) for name, unit in units.items()}
+    assert not any(n_open for n_open, _ in true.values())
+    words = euler_in_words({name: euler for name, (_, euler) in true.items()})
+    for found in (certify(patches, units), certify(*listed(patches, units))):
+        assert found.checks[0].detail == f"{len(units)} units, 0 open edges; {words}"
+    torn = {name: unit.triangles[3 * (k % 2) :] for k, (name, unit) in enumerate(units.items())}
+    parts = [replace(unit, triangles=torn[name]) for name, unit in units.items()]
+    n_open = sum(counts_of(t)[0] for t in torn.values())
+    detail = certify(patches, Units(parts, units.box)).checks[0].detail
+    assert detail.startswith(f"{n_open} open edges in {', '.join(list(units)[1::2])}")
 
 
 def built(patches, units, *, face=None, order=None, **arrays):
@@ -156,7 +192,7 @@ def with_runs(patches, end, by):
 def rows_changed(patches, units, change):
     """Arrays of triangles with rows deleted or repeated."""
     pieces, shells = patches.pieces, next(iter(units.values()))._shell[0]
-    names = ("triangles", "surface", "key")
+    names = ("triangles", "surface", "key", "patch")
     arrays = {name: change(getattr(pieces, name)) for name in names}
     return {**arrays, "face": change(shells.cells.face_of_element)}
 
@@ -229,17 +265,11 @@ KINDS = [
 @pytest.mark.parametrize("kind", KINDS)
 def test_damage_is_found_by_runs_and_on_the_lines_of_triangles(model, kind):
     patches, units = built(*model, **damage(kind, *model))
-    fast = checks_by_runs(patches, units)
-    assert fast is None or not all(check.passed for check in fast)
-    try:
-        slow = certify(patches, units, by="triangles")
-    except (IndexError, ValueError):  # arrays that do not fit: nothing could be written
-        return
-    bad = {check.name for check in slow.checks if not check.passed}
+    found = certify(patches, units)
+    bad = {check.name for check in found.checks if not check.passed}
     assert bad
-    assert {check.name for check in certify(patches, units).checks if not check.passed} == bad
-    if fast is not None:
-        assert {check.name for check in fast if not check.passed} == bad
+    slow = certify(*listed(patches, units)).checks
+    assert {check.name for check in slow if not check.passed} == bad
 
 
 def test_a_wrong_volume_and_a_wrong_area(model):
@@ -247,8 +277,8 @@ def test_a_wrong_volume_and_a_wrong_area(model):
     for name in ("volume", "area"):
         made = built(patches, units)
         object.__setattr__(made[1][next(iter(units))], name, 1.0)
-        fast = checks_by_runs(*made)
-        assert [c.name for c in fast if not c.passed] == ["volumes add up to the box"]
+        found = certify(*made).checks
+        assert [c.name for c in found if not c.passed] == ["volumes add up to the box"]
 
 
 def test_a_scene_lists_no_triangles_for_its_certificate():
@@ -306,10 +336,8 @@ def test_a_copy_that_crosses_its_own_horizon_far_from_the_fault_is_found(side):
                             [low[0], low[1] + 0.3 * step, 9e4]], [[0, 1, 2]],
         )  # fmt: skip
         patches = rebuild_surfaces([top, wall])  # the rim of the horizon is cut, nothing else
-        fast = checks_by_runs(patches)
-        assert fast is not None
-        found[name] = {check.name: check.passed for check in fast}
-        slow = {c.name: c.passed for c in certify(patches, by="triangles").checks}
+        found[name] = {check.name: check.passed for check in certify(patches).checks}
+        slow = {c.name: c.passed for c in certify(patches.changed()).checks}
         assert found[name] == slow
     assert found["good"][CROSSES]
     assert not found["spoiled"][CROSSES]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from geosurf import Scene, TriSurface, build_walls, carve_units, rebuild_surface
 from geosurf.carve.certificate import certify
 from geosurf.carve.measures import exact_volume
 from geosurf.errors import GeosurfWarning
+from geosurf.model import Units
 from tests import oracles
 from tests.carve.half_spaces import Pieces
 from tests.carve.plane_worlds import KINDS, check, corners_of, plane_world
@@ -86,8 +89,9 @@ def test_a_unit_turned_inside_out_fails_the_certificate():
     patches = rebuild_surfaces([*three_planes(), *build_walls(BOX)])
     units = carve_units(patches)
     thin = units[units.report["thin"][0].name]
-    thin.__dict__["triangles"] = thin.triangles[:, ::-1].copy()
-    failed = [c for c in certify(patches, units).checks if not c.passed]
+    turned = replace(thin, triangles=thin.triangles[:, ::-1])
+    damaged = Units([turned if u is thin else u for u in units.values()], units.box)
+    failed = [c for c in certify(patches, damaged).checks if not c.passed]
     assert "units are closed and oriented" in [c.name for c in failed]
     assert f"turned inside out: {thin.name}" in failed[0].detail
 

@@ -14,8 +14,8 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
-from geosurf.kernels.lattices.run_checks import two_sum
 from geosurf.kernels.lattices.strips import FIRST, LAST, ROW, load
+from geosurf.kernels.meshes.checks import two_sum
 from geosurf.kernels.search.tree import RISING, TURNED
 
 
