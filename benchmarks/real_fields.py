@@ -171,10 +171,11 @@ def coverage(path: Path) -> float:
     from matplotlib.path import Path as Ring
 
     from geosurf.scenario import read_scenario
-    from geosurf.scenario.build import untorn_scene
+    from geosurf.scenario.build import build_scene
+    from geosurf.scene.given import given_horizon
 
-    scene, horizons = untorn_scene(read_scenario(path))
-    clouds = [_positions(one) for one in horizons.values()]
+    scene = build_scene(read_scenario(path))
+    clouds = [_positions(given_horizon(scene, name)[0]) for name in scene.horizon_names]
     low = np.max([c.min(axis=0) for c in clouds], axis=0)
     high = np.min([c.max(axis=0) for c in clouds], axis=0)
     at = np.random.default_rng(0).uniform(low, high, (SAMPLES, 2))

@@ -79,7 +79,7 @@ MUTANTS = (
     Mutant("ensemble", "values = result[AREA].values[result.status.values == 1]", "values = result[AREA].values", "tests/ensemble/test_results.py"),
     Mutant("ensemble", "made[..., 2] = middle[2] - sine * flat + cosine * high", "made[..., 2] = middle[2] + sine * flat + cosine * high", "tests/ensemble"),
     Mutant("ensemble", "return float(old) + level", "return float(old) - level", "tests/ensemble"),
-    Mutant("ensemble", "return throw * factor", "return throw", "tests/ensemble"),
+    Mutant("model", "made = throw * factor", "made = throw", "tests/ensemble"),
     Mutant("ensemble", "return 0.25 * total", "return 0.5 * total", "tests/ensemble"),
     # ---- torn horizons
     Mutant("sheets", "signal = max((double - single) / 63.0, 0.0)", "signal = max((double - single) / 1.1, 0.0)", f"tests/sheets {SAME}"),

@@ -121,7 +121,9 @@ def _built(scenario: Scenario, options: argparse.Namespace) -> Scene:
     progress = live_progress(options, steps=False)
     log = StepLog(progress)
     log.begin("read")
-    scene = build_scene(scenario, log.step, on_start=log.begin, cache=cache_in(options.cache_dir))
+    scene = build_scene(scenario, log, cache_in(options.cache_dir))
+    with log.watching(scene):
+        _ = scene.sheets
     clear_line()
     return scene
 

@@ -299,8 +299,8 @@ class Change:
         How far each point of a horizon moves up [m].
     faults : dict of str to TriSurface
     contacts : dict of str to object
-    throws : dict of str to object
-        Throw by fault, as `throw_horizon` takes it.
+    throws : dict of str to (object, float)
+        By fault a throw as `throw_horizon` takes it, None for that of the scene, and its factor.
     velocity : dict of str to float
         Factors of velocities, by the names that they have.
     numbers : dict of str to float
@@ -313,7 +313,7 @@ class Change:
     up: dict[str, np.ndarray] = field(default_factory=dict)
     faults: dict[str, TriSurface] = field(default_factory=dict)
     contacts: dict[str, Any] = field(default_factory=dict)
-    throws: dict[str, Any] = field(default_factory=dict)
+    throws: dict[str, tuple[Any, float]] = field(default_factory=dict)
     velocity: dict[str, float] = field(default_factory=dict)
     numbers: dict[str, float] = field(default_factory=dict)
 

@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 import hashlib
-import os
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, is_dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from geosurf.conventions.checks import are_points
 from geosurf.ensemble.change import Change, HorizonData, Uncertainty, stream_of
-from geosurf.ensemble.record import Rock
 from geosurf.ensemble.uncertain import (
     TOPS,
     ContactLevel,
     DepthError,
     DepthShift,
-    Factor,
     FaultDip,
     FaultShift,
     Throw,
@@ -30,12 +26,9 @@ from geosurf.measure.velocity import scaled
 from geosurf.model import Sheet, TriSurface
 from geosurf.model.regions import KnownRegions
 from geosurf.model.sheets import TearPlan
+from geosurf.model.tears import FaultThrow
 from geosurf.model.tops import Tops
-from geosurf.scenario import read_scenario
-from geosurf.scenario.build import scene_in_time, untorn_scene
-from geosurf.scenario.keys import Scenario, ThrowInput
 from geosurf.scenario.output_keys import UncertainInput, distribution_of
-from geosurf.scenario.torn import keeps_area, torn_horizons
 from geosurf.scene import Scene
 from geosurf.scene.faults import LongerFaults
 from geosurf.scene.given import (
@@ -44,15 +37,13 @@ from geosurf.scene.given import (
     given_fault,
     given_horizon,
     given_settings,
+    keep_on_disk,
     longer_in_depth,
     named_like,
     prepared_faults,
     torn_like,
 )
-from geosurf.scene.result_cache import ResultCache, name_of_result
-from geosurf.scene.surfaces import footprint
 from geosurf.scene.tearing import longer_faults
-from geosurf.sheets.throw.throw_horizon import throw_horizon
 
 OWN_NUMBERS = "a function that builds scenes draws its own numbers. Leave out uncertain=."
 
@@ -79,7 +70,6 @@ class SceneModel:
     """
 
     is_data = True  # alone: a function may have effects in its own process
-    settings_of_tears: tuple[Any, ...] = ()
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
@@ -88,10 +78,7 @@ class SceneModel:
         self._data: dict[str, HorizonData] = {}
         self._frame: dict[str, Any] = {}
         self.longer: LongerFaults = {}
-        self._in_time_longer: dict[str, TriSurface] | None = None
-        self.plans: dict[str, TearPlan] = {}
-        # The last sheet of each horizon that does not move, by what it was made from.
-        self._sheets: dict[str, tuple[str, Sheet]] = {}
+        self.base_sheets: dict[str, Sheet] = {}
 
     # ---- what is given -------------------------------------------------------------------
 
@@ -113,7 +100,7 @@ class SceneModel:
     @property
     def deepest(self) -> float:
         """Depth of the floor of the model [m]."""
-        return abs(self.scene.box[4])
+        return abs(frame_of(self.scene)[0][4])
 
     @property
     def velocity(self) -> Any:
@@ -129,87 +116,46 @@ class SceneModel:
 
     def build(self, change: Change) -> Scene:
         """Return the scene of one realisation; it shares with the others what does not change."""
-        scene = self._unthrown(change)
-        if change.throws:
-            return self._thrown(scene, change)
-        if not self.plans:
-            return scene
-        longer = self.longer
-        if change.velocity:
-            longer = longer_in_depth(scene, scene, self._longer_in_time(self.scene))
-        return torn_like(scene, longer, self.plans)
-
-    def _longer_in_time(self, in_time: Scene) -> dict[str, TriSurface]:
-        """Faults as long as the base case needed them, in time; `in_time` has its velocities."""
-        if self._in_time_longer is None:
-            self._in_time_longer = {
-                name: TriSurface(name, "fault", in_time.to_time(after.vertices), after.triangles)
-                for name, (_, after) in self.longer.items()
-            }
-        return self._in_time_longer
-
-    def _unthrown(self, change: Change) -> Scene:
-        """A scene with the inputs of a realisation, without throws."""
         # What did not change is not handed over: the scene keeps its results.
-        changes = self._contacts_and_frame(change)
+        changes: dict[str, Any] = dict(self._frame)
+        if change.contacts:
+            changes["contacts"] = {**self.contacts, **change.contacts}
         if change.velocity:
             changes["velocity"] = scaled(self.velocity, change.velocity)
-        return self.scene.replace(horizons=change.horizons(), faults=change.faults, **changes)
+        if change.throws:
+            changes["throws"] = _changed(self.scene._inputs.throws, change.throws)
+        scene = self.scene.replace(horizons=change.horizons(), faults=change.faults, **changes)
+        longer = self.longer
+        if change.velocity and longer:
+            longer = longer_in_depth(scene, self._longer_in_time)
+        if not self.base_sheets:
+            return scene
+        still = {} if change.faults or change.velocity else self.base_sheets
+        still = {name: sheet for name, sheet in still.items() if name not in change.up}
+        return torn_like(scene, longer, self.plans, still)
 
-    def _contacts_and_frame(self, change: Change) -> dict[str, Any]:
-        """What a scene of a realisation takes for its fluid contacts, its box and its area."""
-        if not change.contacts:
-            return dict(self._frame)
-        return {"contacts": {**self.contacts, **change.contacts}, **self._frame}
+    @property
+    def plans(self) -> dict[str, TearPlan]:
+        """How horizons were torn as picked in the base case, which realisations begin with."""
+        sheets = self.base_sheets.items()
+        return {name: sheet.plan for name, sheet in sheets if sheet.plan is not None}
 
-    def _thrown(self, scene: Scene, change: Change) -> Scene:
-        """A scene with all horizons torn by the throws of a realisation."""
-        # As the scene has them, extended and truncated: sheets have to end on these.
-        faults = [scene.surface(name) for name in change.throws]
-        throws = {
-            name: given.of(None) if isinstance(given, Factor) else given
-            for name, given in change.throws.items()
+    @cached_property
+    def _longer_in_time(self) -> dict[str, TriSurface]:
+        """Faults as long as the base case needed them, in time."""
+        return {
+            name: TriSurface(name, "fault", self.scene.to_time(after.vertices), after.triangles)
+            for name, (_, after) in self.longer.items()
         }
-        moved = change.horizons()
 
-        def sheet_of(name: str) -> Sheet:
-            """The sheet of a horizon."""
-            horizon = moved.get(name) or self.horizon(name).surface
-            return throw_horizon(horizon, faults, throws, name=name)
-
-        digest = hashlib.sha256()
-        add_to(digest, (throws, *faults))
-        sheets = {
-            name: self.remembered(change, name, digest.hexdigest(), partial(sheet_of, name))
-            for name in self.horizon_names
-        }
-        # Sheets replace the continuous horizons that they were made from.
-        return scene.replace(horizons=sheets)
-
-    def remembered(
-        self, change: Change, name: str, key: str | None, make: Callable[[], Sheet]
-    ) -> Sheet:
-        """The sheet of a horizon; that of the last realisation if its data stay, and the key."""
-        if name in change.up or change.velocity or key is None:
-            return make()
-        known = self._sheets.get(name)
-        if known is None or known[0] != key:
-            known = self._sheets[name] = key, make()
-        return known[1]
-
-    def outline(self, change: Change) -> Scene:
-        """Return the scene itself: nothing is torn before it is read."""
-        return self.build(change)
-
-    def framed(self, outline: Callable[[], Scene], reach: float) -> None:
-        """Keep area and box of the base case, taller by a reach [m]; `outline` gives them."""
+    def framed(self, base: Callable[[], Scene], reach: float) -> None:
+        """Keep area and box of the base case, taller by a reach [m]; nothing is torn for it."""
         given = given_settings(self.scene)
         # A box that the user gave holds for all realisations as it is.
         if given["box"] is not None:
             return
         # Without one, each realisation would get its own area, and volumes could not be compared.
-        # It follows from the horizons as they are given: nothing is torn for it.
-        (west, east, south, north, bottom, top), area = frame_of(outline())
+        (west, east, south, north, bottom, top), area = frame_of(base())
         self._frame = {"box": (west, east, south, north, bottom - reach, top + reach)}
         # A word such as "rectangle" is not an area: the box is enough then.
         if not isinstance(given["aoi"], str):
@@ -217,12 +163,12 @@ class SceneModel:
 
     def started(self, base: Scene) -> None:
         """Keep how horizons were torn, and faults as long as they need them: not uncertain."""
-        sheets = base.sheets.items()
-        self.plans = {name: sheet.plan for name, sheet in sheets if sheet.plan is not None}
+        keep_on_disk(self.scene, None)  # sheets of realisations are nobody else's
+        self.base_sheets = dict(base.sheets)
         # Read once: all realisations take over what this scene has read.
         for name in self.fault_names:
             self.fault(name)
-        before = prepared_faults(self.scene.replace(**self._frame))
+        before = prepared_faults(base)
         self.longer = longer_faults(before, {name: base.whole_surface(name) for name in before})
 
     def name_regions(self, known: KnownRegions | None) -> None:
@@ -238,7 +184,7 @@ class SceneModel:
         for name in self.fault_names:
             fault = self.fault(name)
             add_to(digest, (name, fault.vertices, fault.triangles))
-        add_to(digest, (self.contacts, given_settings(self.scene), *self.settings_of_tears))
+        add_to(digest, (self.contacts, given_settings(self.scene)))
         return digest.hexdigest()
 
     def _points(self, name: str) -> np.ndarray:
@@ -283,11 +229,7 @@ class BuiltModel:
             )
         return scene if self._known is None else named_like(scene, self._known)
 
-    def outline(self, change: Change) -> Scene:
-        """Return the scene of a realisation: only the function knows its box."""
-        return self.build(change)
-
-    def framed(self, outline: Callable[[], Scene], reach: float) -> None:
+    def framed(self, base: Callable[[], Scene], reach: float) -> None:
         """Change nothing: the function chooses the box."""
 
     def started(self, base: Scene) -> None:
@@ -347,153 +289,24 @@ def add_to(digest: Any, value: Any) -> None:
         digest.update(f"{type(value).__name__} {value!r}".encode())
 
 
-# ---- scenario ----------------------------------------
-# A scenario whose horizons, faults, throws and contacts change from realisation to realisation.
-
-
-class ScenarioModel(SceneModel):
-    """
-    A scenario: its horizons are torn or thrown again in each realisation.
-
-    Parameters
-    ----------
-    source : path-like or Scenario
-        A file, or what `read_scenario` made of one.
-    cache : ResultCache, optional
-        Has sheets of the base case, from other commands on the same field.
-
-    Attributes
-    ----------
-    scenario : Scenario
-    uncertain : tuple of Uncertainty
-        Of its tables ``[[uncertain]]``.
-    rock : Rock
-        Of its table ``[volumetrics]``.
-    """
-
-    def __init__(
-        self, source: str | os.PathLike[str] | Scenario, cache: ResultCache | None = None
-    ) -> None:
-        self.scenario = source if isinstance(source, Scenario) else read_scenario(source)
-        # Without tearing: that is repeated in each realisation.
-        self._in_time = None if self.scenario.time is None else scene_in_time(self.scenario)
-        scene, self._values = untorn_scene(self.scenario, in_time=self._in_time)
-        given = self.scenario.volumetrics
-        self.rock = Rock.of(None if given is None else vars(given), scene.crs)
-        if not self.scenario.uncertain and not self.rock.uncertain:
-            raise InputError(
-                f"{self.scenario.path}: nothing is uncertain. Add a table [[uncertain]] for each "
-                "input that is, for example these four lines:\n\n"
-                '[[uncertain]]\nkind = "depth error"\nsd_m = 10.0\nrange_m = 1500.0'
-            )
-        if self.scenario.zones and any("depth" in one.kind for one in self.scenario.uncertain):
-            raise InputError(
-                f"{self.scenario.path}: horizons that [zones] make do not follow uncertain "
-                "horizons of a scenario yet. Give run_ensemble the Scene: "
-                "Scene(..., zones={...}), uncertain=[...]."
-            )
-        super().__init__(scene)
-        self._cache = cache
-        # Settings of tearing change results as data do.
-        self.settings_of_tears = ((self.scenario.tear, self.scenario.throws),)
-        self.uncertain = tuple(uncertainty_of(entry) for entry in self.scenario.uncertain)
-
-    def horizon(self, name: str) -> HorizonData:
-        """Return the data of a horizon, before it is torn or thrown."""
-        # Points of a horizon stay points here, while the scene has an outline in their place.
-        if name not in self._data:
-            self._data[name] = HorizonData.of(name, self._values[name])
-        return self._data[name]
-
-    def started(self, base: Scene) -> None:
-        """Keep what realisations begin with; their own sheets are nobody else's."""
-        super().started(base)
-        self._cache = None
-
-    @property
-    def velocity(self) -> Any:
-        """Velocities as they were given."""
-        return self.scenario.velocity
-
-    def outline(self, change: Change) -> Scene:
-        """Return a scene with the area of a realisation; nothing is torn that does not count."""
-        if keeps_area(self.scenario, self.horizon_names):
-            return self._untorn(change, {**self._values, **change.horizons()})
-        return self.build(change)
-
-    def _untorn(self, change: Change, values: dict[str, Any]) -> Scene:
-        """The scene of a realisation before horizons are torn; `values` are data of all of them."""
-        plain = {
-            name: footprint(name, values[name], {}) if are_points(values[name]) else values[name]
-            # Only what has moved is handed to the scene; points are an outline there until they are
-            # torn.
-            for name in change.up
-        }
-        more = self._contacts_and_frame(change)
-        return self.scene.replace(horizons=plain, faults=change.faults, **more)
-
-    def _converted(self, change: Change) -> tuple[Scene, dict[str, Any], LongerFaults, Scene]:
-        """The scene of a realisation with other velocities, not torn, its data, longer faults."""
-        assert self._in_time is not None
-        if change.up or change.faults:
-            raise InputError(
-                "depths and faults cannot vary together with velocities, which move both. Leave "
-                "one of them out."
-            )
-        velocity = scaled(self.velocity, change.velocity)
-        in_time = self._in_time.replace(velocity=velocity)
-        scene, values = untorn_scene(self.scenario, in_time=in_time)
-        scene = scene.replace(**self._contacts_and_frame(change))
-        longer = longer_in_depth(scene, in_time, self._longer_in_time(self._in_time))
-        return scene, values, longer, in_time
-
-    def build(self, change: Change) -> Scene:
-        """Return the scene of one realisation."""
-        # Data of all horizons; those that have moved replace their own.
-        values = {**self._values, **change.horizons()}
-        longer, in_time = self.longer, self._in_time
-        if change.velocity:
-            scene, values, longer, in_time = self._converted(change)
-        else:
-            scene = self._untorn(change, values)
-        # Throws change in the scenario, so that tearing follows its usual way.
-        throws = tuple(_changed(entry, change.throws) for entry in self.scenario.throws)
-        scenario = replace(self.scenario, throws=throws)
-        return torn_horizons(
-            scenario,
-            scene,
-            values,
-            lambda *_: None,
-            cache=self._cache,
-            longer=longer,
-            plans=self.plans,
-            remember=lambda name, inputs, make: self.remembered(
-                change, name, name_of_result("sheet", inputs), make
-            ),
-            in_time=in_time,
-        )
-
-    def _points(self, name: str) -> np.ndarray:
-        """Points of a horizon."""
-        return self.horizon(name).points
-
-
-def _changed(entry: ThrowInput, throws: dict[str, Any]) -> ThrowInput:
-    """A throw of a scenario, as a realisation has it."""
-    throw = throws.get(entry.fault)
-    # A throw that is certain stays as the scenario has it.
-    if throw is None:
-        return entry
-    if not isinstance(throw, Factor):
-        return replace(entry, throw_m=throw)
-    # A factor multiplies whatever form the throw has.
-    words: dict[str, Any] = {}
-    for word in ("throw_m", "elliptic_m"):
-        if getattr(entry, word) is not None:
-            words[word] = throw.by * getattr(entry, word)
-    if entry.profile_m is not None:
-        words["profile_m"] = tuple((along, throw.by * t) for along, t in entry.profile_m)
-    return replace(entry, **words)
+def _changed(
+    given: tuple[FaultThrow, ...], throws: Mapping[str, tuple[Any, float]]
+) -> tuple[FaultThrow, ...]:
+    """The throws of a scene as a realisation has them: each of a form, multiplied by a factor."""
+    known = [one.fault for one in given]
+    added = [FaultThrow(name, None) for name in throws if name not in known]
+    found = []
+    for one in (*given, *added):
+        if one.fault in throws:
+            shape, by = throws[one.fault]
+            if shape is None and one.throw is None:
+                raise InputError(
+                    f"the scene has no throw of {one.fault!r} to multiply. Give one, as in "
+                    f"Throw({one.fault!r}, 60.0, factor=...)."
+                )
+            one = (one if shape is None else replace(one, throw=shape)).times(by)
+        found.append(one)
+    return tuple(found)
 
 
 def uncertainty_of(entry: UncertainInput) -> Uncertainty:

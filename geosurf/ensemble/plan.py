@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -39,7 +39,7 @@ class Plan:
 
     Attributes
     ----------
-    model : SceneModel, ScenarioModel or BuiltModel
+    model : SceneModel or BuiltModel
     uncertain : tuple of Uncertainty
         In the order in which they change the inputs.
     seed : int
@@ -136,7 +136,7 @@ class Plan:
         uncertainties, unless the user gave the box.
         """
         reach = sum(one.reach for one in self.prepared)
-        self.model.framed(lambda: self.model.outline(self._change(None)), reach)
+        self.model.framed(partial(self.scene, None), reach)
         return self.scene(None)
 
     def scene(self, realisation: int | None) -> Scene:

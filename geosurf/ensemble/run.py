@@ -13,7 +13,7 @@ import numpy as np
 
 from geosurf.conventions import counted, is_whole
 from geosurf.ensemble.change import check_seed
-from geosurf.ensemble.models import OWN_NUMBERS, BuiltModel, ScenarioModel, SceneModel
+from geosurf.ensemble.models import OWN_NUMBERS, BuiltModel, SceneModel, uncertainty_of
 from geosurf.ensemble.on_dask import (
     Workers,
     check_workers,
@@ -26,12 +26,15 @@ from geosurf.ensemble.plan import Plan, uncertainties
 from geosurf.ensemble.record import Record, Rock
 from geosurf.ensemble.results import Ensemble, open_ensemble
 from geosurf.ensemble.store import EnsembleStore, is_finished
+from geosurf.ensemble.uncertain import VelocityFactor
 from geosurf.errors import GeometryError, GeosurfWarning, InputError
 from geosurf.model.expected import flag_of, path_of
+from geosurf.scenario import build_scene, read_scenario
 from geosurf.scenario.keys import Scenario
 from geosurf.scenario.output_keys import EnsembleSettings
 from geosurf.scene import Scene
 from geosurf.scene.depth import need_depth
+from geosurf.scene.given import in_depth
 from geosurf.scene.result_cache import ResultCache
 from geosurf.stopping import temporary_folder
 from geosurf.warning import warn
@@ -182,7 +185,8 @@ def planned(
     if isinstance(model, str | os.PathLike | Scenario):
         if volumetrics is not None:
             raise InputError("a scenario has its own table [volumetrics]. Leave out volumetrics=.")
-        return _of_scenario(ScenarioModel(model, cache), n, uncertain, seed, maps)
+        scenario = model if isinstance(model, Scenario) else read_scenario(model)
+        return _of_scenario(scenario, cache, n, uncertain, seed, maps)
     if cache is not None:
         raise InputError(
             "cache_dir= is for the path of a scenario: a Scene has its horizons already. Leave it "
@@ -213,19 +217,33 @@ def planned(
 
 
 def _of_scenario(
-    model: ScenarioModel, n: int | None, uncertain: Any, seed: int | None, maps: Any
+    scenario: Scenario,
+    cache: ResultCache | None,
+    n: int | None,
+    uncertain: Any,
+    seed: int | None,
+    maps: Any,
 ) -> tuple[Plan, int]:
     """Return the plan of a scenario; arguments count before its table ``[ensemble]``."""
-    given = model.scenario.ensemble or EnsembleSettings()
+    given, fluids = scenario.ensemble or EnsembleSettings(), scenario.volumetrics
+    scene = build_scene(scenario, cache=cache)
+    rock = Rock.of(None if fluids is None else vars(fluids), scene.crs)
     # Two places for uncertainties would leave open which of them count.
     if len(uncertainties(uncertain)):
+        raise InputError(f"{scenario.path} has its own [[uncertain]] tables. Leave out uncertain=.")
+    if not scenario.uncertain and not rock.uncertain:
         raise InputError(
-            f"{model.scenario.path} has its own [[uncertain]] tables. Leave out uncertain=."
+            f"{scenario.path}: nothing is uncertain. Add a table [[uncertain]] for each "
+            "input that is, for example these four lines:\n\n"
+            '[[uncertain]]\nkind = "depth error"\nsd_m = 10.0\nrange_m = 1500.0'
         )
+    listed = tuple(uncertainty_of(entry) for entry in scenario.uncertain)
+    if scenario.time is not None and not any(isinstance(one, VelocityFactor) for one in listed):
+        scene = in_depth(scene)
     count = _checked_number(given.n if n is None else n)
     grid = given.map_cell_m if maps is None else None if maps is False else maps
     chosen = check_seed(given.seed if seed is None else seed)
-    return Plan(model, model.uncertain, chosen, grid, model.rock), count
+    return Plan(SceneModel(scene), listed, chosen, grid, rock), count
 
 
 def _checked_number(n: Any) -> int:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -36,6 +37,7 @@ from geosurf.model.distributions import (
     distribution_of,
     reach_of,
 )
+from geosurf.model.tears import FaultThrow
 from geosurf.model.tops import tops_of
 from geosurf.report.page import number
 from geosurf.sheets import EllipticThrow
@@ -579,7 +581,8 @@ class Throw(Named):
         middle = by.quantile(0.5)
         reach = max(abs(by.quantile(p) - middle) for p in (TAIL, 1.0 - TAIL))
         if self._multiplies and self.throw is not None:
-            reach *= largest_throw(self.throw)
+            ends = given.fault(self.fault).extent
+            reach *= FaultThrow(self.fault, self.throw).largest(math.dist(*ends))
         return PreparedNumber(name, by, self._set, reach)
 
     @property
@@ -589,19 +592,7 @@ class Throw(Named):
 
     def _set(self, change: Change, by: float) -> None:
         """Set the throw."""
-        change.throws[self.fault] = Factor(by, self.throw) if self._multiplies else by
-
-
-@dataclass(frozen=True)
-class Factor:
-    """A throw in any form, or the one of a scenario (None), to be multiplied."""
-
-    by: float
-    shape: Any = None
-
-    def of(self, shape: Any) -> Any:
-        """Return the throw: its own form, or else the one that is given."""
-        return times(shape if self.shape is None else self.shape, self.by)
+        change.throws[self.fault] = (self.throw, by) if self._multiplies else (by, 1.0)
 
 
 def _is_shape(throw: Any) -> bool:
@@ -611,57 +602,6 @@ def _is_shape(throw: Any) -> bool:
         return True
     # Distributions can be called for quantiles; plain functions are throws.
     return callable(throw) and not hasattr(throw, "quantile") and not hasattr(throw, "ppf")
-
-
-def times(throw: Any, factor: float) -> Any:
-    """Return a throw of any form, multiplied by a factor.
-
-    Examples
-    --------
-    >>> times(EllipticThrow(40.0), 0.5).largest, times([[0.0, 10.0], [900.0, 30.0]], 2.0).tolist()
-    (20.0, [[0.0, 20.0], [900.0, 60.0]])
-    """
-    if isinstance(throw, EllipticThrow):
-        return replace(throw, largest=throw.largest * factor)
-    if is_number(throw):
-        return float(throw) * factor
-    # An array keeps its coordinates.
-    if hasattr(throw, "dims"):
-        return throw * factor
-    if callable(throw):
-        return _Times(throw, factor)
-    # Pairs of distance and throw: only the second column is multiplied.
-    return np.asarray(throw, dtype=np.float64) * np.array([1.0, factor])
-
-
-@dataclass(frozen=True)
-class _Times:
-    """A function of the distance along strike, multiplied; other processes can be sent it."""
-
-    throw: Callable[[Any], Any]
-    factor: float
-
-    def __call__(self, along: Any) -> Any:
-        return self.factor * self.throw(along)
-
-
-def largest_throw(throw: Any) -> float:
-    """Return the largest throw of any form [m]; 0 for a function, whose values are not known.
-
-    Examples
-    --------
-    >>> largest_throw([[0.0, 10.0], [900.0, -30.0]])
-    30.0
-    """
-    if isinstance(throw, EllipticThrow):
-        return abs(float(throw.largest))
-    if is_number(throw):
-        return abs(float(throw))
-    # Its values are not known ahead.
-    if callable(throw) and not hasattr(throw, "dims"):
-        return 0.0
-    values = throw.values if hasattr(throw, "dims") else np.asarray(throw, dtype=np.float64)[:, 1]
-    return float(np.nanmax(np.abs(values)))
 
 
 # ---- fault moves ----------------------------------------

@@ -7,7 +7,6 @@ values.py       how a key is declared, how values and tables are checked
 toml_text.py    the text: lines of keys, what is not TOML, keys set from outside
 validate.py     file -> `Scenario`: names and rules checked, no surface read
 build.py        `Scenario` -> `Scene`; also of a sealed model of another program
-torn.py         of these: horizons torn at their faults
 execute.py      a run: all of it, stage by stage
 output.py       the output folder: new results whole, or the old ones; its files
 step_log.py     one line per step, and a picture of the place of an error

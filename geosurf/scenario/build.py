@@ -1,4 +1,4 @@
-"""A `Scenario` -> its `Scene`: surfaces are read, and horizons torn where that is requested."""
+"""A `Scenario` -> its `Scene`: surfaces are read, all else is what a scene takes."""
 
 from __future__ import annotations
 
@@ -10,26 +10,25 @@ import numpy as np
 
 from geosurf.conventions import counted, did_you_mean
 from geosurf.conventions.axes import TimeUnit
-from geosurf.conventions.checks import are_points
 from geosurf.errors import FormatError, ScenarioError
 from geosurf.faults import split_fault
 from geosurf.measure.columns import cross_columns
 from geosurf.measure.places import sample_units
 from geosurf.model import FluidContact, TriSurface, Units
 from geosurf.model.network import fault_words, proposal_words
+from geosurf.model.tears import TearSettings
 from geosurf.read import otherwise, read_fault, read_horizon, read_points, read_polygons, read_tops
 from geosurf.read.model3d import read_model3d
 from geosurf.scenario.keys import FaultInput, HorizonInput, ModelInput, PolygonInput, Scenario
-from geosurf.scenario.step_log import OnStep
-from geosurf.scenario.torn import torn_horizons
-from geosurf.scenario.validate import faults_reaching, filling_of, is_torn_as_picked, truncations_of
+from geosurf.scenario.step_log import SILENT, StepLog
+from geosurf.scenario.validate import faults_reaching, is_torn_as_picked, truncations_of
 from geosurf.scene import Scene
-from geosurf.scene.given import given_in_depth, horizons_with_zones
+from geosurf.scene.given import keep_on_disk
 from geosurf.scene.inputs import as_milliseconds
 from geosurf.scene.result_cache import ResultCache
-from geosurf.scene.surfaces import footprint, holds_points, opened_outline, with_empty_blocks
+from geosurf.scene.surfaces import holds_points, opened_outline
 from geosurf.scene.zones import correction_in_words
-from geosurf.triangulate import fault_from_polygons, triangulate_fault, triangulate_horizon
+from geosurf.triangulate import fault_from_polygons, triangulate_fault
 
 # ---- sealed ----------------------------------------
 # A sealed model of another program -> a `Scene`: horizons, faults, and a box for its walls.
@@ -240,31 +239,23 @@ def _polygon(entry: PolygonInput, fault: str, words: dict[str, Any]) -> np.ndarr
 
 
 def build_scene(
-    scenario: Scenario,
-    on_step: OnStep = lambda *_: None,
-    out: Path | None = None,
-    on_start: OnStep = lambda *_: None,
-    cache: ResultCache | None = None,
+    scenario: Scenario, log: StepLog = SILENT, cache: ResultCache | None = None
 ) -> Scene:
     """
-    Read the surfaces of a scenario, and tear the horizons that ``[tear]`` and ``[[throws]]`` name.
+    Read the surfaces of a scenario as a scene.
 
     Parameters
     ----------
     scenario : Scenario
-    on_step : callable, optional
-        Is called after each step: stage, subject, outcome.
-    out : pathlib.Path, optional
-        A folder for a picture of the place where a horizon cannot be torn.
-    on_start : callable, optional
-        Is called before each horizon is torn, which may take long: stage, horizon, its number.
+    log : StepLog, optional
+        Gets a line for each step.
     cache : ResultCache, optional
         Has sheets of earlier runs.
 
     Returns
     -------
     Scene
-        Its curves and units are not computed yet.
+        It tears its horizons, as ``[tear]`` and ``[[throws]]`` say, when it is asked.
 
     Raises
     ------
@@ -274,113 +265,54 @@ def build_scene(
     # A sealed model brings horizons, faults and box along; nothing is torn or extended.
     if scenario.model is not None:
         scene = scene_of_sealed(scenario, scenario.model, **_shared(scenario))
-        on_step("read", _numbers(scene), "")
+        log.step("read", _numbers(scene))
         return scene
-    in_time = None if scenario.time is None else scene_in_time(scenario)
-    scene, horizons = untorn_scene(scenario, on_step, in_time)
-    return torn_horizons(scenario, scene, horizons, on_step, out, on_start, cache, in_time=in_time)
 
-
-def untorn_scene(
-    scenario: Scenario, on_step: OnStep = lambda *_: None, in_time: Scene | None = None
-) -> tuple[Scene, dict[str, Any]]:
-    """
-    Read the surfaces of a scenario, and turn them into depth where they are in time.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Without a sealed model.
-    on_step : callable, optional
-        As in `build_scene`.
-    in_time : Scene, optional
-        As from `scene_in_time`, with other velocities: nothing is read again.
-
-    Returns
-    -------
-    (Scene, dict of str to object)
-        The scene before its horizons are torn, and the data of these: `torn_horizons` takes both.
-
-    Raises
-    ------
-    InputError
-        As `build_scene`.
-    """
     # read here rather than by the scene: files of a scenario have their own units
-    if scenario.time is None:
-        horizons, faults = _read(scenario)
-    else:
-        horizons, faults = given_in_depth(scene_in_time(scenario) if in_time is None else in_time)
-
-    shared = _shared(scenario)
-    horizons = _extended(scenario, horizons, faults, shared["aoi"])
-    if scenario.zones:
-        horizons, corrections = horizons_with_zones(
-            horizons, scenario.zones, scenario.tear is not None, scenario.crs
-        )
-        for zone in corrections.zone.values:
-            on_step("zones", str(zone), correction_in_words(corrections.sel(zone=zone)))
-
-    # not torn yet: sheets need the faults as extension and truncation leave them
-    plain = {
-        # points have no grid yet: their outline stands for them until they are torn
-        name: footprint(name, data, {}) if are_points(data) else data
-        for name, data in horizons.items()
-    }
-    scene = Scene(_with_empty_blocks(scenario, plain), faults, **_rules(scenario), **shared)
-    on_step("read", _numbers(scene), "")
-    return _with_network(scenario, scene, on_step), horizons
-
-
-def _read(scenario: Scenario) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Horizons and faults as the files have them."""
     horizons = {entry.name: _horizon(scenario, entry) for entry in scenario.horizons if entry.file}
     faults = {entry.name: fault_of(entry, _words(scenario, entry)) for entry in scenario.faults}
-    return horizons, faults
-
-
-def scene_in_time(scenario: Scenario) -> Scene:
-    """
-    Return the scene of horizons and faults in time that becomes one in depth.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        With `time` and velocities.
-
-    Raises
-    ------
-    InputError
-        If a surface cannot be read, or does not state its unit.
-    """
-    horizons, faults = _read(scenario)
-    in_ms = {
-        name: one if isinstance(one, TriSurface) else as_milliseconds(one)
-        for name, one in horizons.items()
-    }
-    tear = scenario.tear
-    return Scene(
-        in_ms, {name: triangulate_fault(one, name=name) for name, one in faults.items()},
-        **_rules(scenario), crs=scenario.crs,
-        aoi=None if scenario.aoi is None else scenario.aoi.value,
-        tear=None if tear is None else tear.trim_cells,
-        fill_empty_blocks=None if tear is None else tear.fill_empty_blocks,
-        time=scenario.time, velocity=scenario.velocity, tops=_tops(scenario).get("tops"),
+    shared = _shared(scenario)
+    horizons = _extended(scenario, horizons, faults, shared["aoi"])
+    if scenario.time is not None:
+        faults = {name: triangulate_fault(one, name=name) for name, one in faults.items()}
+        horizons = {
+            name: one if isinstance(one, TriSurface) else as_milliseconds(one)
+            for name, one in horizons.items()
+        }
+    scene = Scene(
+        horizons, faults,
+        box=None if scenario.box is None else scenario.box.sides,
+        column={entry.name: entry.rule for entry in scenario.horizons},
+        extend={entry.name: entry.extend for entry in scenario.faults if entry.extend},
+        truncations=truncations_of(scenario),
+        lengthen={entry.name: entry.distances for entry in scenario.faults if entry.distances},
+        throws=tuple(entry.settings for entry in scenario.throws),
+        time=scenario.time, velocity=scenario.velocity, zones=scenario.zones,
+        **_tears(scenario), **shared,
     )  # fmt: skip
+    keep_on_disk(scene, cache)
+    log.step("read", _numbers(scene))
+    scene = _with_network(scenario, scene, log)
+    if scenario.zones:
+        with log.watching(scene):
+            corrections = scene.zone_corrections
+        for zone in corrections.zone.values:
+            log.step("zones", str(zone), correction_in_words(corrections.sel(zone=zone)))
+    return scene
 
 
-def _rules(scenario: Scenario) -> dict[str, Any]:
-    """The box, the column, and what is done to faults: in time as in depth."""
+def _tears(scenario: Scenario) -> dict[str, Any]:
+    """How horizons are torn as they were picked."""
+    tear = scenario.tear
+    if tear is None:
+        return {}
     return {
-        "box": None if scenario.box is None else scenario.box.sides,
-        "column": {entry.name: entry.rule for entry in scenario.horizons},
-        "extend": {entry.name: entry.extend for entry in scenario.faults if entry.extend},
-        "truncations": truncations_of(scenario),
-        "lengthen": {entry.name: entry.distances for entry in scenario.faults if entry.distances},
+        "tear": TearSettings(tear.trim_cells, tear.noise_m, tear.keep_outliers, tear.horizons),
+        "fill_empty_blocks": tear.fill_empty_blocks,
     }
 
 
-def _with_network(scenario: Scenario, scene: Scene, on_step: OnStep) -> Scene:
+def _with_network(scenario: Scenario, scene: Scene, log: StepLog) -> Scene:
     """The scene with the proposals for its faults, where these are to be applied."""
     if not scenario.network.apply:
         return scene
@@ -389,7 +321,7 @@ def _with_network(scenario: Scenario, scene: Scene, on_step: OnStep) -> Scene:
         at = f" at {one.row.other}" if one.row.other else ""
         verdict = "accepted" if one.accepted else "dropped"
         words = f"{verdict}: {proposal_words(one.row)}; {one.reason}"
-        on_step("network", f"{fault_words(one.row)}{at}", words)
+        log.step("network", f"{fault_words(one.row)}{at}", words)
     found: Scene = trial.scene
     return found
 
@@ -409,16 +341,6 @@ def _shared(scenario: Scenario) -> dict[str, Any]:
         "regions": scenario.regions,
         **_tops(scenario),
     }
-
-
-def _with_empty_blocks(scenario: Scenario, plain: dict[str, Any]) -> dict[str, Any]:
-    """The horizons; where they will be pinched out they have the nodes of the other one."""
-    filling = filling_of(scenario, [name for name in plain if is_torn_as_picked(scenario, name)])
-    # Only pinch-outs need the other horizon's nodes.
-    if not any(isinstance(onto, str) for onto in filling.values()):
-        return plain
-    surfaces = {name: triangulate_horizon(one, name=name) for name, one in plain.items()}
-    return {**with_empty_blocks(surfaces, filling)}
 
 
 def _horizon(scenario: Scenario, entry: HorizonInput) -> Any:

@@ -42,7 +42,7 @@ from geosurf.scenario.output import (
     write_wells,
 )
 from geosurf.scenario.output_keys import OutputSettings
-from geosurf.scenario.step_log import Progress, StepLog, pictured
+from geosurf.scenario.step_log import Progress, StepLog
 from geosurf.scenario.validate import read_scenario
 from geosurf.scene import Scene
 from geosurf.scene.result_cache import ResultCache, cache_in, check_with_cache
@@ -432,22 +432,13 @@ def compute(
     A picture of the place where the model cannot be built goes into the folder ``out``.
     """
     log.begin("read")
-    scene = build_scene(scenario, log.step, out, log.begin, cache)
-
-    # surface by surface, so that the log moves while a long run reads
-    for name in (*scene.horizon_names, *scene.fault_names):
-        log.begin("surface", name)
-        scene.whole_surface(name)
-        log.new_steps_of(scene)
-    refuse_lists(scenario, scene)
-
-    # each stage is a property of the scene; reading it runs what is missing
-    for stage in ("curves", "coverage", "units"):
-        log.begin(stage)
-        with pictured(scene, out):
-            getattr(scene, stage)
-        log.new_steps_of(scene)
-
+    scene = build_scene(scenario, log, cache)
+    with log.watching(scene, out):
+        for name in (*scene.horizon_names, *scene.fault_names):
+            scene.whole_surface(name)
+        refuse_lists(scenario, scene)
+        # each stage is a property of the scene; reading it runs what is missing
+        _ = scene.curves, scene.coverage, scene.units
     return scene
 
 

@@ -19,6 +19,7 @@ from geosurf.model import RULES
 from geosurf.model.column import rule_meant
 from geosurf.model.network import SIDES
 from geosurf.model.regions import SliverSettings
+from geosurf.model.tears import FaultThrow
 from geosurf.scenario import values
 from geosurf.scenario.output_keys import (
     EnsembleSettings,
@@ -423,6 +424,18 @@ class ThrowInput:
     hanging_wall: float = key(values.share, default=1.0)
     direction: str = key(values.one_of(*DIRECTIONS), default="local")
     reach_m: float | None = key(values.above_zero, unit="m", default=None)
+
+    @property
+    def settings(self) -> FaultThrow:
+        """The same as `Scene` takes it."""
+        throw: Any = self.throw_m if self.profile_m is None else self.profile_m
+        if self.elliptic_m is not None:
+            from geosurf.sheets import EllipticThrow  # loaded by those who tear
+
+            centre = self.centre_along_m, self.centre_elevation_m
+            throw = EllipticThrow(self.elliptic_m, self.half_length_m, self.half_height_m, centre)
+        words = self.reach_m, self.hanging_wall, self.direction
+        return FaultThrow(self.fault, throw, self.horizons, *words)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from geosurf.errors import GeometryError, InputError
 from geosurf.model.excerpt import CloseUp
 from geosurf.scene import Scene
+from geosurf.scene.given import reported, surfaces_so_far
 
 # ---- failure ----------------------------------------
 # What could not be built, as a picture of the place.
@@ -18,35 +19,7 @@ from geosurf.scene import Scene
 FILE = "failure.png"
 
 
-@contextmanager
-def pictured(
-    scene: Scene, folder: Path | None, names: Sequence[str] | None = None
-) -> Iterator[None]:
-    """
-    Draw the place of a `GeometryError` that the block raises, and say in it where the picture is.
-
-    Parameters
-    ----------
-    scene : Scene
-    folder : pathlib.Path or None
-        Where ``failure.png`` goes; None draws nothing.
-    names : sequence of str, optional
-        Surfaces that are drawn; default: all.
-
-    Raises
-    ------
-    GeometryError
-        The same one, with a note where the picture is.
-    """
-    try:
-        yield
-    except GeometryError as error:
-        if folder is not None:
-            _draw(scene, folder, names, error)
-        raise
-
-
-def _draw(scene: Scene, folder: Path, names: Sequence[str] | None, error: GeometryError) -> None:
+def _draw(scene: Scene, folder: Path, error: GeometryError) -> None:
     """Draw the place of an error, if it has one, and add a note on the picture to it."""
     if error.place is None:
         return
@@ -62,9 +35,7 @@ def _draw(scene: Scene, folder: Path, names: Sequence[str] | None, error: Geomet
 
     # a picture that fails must not hide the error that it was to explain
     with Attempt() as tried:
-        if names is None:
-            names = (*scene.horizon_names, *scene.fault_names)
-        seen = error.close_up or CloseUp(tuple(map(scene.whole_surface, names)))
+        seen = error.close_up or CloseUp(surfaces_so_far(scene))
         render_place(
             seen.surfaces, error.place, path, reach=seen.reach, rim=seen.rim, points=seen.points,
             title=title,
@@ -73,7 +44,6 @@ def _draw(scene: Scene, folder: Path, names: Sequence[str] | None, error: Geomet
     error.add_note(f"A picture of the place{found}")
 
 
-OnStep = Callable[..., object]  # stage, subject, outcome, and seconds where they are known
 Progress = Callable[[str], object]
 
 
@@ -122,10 +92,45 @@ class StepLog:
         elif outcome and self._progress is not None:  # tears: minutes for a large field
             self._progress(f"{stage:<11} {subject:<38} {outcome} ...")
 
-    def new_steps_of(self, scene: Scene) -> None:
+    @contextmanager
+    def watching(self, scene: Scene, folder: Path | None = None) -> Iterator[None]:
+        """
+        Report the steps that a scene runs in the block; draw the place where it cannot be built.
+
+        Parameters
+        ----------
+        scene : Scene
+        folder : pathlib.Path, optional
+            Where ``failure.png`` goes.
+
+        Raises
+        ------
+        GeometryError
+            That of the block, with a note where the picture is.
+        """
+
+        def starts(stage: str, subject: str, number: int, count: int) -> None:
+            """Report what is done, and what begins."""
+            self._new_steps_of(scene)
+            self.begin(stage, subject, f"{number} of {count}" if stage == "tear" else "")
+
+        try:
+            with reported(scene, starts):
+                yield
+        except GeometryError as error:
+            if folder is not None:
+                _draw(scene, folder, error)
+            raise
+        finally:
+            self._new_steps_of(scene)
+
+    def _new_steps_of(self, scene: Scene) -> None:
         """Report the steps that a scene has run since the last call."""
         # results from memory took no time and are not logged again
         for step in scene.steps[self._n_reported :]:
             if step.outcome == "ran":
                 self.step(step.stage, step.subject, step.detail, step.seconds)
         self._n_reported = len(scene.steps)
+
+
+SILENT = StepLog(None)

@@ -170,7 +170,8 @@ def check_tears(scenario: Scenario, at: KeyPath) -> None:
         return
     with at.of("tear").noting():
         try:
-            filling_of(scenario, scenario.tear.horizons or known["horizon"])
+            torn = scenario.tear.horizons or known["horizon"]
+            filling_by_horizon(scenario.tear.fill_empty_blocks, torn)
         except InputError as error:
             at.of("tear", "fill_empty_blocks").refuse(f"[tear]: {error}")
     trims = scenario.tear.trim_cells
@@ -231,13 +232,6 @@ def is_torn_as_picked(scenario: Scenario, name: str) -> bool:
     """Return whether ``[tear]`` tears a horizon as it was picked."""
     tear = scenario.tear
     return tear is not None and (not tear.horizons or name in tear.horizons)
-
-
-def filling_of(scenario: Scenario, torn: Sequence[str]) -> dict[str, bool | str]:
-    """Return what becomes of torn horizons in blocks without data, see `filling_by_horizon`."""
-    # Without [tear] nothing is filled.
-    fill = False if scenario.tear is None else scenario.tear.fill_empty_blocks
-    return filling_by_horizon(fill, torn)
 
 
 OF_SEVERAL = (".epc", ".ts")  # files that hold several surfaces

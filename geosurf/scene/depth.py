@@ -261,7 +261,7 @@ def converted_inputs(
         content = ("horizon", name, given.read.content(name, value), given.inputs.options)
         data = data_of(given, name, value)
         carry = partial(carried, content=str(content))
-        if given.inputs.tear is not None:
+        if name in given.inputs.torn:
             carry = partial(on_own_side, carry, content=str(content))
         horizons[name] = moved_horizon(data, name, carry, "m" if to_depth else "ms")
     faults = {}
@@ -329,7 +329,7 @@ AXES = ("easting", "northing", "elevation")
 
 def data_of(given: Graph, name: str, value: Any) -> Any:
     """The data of a horizon as a scene takes them: points of one to be torn, or a surface."""
-    if given.inputs.tear is None:
+    if name not in given.inputs.torn:
         return given.untied(name)
     data = opened_horizon(value, given.inputs.options)
     words = undeclared(data, given.inputs.options)

@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from geosurf.lazy import xarray
 from geosurf.model import Sheet, TriSurface, Units
 from geosurf.model.regions import KnownRegions, Places
 from geosurf.model.sheets import TearPlan
 from geosurf.scene.depth import carried_points
 from geosurf.scene.faults import LongerFaults
 from geosurf.scene.inputs import INPUTS, Box, undeclared
+from geosurf.scene.memory import OnStart
+from geosurf.scene.result_cache import ResultCache
 from geosurf.scene.scene import Scene
 from geosurf.scene.surfaces import opened_contacts, opened_horizon
-from geosurf.scene.tearing import warnings_of_passed
 
 
 def given_horizon(scene: Scene, name: str) -> tuple[Any, dict[str, Any]]:
@@ -43,25 +44,10 @@ def given_horizon(scene: Scene, name: str) -> tuple[Any, dict[str, Any]]:
     value = inputs.horizons[name]
     if isinstance(value, Sheet):
         return value, {}
-    if inputs.tear is None:
+    if name not in inputs.torn:
         return graph.untied(name), {}
     data = opened_horizon(value, inputs.options)
     return data, undeclared(data, inputs.options)
-
-
-def horizons_with_zones(
-    horizons: Mapping[str, Any], zones: Mapping[str, Any], tear: bool, crs: str | None
-) -> tuple[dict[str, Any], xarray.Dataset]:
-    """
-    Return horizons with those that zones make, youngest first, and how these were corrected.
-
-    Parameters
-    ----------
-    horizons, zones, tear, crs
-        As for `Scene`.
-    """
-    scene = Scene(horizons, zones=zones, tear=tear, crs=crs)
-    return dict(scene._plain.inputs.horizons), scene.zone_corrections
 
 
 def given_fault(scene: Scene, name: str) -> TriSurface:
@@ -69,16 +55,11 @@ def given_fault(scene: Scene, name: str) -> TriSurface:
     return scene._given.read.fault(name)
 
 
-def given_in_depth(scene: Scene) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return horizons and faults of a scene in time as its velocities make them, neither torn."""
-    inputs = scene._plain.inputs
-    return dict(inputs.horizons), dict(inputs.given_faults)
-
-
-def sheets_in_time(scene: Scene) -> dict[str, Sheet]:
-    """Return the sheets in time of a scene that becomes depth."""
-    horizons = scene._in_time.inputs.horizons
-    return {name: one for name, one in horizons.items() if isinstance(one, Sheet)}
+def in_depth(scene: Scene) -> Scene:
+    """Return a scene in time as what its velocities make of it, for changes in metres."""
+    twin = object.__new__(Scene)
+    twin.__dict__.update(_inputs=scene._plain.inputs, _given=scene._plain)
+    return twin
 
 
 def prepared_faults(scene: Scene) -> dict[str, TriSurface]:
@@ -86,30 +67,33 @@ def prepared_faults(scene: Scene) -> dict[str, TriSurface]:
     return {name: scene._plain.faults.surface(name) for name in scene.fault_names}
 
 
-def torn_like(scene: Scene, longer: LongerFaults, plans: Mapping[str, TearPlan]) -> Scene:
-    """Return the scene, torn at faults as long as another scene needed them, first as it was."""
+def torn_like(
+    scene: Scene, longer: LongerFaults, plans: Mapping[str, TearPlan], still: Mapping[str, Sheet]
+) -> Scene:
+    """Return the scene, torn at faults as long as another scene needed them, first as it was.
+
+    Horizons that stand `still` have their sheets, as long as they end on the faults of the scene.
+    """
     twin = scene.replace()
-    twin._plain.longer, twin._plain.plans = dict(longer), dict(plans)
+    twin._plain.longer, twin._plain.plans, twin._plain.still = longer, plans, still
     return twin
 
 
-def longer_in_depth(scene: Scene, in_time: Scene, longer: Mapping[str, TriSurface]) -> LongerFaults:
+def longer_in_depth(scene: Scene, longer: Mapping[str, TriSurface]) -> LongerFaults:
     """
     Return the faults of a scene, and how long tears of the base case needed them, in depth.
 
     Parameters
     ----------
     scene : Scene
-        In depth, before its horizons are torn.
-    in_time : Scene
-        The one in time that it was made from, with its velocities.
+        With velocities.
     longer : mapping of str to TriSurface
         The longer faults, in time.
     """
-    inputs, found = in_time._inputs, {}
+    inputs, found = scene._inputs, {}
     for name, fault in longer.items():
         vertices = carried_points(
-            in_time._in_time, inputs, fault.vertices, ("longer", name), str(inputs.time),
+            scene._in_time, inputs, fault.vertices, ("longer", name), str(inputs.time),
             to_depth=True,
         )  # fmt: skip
         after = TriSurface(name, "fault", vertices, fault.triangles)
@@ -133,30 +117,26 @@ def frame_of(scene: Scene) -> tuple[Box, np.ndarray | None]:
     return scene._plain.box, scene._plain.aoi
 
 
-def torn_scene(scene: Scene, horizons: Mapping[str, Sheet], **changes: Any) -> Scene:
-    """
-    Return a scene with horizons that were torn at its faults, and with faults as these ended up.
+@contextmanager
+def reported(scene: Scene, on_start: OnStart) -> Iterator[None]:
+    """Let a function be called before each step of a scene in the block."""
+    memory = scene._given.memory
+    before, memory.on_start = memory.on_start, on_start
+    try:
+        yield
+    finally:
+        memory.on_start = before
 
-    Parameters
-    ----------
-    scene : Scene
-        Its rules have made the faults ready.
-    horizons : mapping of str to Sheet
-    **changes
-        Further inputs, as `Scene.replace` takes them.
 
-    Returns
-    -------
-    Scene
-        It lists what the rules of `scene` did to the faults, and proposes for these.
-    """
-    torn = scene.replace(horizons=horizons, **changes)
-    if "faults" in changes:  # its own rules do nothing more
-        torn._plain.prepared_by = scene._plain.ruled_faults
-        rules, given = scene._plain.faults.rules, prepared_faults(scene)
-        passed = warnings_of_passed(rules, given, changes["faults"])
-        torn._plain.memory.warn(*passed)
-    return torn
+def surfaces_so_far(scene: Scene) -> tuple[TriSurface, ...]:
+    """Return all surfaces, torn if nothing has kept horizons from that."""
+    graph = vars(scene).get("_graph", scene._plain)
+    return tuple(map(graph.whole, graph.inputs.names))
+
+
+def keep_on_disk(scene: Scene, cache: ResultCache | None) -> None:
+    """Let the family of a scene look for torn horizons in a folder, and put them there."""
+    scene._given.memory.store.disk = cache
 
 
 def keep_results_apart(scene: Scene) -> None:

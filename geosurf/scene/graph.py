@@ -27,7 +27,7 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from functools import cached_property, partial
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
@@ -107,6 +107,8 @@ class Graph:
         Faults, and how long tears of another scene needed them: tears begin with these.
     plans : mapping of str to TearPlan
         How horizons of another scene were torn, which is tried first.
+    still : mapping of str to Sheet
+        Horizons that are the same in that scene, as they were torn there.
     converted_from : Graph or None
         Of the model in the other domain: horizons are torn like those there, and a model in depth
         should have the units of the one in time.
@@ -128,6 +130,7 @@ class Graph:
         self.inputs, self.memory, self.prepared_by = inputs, memory, prepared_by
         self.longer: LongerFaults = {}
         self.plans: TearPlans = {}
+        self.still: Mapping[str, Sheet] = {}
         self.known_regions: KnownRegions | None = None
         self.converted_from: Graph | None = None
         self.zone_rows: list[Any] = []  # how zones from thickness were corrected
@@ -254,7 +257,21 @@ class Graph:
         if outline is None and self.inputs.box is None and self.default_area is not None:
             outline = self.default_area.outline
         horizons = self._untorn_horizons, self._lattices
-        return area.box_around(self.inputs.box, outline, *horizons, self.memory)
+        west, east, south, north, bottom, top = area.box_around(
+            self.inputs.box, outline, *horizons, self.memory
+        )
+        # horizons end on walls, never on the top or the bottom of the box: throws move them
+        reach = 0.0 if self.inputs.box is not None else self._largest_throw()
+        return west, east, south, north, bottom - reach, top + reach
+
+    def _largest_throw(self) -> float:
+        """How far throws may move a horizon, one upon the other [m]."""
+        found: dict[str, float] = {}
+        for one in self.inputs.throws:
+            low, high = self.read.fault(one.fault).extent
+            largest = one.largest(math.dist(low, high))
+            found[one.fault] = max(largest, found.get(one.fault, 0.0))
+        return sum(found.values())
 
     @cached_property
     def coverage(self) -> dict[str, float]:

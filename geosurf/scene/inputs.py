@@ -15,7 +15,6 @@ from geosurf.conventions import (
     did_you_mean,
     elevation_sign,
     is_number,
-    known_names,
     metres_per_unit,
     shared_name,
 )
@@ -32,6 +31,7 @@ from geosurf.model.distributions import is_distribution
 from geosurf.model.expected import box_of_sides, flag_of, name_of, outline_of
 from geosurf.model.network import filling_by_horizon
 from geosurf.model.regions import check_regions, sliver_settings
+from geosurf.model.tears import FaultThrow, TearSettings, check_tears, tear_settings, throws_of
 from geosurf.model.tops import tie_settings
 from geosurf.read import read_horizon
 from geosurf.read._common import Otherwise, Ratio, check_ratio
@@ -54,17 +54,19 @@ RECTANGLE = "rectangle"  # as an area: the largest axis-parallel one that all ho
 
 
 def _refuse_together(
-    tear: Any,
+    tear: TearSettings | None,
+    throws: tuple[FaultThrow, ...],
     tolerance: float | None,
     at_horizons: tuple[Rule, ...],
     filling: Mapping[str, bool | str],
 ) -> None:
     """Refuse settings that exclude each other, and one that would have no effect."""
-    if tear is not None and tolerance is not None:
-        raise InputError(
-            f"tear and tolerance={tolerance:g} exclude each other: torn horizons keep "
-            "all of their nodes. Leave one of them out."
-        )
+    for word, given in {"tear": tear, "throws": throws}.items():
+        if given and tolerance is not None:
+            raise InputError(
+                f"{word} and tolerance={tolerance:g} exclude each other: torn horizons keep "
+                "all of their nodes. Leave one of them out."
+            )
     if at_horizons and tolerance is not None:
         raise InputError(
             f"tolerance={tolerance:g} cannot be combined with the truncation of "
@@ -100,7 +102,7 @@ class SceneInputs:
     horizons, faults, box, column, contacts, aoi, positive, length_unit
         As for `Scene`.
     voxel_size, self_intersections, extend, truncations, tolerance, tops, tie, lengthen, slivers,
-    fill_empty_blocks, compartments, crs, reservoir, regions, time, velocity
+    fill_empty_blocks, compartments, crs, reservoir, regions, time, velocity, zones, throws
         As for `Scene`.
 
     Attributes
@@ -152,6 +154,7 @@ class SceneInputs:
     time: str | None = None
     velocity: Any = None
     zones: Mapping[str, Any] = field(default_factory=dict)
+    throws: Any = ()
     made: tuple[MadeHorizon, ...] = field(init=False, repr=False)
     rules: tuple[Rule, ...] = field(init=False, repr=False)
     horizon_rules: tuple[Rule, ...] = field(init=False, repr=False)
@@ -188,6 +191,8 @@ class SceneInputs:
             raise InputError(
                 "zones take metres, and the scene is in time. Give velocities: velocity={...}."
             )
+        if self.throws and self.time is not None:
+            raise InputError("throws take metres, and the scene is in time. Leave one of them out.")
         made = zones_of(zones, tuple(with_data))
         horizons = in_column(made, with_data)
         faults = self._opened("fault", as_mapping("faults", self.faults))
@@ -228,11 +233,19 @@ class SceneInputs:
             refuse_namesakes(horizon=horizons, fault=faults, contact=contacts)
 
         # settings that exclude each other are refused here, before a file is read
-        tear = tear_setting(halves.spread(self.tear), tuple(faults))
+        tear = tear_settings(self.tear, (*given, *faults))
+        if tear is not None:
+            tear = replace(tear, trim=halves.spread(tear.trim))
+        throws = tuple(
+            replace(one, fault=part)
+            for one in throws_of(self.throws)
+            for part in halves.names([one.fault])
+        )
+        check_tears(tear, throws, tuple(faults), tuple(horizons))
         rules = read_truncations(halves.truncations, tuple(faults), tuple(horizons))
         at_horizons = tuple(rule for rule in rules if rule.main in horizons)
         filling = filling_by_horizon(self.fill_empty_blocks, tuple(horizons))
-        _refuse_together(tear, tolerance, at_horizons, filling)
+        _refuse_together(tear, throws, tolerance, at_horizons, filling)
         compartments = read_compartments(halves.spread(self.compartments), tuple(faults))
         _refuse_ends_at_horizons(compartments, at_horizons)
 
@@ -240,6 +253,11 @@ class SceneInputs:
         tie = tie_settings(self.tie)
         if tie is not None and self.tops is None:
             raise InputError("tie needs well tops. Give them, too: tops=geosurf.read_tops(path).")
+        if tie is not None and throws:
+            raise InputError(
+                "tie and throws exclude each other: throw moves horizons off their tops. Leave tie "
+                "out; scene.misfit() lists all tops."
+            )
 
         self.__dict__.update(  # frozen from here on
             horizons=horizons,
@@ -254,6 +272,7 @@ class SceneInputs:
             truncations=truncations,
             tie=tie,
             tear=tear,
+            throws=throws,
             slivers=sliver_settings(self.slivers),
             compartments=compartments,
             crs=crs,
@@ -303,10 +322,28 @@ class SceneInputs:
         ending = faults_at(horizon, tuple(self.horizons), self.horizon_rules)
         return tuple(name for name in self.faults if name not in ending)
 
+    def throws_at(self, horizon: str) -> tuple[FaultThrow, ...]:
+        """The throws that move a horizon: those without a list move what their fault reaches."""
+        reaching = self.faults_at(horizon)
+        return tuple(
+            one
+            for one in self.throws
+            if horizon in one.horizons or (not one.horizons and one.fault in reaching)
+        )
+
+    @property
+    def torn(self) -> tuple[str, ...]:
+        """Names of the horizons that are torn as they were picked."""
+        if self.tear is None:
+            return ()
+        return tuple(
+            name for name in self.horizons if name in (self.tear.horizons or self.horizons)
+        )
+
     @property
     def filling(self) -> dict[str, bool | str]:
-        """What becomes of each horizon in blocks without data, see `filling_by_horizon`."""
-        return filling_by_horizon(self.fill_empty_blocks, tuple(self.horizons))
+        """What becomes of torn horizons in blocks without data, see `filling_by_horizon`."""
+        return filling_by_horizon(self.fill_empty_blocks, self.torn)
 
     @property
     def takes_rectangle(self) -> bool:
@@ -346,6 +383,7 @@ class SceneInputs:
             tie=None,
             slivers=None,
             zones=None,
+            throws=None,
         )
 
     def replaced(self, **changes: Any) -> SceneInputs:
@@ -414,13 +452,27 @@ class SceneInputs:
         found = {key: left(settings[key], horizons) for key in _OF_HORIZONS}
         found["truncations"] = left(or_empty(settings["truncations"]), faults)
         names = {*faults, *halves_of(found["truncations"], tuple(faults)).names(tuple(faults))}
-        found |= {key: left(settings[key], names) for key in _OF_FAULTS if key != "truncations"}
-        if found["tear"] == {}:  # trims of faults that are gone; horizons are torn all the same
-            found["tear"] = "auto"
+        found |= {key: left(settings[key], names) for key in _OF_NAMED_FAULTS}
+
+        # where all trims are of faults that are gone, horizons are torn all the same; where all
+        # horizons that were named are gone, the others stay as they are
+        tear = tear_settings(settings["tear"], (*self.given_faults, *faults))
+        if tear is not None:
+            torn = replace(tear, trim=left(tear.trim, names) or "auto")
+            tear = replace(torn, horizons=left(tear.horizons, horizons))
+            found["tear"] = None if torn.horizons and not tear.horizons else tear
+        throws = [
+            replace(one, horizons=left(one.horizons, horizons))
+            for one in throws_of(settings["throws"])
+            if not one.horizons or left(one.horizons, horizons)
+        ]
+        kept = left(dict.fromkeys(one.fault for one in throws), names)
+        found["throws"] = [one for one in throws if one.fault in kept]
         return found
 
 
-_OF_FAULTS = ("truncations", "extend", "lengthen", "tear", "compartments")
+_OF_NAMED_FAULTS = ("extend", "lengthen", "compartments")
+_OF_FAULTS = ("truncations", "tear", "throws", *_OF_NAMED_FAULTS)
 _OF_HORIZONS = ("column", "fill_empty_blocks")
 # as `Scene` and `Scene.replace` call them
 INPUTS = tuple(one.name for one in fields(SceneInputs) if one.init)
@@ -431,31 +483,6 @@ OPTIONAL = (
     "regions",
     "zones",
 )  # for which `Scene` takes None as well as {}
-
-
-def tear_setting(tear: Any, faults: tuple[str, ...]) -> Any:
-    """Return "auto", a trim, or trims by fault; None if horizons are not to be torn."""
-    if tear is None or tear is False:
-        return None
-    if tear is True or (isinstance(tear, str) and tear == "auto"):
-        return "auto"
-
-    # one value, or one for each fault
-    values = list(tear.values()) if isinstance(tear, Mapping) else [tear]
-    if not values or not all(
-        (isinstance(value, str) and value == "auto") or (is_number(value) and value > 0)
-        for value in values
-    ):
-        raise InputError(
-            f'tear is {tear!r}; give True, "auto", a trim in cells above 0, or {{fault: cells}}.'
-        )
-    for name in tear if isinstance(tear, Mapping) else ():
-        if name not in faults:
-            raise InputError(
-                f"tear names {name!r}, which is not a fault of the scene. The faults are "
-                f"{known_names(faults, name)}"
-            )
-    return dict(tear) if isinstance(tear, Mapping) else float(tear)
 
 
 def refuse_assignment(name: str) -> NoReturn:

@@ -654,6 +654,7 @@ class Store:
 
     def __init__(self, budget: int | None = None) -> None:
         self.budget = budget_of_family() if budget is None else budget
+        self.disk: Any = None  # a `ResultCache` in which torn horizons are looked for
         self.issued: set[GeosurfWarning] = set()
         self.held: dict[int, Any] = {}  # inputs that only their identity distinguishes
         self.keys: weakref.WeakKeyDictionary[Any, Hashable] = weakref.WeakKeyDictionary()

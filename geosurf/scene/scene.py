@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
@@ -112,9 +112,10 @@ class Scene:
     lengthen : float, or mapping of str to distance, optional
         Faults that are first continued by a distance [m]: all, or some by name, each on all sides
         or on some: ``{"F1": 50, "F2": {"down": 80, "strike": 200}}``.
-    tear : bool, "auto", float, or mapping of str to float, optional
+    tear : bool, "auto", float, or mapping, optional
         True tears all horizons at every fault, which are extended and truncated first. Horizons may
-        then be points, too. A number is the trim in cells, a mapping has it by fault: see
+        then be points, too. A number is the trim in cells, a mapping has it by fault; or it sets
+        some of ``{"trim": 3, "noise": 2.0, "keep_outliers": True, "horizons": ["Top"]}``: see
         `tear_horizon`. `sheets` has cut-offs and reports; `warnings` lists remedies.
     fill_empty_blocks : bool, {"lower", "upper", "pinch out"}, or mapping of str to these, optional
         What becomes of torn horizons in blocks without data; by default an error names the block.
@@ -167,6 +168,11 @@ class Scene:
     zones : mapping of str to mapping, optional
         Zones from thickness, which make horizons: ``{"Upper": {"below": "Top", "thickness": 20.0,
         "base": "Middle"}}``; a thickness may be a map or values at wells. See docs/guides/zones.md.
+    throws : mapping of str to throw, optional
+        Horizons that are still continuous are torn by the throw of faults, the youngest first:
+        ``{"F1": 60.0}``, or for some horizons, and with the words of `throw_horizon`,
+        ``{"F1": {"throw": 60.0, "horizons": ["Top"], "reach": 900.0}}``. The default box is taller
+        by the throws.
     velocity : float, map or mapping, optional
         [m/s]. The model becomes one in depth; box, contacts and tops are in metres. By zone a
         number, a map (`xarray.DataArray` or path) or ``{"v0": 1800.0, "k": 0.6}``, v0 + k times
@@ -229,6 +235,7 @@ class Scene:
         time: str | None = None,
         velocity: Any = None,
         zones: Mapping[str, Any] | None = None,
+        throws: Any = None,
         on_start: OnStart | None = None,
     ) -> None:
         inputs = SceneInputs(
@@ -236,7 +243,7 @@ class Scene:
             length_unit, voxel_size, self_intersections, extend, or_empty(truncations), tolerance,
             tops, tie, lengthen, tear, slivers,
             fill_empty_blocks, compartments, crs, reservoir, or_empty(regions), time, velocity,
-            or_empty(zones),
+            or_empty(zones), throws,
         )  # fmt: skip
         memory = Memory(on_start=on_start_of(on_start))
         self.__dict__.update(_inputs=inputs, _given=Graph(inputs.to_build, memory))
@@ -291,6 +298,8 @@ class Scene:
         if known is not None and "regions" in changes:  # new names; letters stay
             known = dataclasses.replace(known, labels=tuple((one, one) for _, one in known.labels))
         plain.known_regions = known
+        if inputs.time is None:  # the data of one in time, converted
+            plain.converted_from = self._given.converted_from
         twin.__dict__.update(_inputs=inputs, _given=plain)
         return twin
 
@@ -541,7 +550,7 @@ class Scene:
     @property
     def tops(self) -> Tops | None:
         """Well tops of the scene, checked: wells, horizons and points; None without."""
-        return self._graph.tops
+        return self._plain.tops
 
     @property
     def ties(self) -> dict[str, TieReport]:
@@ -778,9 +787,10 @@ class Scene:
         >>> scene.crs, scene.volumes.attrs["crs"]
         ('EPSG:23031', 'EPSG:23031')
         """
-        if self._graph.inputs.crs is not None:
-            return self._graph.inputs.crs
-        found = (self._graph.surface(name).crs for name in self._graph.inputs.names)
+        inputs = self._plain.inputs
+        if inputs.crs is not None:
+            return inputs.crs
+        found = (self._plain.whole(name).crs for name in inputs.names)
         return next((one for one in found if one is not None), None)
 
     @property
@@ -1658,10 +1668,6 @@ class Scene:
     def steps(self) -> tuple[Step, ...]:
         """The lines of `explain`, as data."""
         return tuple(self._given.memory.steps)
-
-    def _take_warnings(self, found: Iterable[GeosurfWarning]) -> None:
-        """List warnings that whoever made the inputs has issued."""
-        self._graph.memory.warn(*found, issued=True)
 
     @property
     def warnings(self) -> tuple[GeosurfWarning, ...]:

@@ -462,7 +462,7 @@ class InputSurfaces:
 
     def _key(self, name: str, role: str, content: str) -> Hashable:
         """What the surface of an input depends on: what it held when read first, and options."""
-        kind = role if self.inputs.tear is None else f"{role} to tear"
+        kind = f"{role} to tear" if name in self.inputs.torn else role
         return ("surface", name, kind, content, *self.inputs.options.values(), self.inputs.crs)
 
     def take_over(self, before: InputSurfaces, changes: Mapping[str, Any]) -> None:
@@ -581,7 +581,7 @@ class InputSurfaces:
     def _made_of(self, name: str, role: str, value: Any, others: Found | None) -> TriSurface:
         """The surface of an input."""
         self.unchanged(name)
-        if role == "horizon" and self.inputs.tear is not None:
+        if name in self.inputs.torn:
             return self._footprint(name, value)
         made = as_surface(
             name, role, value, self.inputs.options, others, self.maps(), self._from_store

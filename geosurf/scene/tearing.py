@@ -17,6 +17,8 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import area_text, known_names
+from geosurf.conventions.checks import are_points
+from geosurf.conventions.crs import crs_of
 from geosurf.errors import GeosurfError, GeosurfWarning, InvariantError
 from geosurf.faults.rules import Rule
 from geosurf.faults.sides import adjacency
@@ -25,13 +27,15 @@ from geosurf.model import Sheet, TriSurface
 from geosurf.model.network import in_order
 from geosurf.model.sheets import TearPlan
 from geosurf.model.surfaces import CUTOFF
+from geosurf.model.tears import FaultThrow
 from geosurf.rebuild import rebuild_surfaces
 from geosurf.scene.faults import LongerFaults
 from geosurf.scene.graph import Graph
 from geosurf.scene.inputs import undeclared
-from geosurf.scene.memory import OnStart, silent
+from geosurf.scene.memory import Memory, OnStart, silent
 from geosurf.scene.surfaces import opened_horizon
 from geosurf.scene.zones import warnings_of_throw
+from geosurf.triangulate import triangulate_horizon
 from geosurf.warning import collected
 
 # ---- tear rounds ----------------------------------------
@@ -326,32 +330,33 @@ def torn_graph(plain: Graph) -> Graph:
     >>> sorted(scene.sheets), len(scene.units) > 0
     (['Top'], True)
     """
-    inputs = plain.inputs
-    if not inputs.faults:
-        return plain
-
     # faults as extended and truncated: a sheet ends on the surface that the model has
+    inputs = plain.inputs
     given = {name: plain.faults.surface(name) for name in inputs.faults}
-
-    filling = inputs.filling
     start = as_long_as(plain.longer, given)
     sheets, faults = sheets_on(
-        start, filling, partial(_torn, plain), plain.untied, plain.memory.on_start, plain.made_of
-    )
+        start, inputs.filling, partial(_torn, plain), plain.untied, plain.memory.on_start,
+        plain.made_of,
+    )  # fmt: skip
     found = warnings_of(given, faults, sheets)
     found += warnings_of_passed(plain.faults.rules, given, faults)
     found += warnings_of_throw(sheets, plain.made_of)
     plain.memory.warn(*map(_in_time, found) if inputs.time is not None else found)
+    for name in inputs.horizons:
+        if throws := inputs.throws_at(name):
+            sheets[name] = _thrown(plain, name, throws, faults)
 
     # the box of the data: that of the sheets is taller, and extended faults would leave it later
     frame: dict[str, Any] = {"box": plain.box, "aoi": plain.aoi} if inputs.box is None else {}
 
     # all rules have been applied: the new scene takes faults and sheets as they are
     torn = replace(
-        inputs, horizons=sheets, faults=faults, extend=(), lengthen=None, tear=None, tie=None,
-        truncations=as_truncations(inputs.horizon_rules), fill_empty_blocks=None, **frame,
+        inputs, horizons={**inputs.horizons, **sheets}, faults=faults, extend=(), lengthen=None,
+        tear=None, throws=None, truncations=as_truncations(inputs.horizon_rules),
+        fill_empty_blocks=None, **frame,
     )  # fmt: skip
     graph = Graph(torn, plain.memory, prepared_by=plain.faults)
+    graph.read.take_over(plain.read, {"horizons": sheets, "faults": faults})
     graph.known_regions, graph.converted_from = plain.known_regions, plain.converted_from
     return graph
 
@@ -364,7 +369,8 @@ def _in_time(one: GeosurfWarning) -> GeosurfWarning:
 
 def torn_or_plain(plain: Graph) -> Graph:
     """Return the graph of the model: of torn horizons, where they are to be torn."""
-    return plain if plain.inputs.tear is None else torn_graph(plain)
+    inputs = plain.inputs
+    return torn_graph(plain) if inputs.tear is not None or inputs.throws else plain
 
 
 def as_truncations(rules: Iterable[Rule]) -> dict[str, tuple[tuple[str, str], ...]]:
@@ -463,8 +469,13 @@ def _torn(plain: Graph, tear: Tear) -> Sheet:
     value = inputs.horizons[name]
     if isinstance(value, Sheet):
         return value
-    tops = plain.tops if inputs.tie is not None else None
-    tied = () if tops is None else (tops.wells, tops.points.tobytes(), inputs.tie)
+    still = plain.still.get(name)
+    if still is not None and all(same(one, tear.faults[one.name]) for one in still.faults):
+        return still
+    settings, tops = inputs.tear, plain.tops if inputs.tie is not None else None
+    tied: tuple[Hashable, ...] = ()
+    if tops is not None:
+        tied = tops.wells, tops.horizons, memory.hold(tops.points), repr(inputs.tie)
     faults = [tear.faults[fault] for fault in inputs.faults_at(name)]
     plan = plain.plans.get(name)
     if plain.converted_from is not None:
@@ -472,22 +483,69 @@ def _torn(plain: Graph, tear: Tear) -> Sheet:
         tear = replace(tear, like=(known,) if isinstance(known, Sheet) else tear.like)
 
     # the horizon's content, all faults, and all settings that the sheet depends on
+    words = {key: getattr(settings, key) for key in ("trim", "noise", "keep_outliers")}
+    options = (repr(words), tied, *tear.key)
     key: tuple[Hashable, ...] = (
         "torn", name, plain.read.content(name, value), *map(memory.key_of, faults),
-        repr(inputs.tear), *inputs.options.values(), tied, plan,
+        *inputs.options.values(), plan, *options,
         tear.fill if isinstance(tear.fill, bool) else memory.key_of(tear.fill.surface),
-        *tear.key,
     )  # fmt: skip
 
     def make() -> Sheet:
         """Read the data and tear them."""
         plain.read.unchanged(name)
         data = opened_horizon(value, inputs.options)
-        words = {"trim": inputs.tear, **undeclared(data, inputs.options)}
+        declared = undeclared(data, inputs.options)
+        run = partial(tear.sheet, data, faults, plan, tops, inputs.tie, **words, **declared)
         with collected():  # those of the sheet are enough: this one may not be the last
-            return tear.sheet(data, faults, plan, tops, inputs.tie, **words)
+            # a plan comes from another model, which the name of a stored result does not state
+            if plan is not None:
+                return run()
+            content = partial(_content, name, data, declared)
+            return _stored(memory, lambda: (content(), *faults, tear.fill, *options), run)
 
     return memory.get_or_compute("tear", name, key, make, outcome_of, again=False, reports=False)
+
+
+def _stored(memory: Memory, inputs: Callable[[], Any], run: Callable[[], Sheet]) -> Sheet:
+    """A sheet, from an earlier run if its folder has it; `inputs` give all that it is made of."""
+    disk = memory.store.disk
+    found: Sheet = run() if disk is None else disk.get_or_compute("sheet", inputs(), run)
+    return found
+
+
+def _content(name: str, data: Any, words: Mapping[str, Any]) -> Any:
+    """What a tear reads of a horizon, in whatever form: realisations have other ones than runs."""
+    from geosurf.sheets.lattice.data import points_of  # loaded by those who tear
+
+    if are_points(data):
+        points = points_of(data, name, words.get("positive"), words.get("length_unit"))[1]
+        return name, str(crs_of(data)), points
+    return data if isinstance(data, TriSurface) else triangulate_horizon(data, name=name, **words)
+
+
+def _thrown(plain: Graph, name: str, throws: Sequence[FaultThrow], faults: Faults) -> Sheet:
+    """A sheet from a continuous horizon and the throws that move it, youngest fault first."""
+    from geosurf.sheets.throw.throw_horizon import throw_horizon  # loaded by those who tear
+
+    memory, horizon = plain.memory, plain.untied(name)
+    moving = [faults[one.fault] for one in throws]
+
+    def of_fault(word: str) -> dict[str, Any]:
+        """A word of the throws, by fault."""
+        return {one.fault: getattr(one, word) for one in throws}
+
+    words: dict[str, Any] = {
+        word: of_fault(word) for word in ("reach", "hanging_wall", "direction")
+    }
+    run = partial(throw_horizon, horizon, moving, of_fault("throw"), name=name, **words)
+    shapes = [one.content for one in throws]
+    held = [one if isinstance(one, str) else memory.hold(one) for one in shapes]
+    return memory.get_or_compute(
+        "tear", name, ("thrown", *map(memory.key_of, (horizon, *moving)), repr(words), *held),
+        lambda: _stored(memory, lambda: (horizon, *moving, repr(words), *shapes), run),
+        outcome_of, again=False,
+    )  # fmt: skip
 
 
 def warnings_of_passed(

@@ -59,7 +59,7 @@ def made_horizons(plain: Graph, made: Sequence[MadeHorizon]) -> tuple[dict[str, 
         key = (
             "zones", *(plain.read.content(name, inputs.horizons[name]) for name in named),
             *((one.zone, one.kind, one.horizon, memory.hold(one.thickness)) for one in chain),
-            *inputs.options.values(), inputs.tear is None,
+            *inputs.options.values(), inputs.torn,
         )  # fmt: skip
         found, some = memory.get_or_compute(
             "zones", ", ".join(one.zone for one in chain), key,

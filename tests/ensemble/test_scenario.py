@@ -11,7 +11,6 @@ import pytest
 import geosurf as gs
 from geosurf.cli import main
 from geosurf.ensemble import ContactLevel, DepthShift, FaultShift, Triangular, Uniform
-from geosurf.ensemble.models import ScenarioModel
 from geosurf.ensemble.run import planned
 from geosurf.errors import InputError, ScenarioError
 from geosurf.scene.given import frame_of
@@ -97,11 +96,10 @@ def test_a_scenario_gives_the_results_of_its_scene(write):
 
 
 def test_horizons_are_thrown_again_by_the_factor(write):
-    model = ScenarioModel(write(THROW))
-    plan = planned(model.scenario.path, 1, (), 0, None)[0]
+    plan = planned(write(THROW), 1, (), 0, None)[0]
     for k in range(2):
         change = plan._change(k)
-        throw = model.build(change).sheets["Base"].cuts["F1"].throw
+        throw = plan.model.build(change).sheets["Base"].cuts["F1"].throw
         expected = 20.0 * change.numbers["throw F1"]
         np.testing.assert_allclose(throw[np.isfinite(throw)], expected, atol=1e-6)
 
@@ -123,10 +121,12 @@ def test_the_base_case_is_torn_once_and_has_the_area_of_what_is_built(tmp_path, 
     path = tmp_path / "scenario.toml"
     path.write_text(tables + 'extend = ["up", "down"]\n' + TEAR)  # a taller box: a longer fault
     plan = planned(path, 1, (), 0, None)[0]
-    change, model = plan._change(None), plan.model
-    frames = [frame_of(make(change)) for make in (model.outline, model.build)]
-    assert frames[0][0] == frames[1][0]
-    np.testing.assert_array_equal(frames[0][1], frames[1][1])
+    scene = plan.scene(None)
+    box, area = frame_of(scene)
+    assert not any(step.stage == "tear" for step in scene.steps)
+    assert scene.sheets["Top"].cuts
+    assert box == scene.box
+    np.testing.assert_array_equal(area, scene.aoi)
 
     torn, real = [], tear.tear_from
     monkeypatch.setattr(

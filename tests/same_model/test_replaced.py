@@ -95,6 +95,7 @@ CHANGES: dict[str, tuple[Any, Any, bool]] = {
     "tie": (start, {"range": 800.0}, True),
     "lengthen": (start, {"E": {"start": 120.0}}, True),
     "tear": (torn, {"W": 4}, True),
+    "throws": (start, {"W": 30.0}, True),
     "slivers": (start, 5e7, True),
     "fill_empty_blocks": (torn, {"Middle": True}, False),
     "compartments": (start, {"E": "boundary"}, True),

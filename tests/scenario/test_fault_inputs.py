@@ -10,7 +10,8 @@ import pytest
 import geosurf as gs
 from geosurf.errors import ScenarioError
 from geosurf.scenario import read_scenario
-from geosurf.scenario.build import untorn_scene
+from geosurf.scenario.build import build_scene
+from geosurf.scenario.step_log import StepLog
 
 pytestmark = pytest.mark.filterwarnings("ignore::geosurf.GeosurfWarning")
 
@@ -29,7 +30,7 @@ def scene_of(folder: Path, text: str) -> gs.Scene:
     mesh = gs.TriSurface("F", "fault", PIECES, [[0, 1, 2], [0, 2, 3], [4, 5, 6]])
     gs.write(mesh, folder / "F.ts")
     (folder / "scenario.toml").write_text(HEAD + text, encoding="utf-8")
-    return untorn_scene(read_scenario(folder / "scenario.toml"))[0]
+    return build_scene(read_scenario(folder / "scenario.toml"))
 
 
 def assert_same(one: gs.TriSurface, other: gs.TriSurface) -> None:
@@ -95,12 +96,12 @@ def test_proposals_are_applied_and_listed(tmp_path: Path) -> None:
     text = '[[faults]]\nname = "{0}"\nfile = "F.ts"\npiece = {1}\n'
     text = text.format("West", 1) + text.format("East", 2)
     plain = scene_of(tmp_path, text)
-    said: list[tuple[str, ...]] = []
+    said: list[str] = []
     (tmp_path / "scenario.toml").write_text(f"{HEAD}{text}[network]\napply = true\n")
     scenario = read_scenario(tmp_path / "scenario.toml")
-    scene, _ = untorn_scene(scenario, lambda *words: said.append(words))
+    scene = build_scene(scenario, StepLog(said.append))
     trial = plain.propose_fault_network().trial(plain)
     assert len(trial.decisions) > 1
-    assert [stage for stage, *_ in said].count("network") == len(trial.decisions)
+    assert [line.split()[0] for line in said].count("network") == len(trial.decisions)
     for name in ("West", "East"):
         assert_same(scene.whole_surface(name), trial.scene.whole_surface(name))

@@ -204,6 +204,60 @@ def test_tears_that_contradict_are_refused(folder, more, words):
     refused(ScenarioError, words, lambda: read_scenario(scenario(folder, more)))
 
 
+BOTH = """
+[tear]
+horizons = ["Top"]
+trim_cells = {F1 = 2.0}
+noise_m = 0.5
+keep_outliers = true
+[[throws]]
+fault = "F1"
+horizons = ["Base"]
+profile_m = [[0.0, 40.0], [900.0, 55.0]]
+reach_m = 2000.0
+direction = "mean"
+"""
+
+
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        ("[tear]\n", {"tear": True}),
+        ("[tear]\ntrim_cells = 2.5\nnoise_m = 0.0", {"tear": {"trim": 2.5, "noise": 0.0}}),
+        ("[[throws]]\nfault = 'F1'\nthrow_m = 40.0", {"throws": {"F1": 40.0}}),
+        (
+            BOTH,
+            {
+                "tear": {
+                    "trim": {"F1": 2.0}, "noise": 0.5, "keep_outliers": True, "horizons": ["Top"],
+                },
+                "throws": {
+                    "F1": {
+                        "throw": [[0.0, 40.0], [900.0, 55.0]], "horizons": ["Base"],
+                        "reach": 2000.0, "direction": "mean",
+                    }
+                },
+            },
+        ),
+    ],
+)  # fmt: skip
+def test_scenarios_and_scenes_tear_alike(tmp_path, table, words):
+    """The same volumes, sheets, box, warnings and certificate."""
+    world = gs.synthetic.torn("through", n=41)
+    top, faults = world.horizons["Top"], world.faults
+    horizons = {"Top": top, "Base": (0.0 * top - 1900.0).assign_attrs(top.attrs)}
+    path = tmp_path / "scenario.toml"
+    path.write_text(scenario_tables(tmp_path, horizons, faults) + table)
+    one, two = build_scene(read_scenario(path)), gs.Scene(horizons, faults, **words)
+    assert list(one.sheets) == list(two.sheets)
+    assert one.box == two.box
+    assert one.volumes.equals(two.volumes)
+    assert str(one.check()) == str(two.check())
+    assert one.warnings == two.warnings
+    for name, sheet in one.sheets.items():
+        assert sheet.surface.vertices.tobytes() == two.sheets[name].surface.vertices.tobytes()
+
+
 def test_a_horizon_of_a_scenario_is_continued_and_filled(tmp_path):
     world = gs.synthetic.tilted_planes(n=21)
     top, base = world.horizons["Top"], world.horizons["Base"][2:-2, 3:-1].copy()

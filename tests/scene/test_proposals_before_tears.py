@@ -8,7 +8,7 @@ import pytest
 import geosurf as gs
 from geosurf.errors import InputError
 from geosurf.scenario import read_scenario
-from geosurf.scenario.build import build_scene, untorn_scene
+from geosurf.scenario.build import build_scene
 from geosurf.scene import tearing as passed_faults
 from tests.planes import scenario_tables
 
@@ -91,14 +91,13 @@ def scenario(field, tmp_path_factory):
 
 
 def test_a_scenario_lists_and_proposes_for_the_faults_as_its_rules_left_them(scenario):
-    """Tears have made F1 longer, and the scene of the run has no rules: it still states both."""
+    """Tears have made F1 longer; the scene still states its rules, and proposes as before."""
     rule = '[[truncations]]\nfault = "F2"\nmain = "F1"\nkeep = "hanging wall"\nextend = true\n'
     ruled = scenario.with_name("ruled.toml")
     ruled.write_text(scenario.read_text(encoding="utf-8") + rule, encoding="utf-8")
     for path in (scenario, ruled):
-        untorn, _ = untorn_scene(read_scenario(path))
-        scene = build_scene(read_scenario(path))
-        assert scene.whole_surface("F1").n_vertex > untorn.whole_surface("F1").n_vertex
+        untorn, scene = build_scene(read_scenario(path)), build_scene(read_scenario(path))
+        assert scene.whole_surface("F1").n_vertex > untorn.prepared_fault("F1").n_vertex
         assert scene.propose_fault_network() == untorn.propose_fault_network()
         assert scene.fault_actions == untorn.fault_actions
         assert scene.truncations == untorn.truncations

@@ -68,9 +68,12 @@ def test_a_scene_with_a_longer_fault_has_all_horizons_at_it(world):
     assert sheets["Base"].report.warnings[0].place == longer.place
 
 
-def test_a_scene_without_faults_is_as_it_was(world):
-    scene = gs.Scene(world.horizons, tear=True)
-    assert scene.sheets == {}
+def test_a_grid_is_as_it_was_without_faults(world):
+    scene, plain = gs.Scene(world.horizons, tear=True), gs.Scene(world.horizons)
+    assert not scene.sheets["Top"].cuts
+    one, two = scene.surface("Top"), plain.surface("Top")
+    np.testing.assert_array_equal(one.vertices, two.vertices)
+    assert scene.volumes.equals(plain.volumes)
     assert len(scene.units) == 2
 
 
@@ -226,3 +229,32 @@ def test_the_area_beyond_the_main_fault(fault, area):
     whole = 0.5 * (2.5 + 5.5) * 3.0 + (2.5 if area else 5.5)
     beyond = passed_faults._area_beyond(rule(other)[0], faults)
     assert beyond == pytest.approx(whole - area, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ({"tear": {"horizons": ["Tip"]}}, "tear names 'Tip', which is not a horizon of the scene"),
+        ({"tear": True, "throws": {"F1": 9.0}}, "horizon 'Top' is torn twice: by tear, and by"),
+        ({"throws": {"F7": 9.0}}, "throws names 'F7', which is not a fault of the scene"),
+        ({"throws": {"F1": {"throw": 9.0, "drag": 1.0}}}, "has 'throw', 'drag'; give throw"),
+        ({"throws": 9.0}, "throws is a float; give a mapping"),
+        ({"throws": {"F1": 9.0}, "tolerance": 1.0}, "throws and tolerance=1 exclude each other"),
+    ],
+)  # fmt: skip
+def test_tears_that_contradict_are_refused(world, words, message):
+    with pytest.raises(gs.errors.InputError, match=message):
+        gs.Scene(world.horizons, world.faults, **words)
+
+
+def test_settings_of_what_is_gone_wait_until_it_comes_back(world):
+    words = {"trim": {"F1": 2.0}, "horizons": ["Top"]}
+    scene = gs.Scene(world.horizons, world.faults, tear=words)
+    without = scene.replace(faults={"F1": None}, horizons={"Base": world.horizons["Top"] - 90.0})
+    again = without.replace(faults=world.faults, horizons={"Base": None})
+    assert (scene.sheets["Top"].report.trim, list(without.sheets)) == (2.0, ["Top"])
+    assert again.sheets["Top"].surface.vertices.tobytes() == (
+        scene.sheets["Top"].surface.vertices.tobytes()
+    )
+    thrown = scene.replace(tear=None, throws={"F1": {"throw": 9.0, "horizons": ["Top"]}})
+    assert not thrown.replace(faults={"F1": None}).sheets
