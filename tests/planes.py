@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+
 import geosurf as gs
 from geosurf.synthetic.world import World
 
@@ -43,3 +45,18 @@ def scenario_tables(folder: Path, horizons: dict, faults: dict | None = None) ->
             gs.write(one, folder / file)
             tables += f'[[{kind}]]\nname = "{name}"\nfile = "{file}"\n'
     return tables
+
+
+def between(fault: gs.TriSurface, low: float, high: float) -> gs.TriSurface:
+    """The part of a plane fault between two levels, as long as it is."""
+    middle = fault.vertices.mean(axis=0)
+    normal = np.linalg.svd(fault.vertices - middle, full_matrices=False)[2][2]
+    strike = np.array([-normal[1], normal[0], 0.0]) / np.hypot(*normal[:2])
+    dip = np.cross(normal, strike)
+    along = (fault.vertices - middle) @ strike
+    west, east = along.min(), along.max()
+    corners = [
+        middle + s * strike + (z - middle[2]) / dip[2] * dip
+        for s, z in ((west, low), (east, low), (east, high), (west, high))
+    ]
+    return gs.triangulate_fault((corners, [[0, 1, 2], [0, 2, 3]]), name=fault.name)

@@ -7,13 +7,13 @@ import sys
 import numpy as np
 import pytest
 
+from benchmarks.growth import grid, seam
 from geosurf import TriSurface, intersect_surfaces, intersect_triangles, rebuild_surfaces
 from geosurf.arrangement import search, threads
 from geosurf.errors import InputError, SurfaceError
 from geosurf.kernels.exact.predicates import MAX_COORDINATE, MIN_COORDINATE
 from tests import laws
 from tests.arrangement import extremes
-from tests.growth import grid, seam
 from tests.processes import told_by
 from tests.strategies import soup
 

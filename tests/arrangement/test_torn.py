@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from itertools import combinations
 
 import numpy as np
@@ -10,14 +11,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import geosurf as gs
-from geosurf import TriSurface, rebuild_surfaces
+from geosurf import TriSurface, intersect_surfaces, rebuild_surfaces
 from geosurf.arrangement.candidates import over_itself, pairs_with_itself
-from geosurf.arrangement.search import find_contacts
+from geosurf.arrangement.search import ULP, find_contacts
+from geosurf.arrangement.tree import needed, pairs_of_one_map, tree_of
+from geosurf.kernels.exact.constructed_points import lpi_in_doubles
 from geosurf.kernels.sheets.torn_links import are_over_nodes, edges_over_ghosts
+from geosurf.model import Lattice
 from geosurf.model.surfaces import torn_sheet
 from geosurf.triangulate.outline import off_the_rims
 from geosurf.warning import silenced
-from tests import oracles
+from tests import laws, oracles
+from tests.strategies import as_list
 
 N = 3
 ORIGIN = np.zeros(3)
@@ -186,3 +191,217 @@ def test_areas_along_a_rim_are_those_of_lists() -> None:
             assert np.array_equal(one, two)
             n_moved += not np.array_equal(one, outline)
     assert n_moved > 3
+
+
+# ---- Grids with straight axes: what floats settle is what exact signs say, and no pair is missed.
+@st.composite
+def pairs_of_grids(draw):
+    """An upright grid and any other one, small whole numbers, some nodes absent."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+    n_row, n_col, m, k = rng.integers(2, 12, 4)
+    z = rng.integers(-2, 3, (n_row, n_col)) * 1.0
+    z[rng.random(z.shape) < draw(st.sampled_from([0.0, 0.2]))] = np.nan
+    axes = [np.cumsum(rng.integers(1, 4, n)) * 1.0 for n in (n_col, n_row)]
+    top = Lattice(*axes, z, bool(rng.integers(2)))
+    u, v = np.meshgrid(np.arange(k) * 1.0, np.arange(m) * 1.0)
+    scale = draw(st.sampled_from([1.0, 0.37]))
+    x = scale * (u + rng.integers(0, 3, (m, k))) + rng.integers(0, 4)
+    y = scale * (rng.integers(0, 6, (m, k)) if draw(st.booleans()) else 2 * v)
+    h = scale * rng.integers(-3, 4, (m, k))
+    h[rng.random(h.shape) < 0.1] = np.nan
+    x, y = 1.0 * x, 1.0 * y
+    if draw(st.booleans()):  # whole cells without a place, though with a height
+        i, j = rng.integers(0, (m, k))
+        draw(st.sampled_from([x, y]))[i : i + 3, j : j + 4] = np.nan
+    wall = Lattice(x, y, h * 1.0, bool(rng.integers(2)), bool(rng.integers(2)))
+    a = TriSurface("A", "horizon", lattice=top)
+    b = TriSurface("B", "fault", lattice=wall)
+    a.checked = b.checked = True  # as they are: triangles without area are not asked for here
+    return (b, a) if draw(st.booleans()) else (a, b)
+
+
+def usable(surfaces):
+    """Whether all triangles have an area, and there are some."""
+    for surface in surfaces:
+        x = surface.vertices[surface.triangles]
+        normal = np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0])
+        if not len(x) or not normal.any(axis=1).all():
+            return False
+    return True
+
+
+def contacts_by_key(found):
+    """Triangles of all contacts, and all that is known of each."""
+    keys = found.key_of_face[found.rows[:, :2]]
+    return {(*key, how) for key, how in zip(keys.tolist(), found.rows[:, 2].tolist(), strict=True)}
+
+
+def assert_as_by_voxels(surfaces):
+    """Contacts by cells and by voxels are the same; how many there are."""
+    by_axes = find_contacts(surfaces)
+    by_voxels = find_contacts(surfaces, method="voxels")
+    assert contacts_by_key(by_axes) == contacts_by_key(by_voxels)
+    np.testing.assert_array_equal(by_axes.x[by_axes.n_vertex :], by_voxels.x[by_voxels.n_vertex :])
+    return len(by_axes.rows)
+
+
+@given(pairs_of_grids())
+def test_contacts_are_those_of_voxels(surfaces):
+    if usable(surfaces):
+        assert_as_by_voxels(surfaces)
+
+
+@pytest.mark.parametrize("cells", [(3, 2), (9, 6), (40, 30)])
+@pytest.mark.parametrize("offset", [0.0, 6.5e6])
+def test_rough_grids_of_all_sizes_of_cells(rng, cells, offset):
+    """Edges inside, through one edge, past corners: what heights tell is what exact signs say."""
+    axis = offset + np.linspace(0.0, 30.0, 25)
+    top = Lattice(axis, axis + rng.uniform(0, 0.3, 25), rng.normal(0, 0.6, (25, 25)))
+    v, u = np.meshgrid(np.linspace(-3, 3, cells[1] + 1), np.linspace(1, 29, cells[0] + 1))
+    bent = rng.normal(0, 3.0 / cells[0], (3, *u.shape))
+    wall = Lattice(offset + 15 + v + bent[0], offset + u + bent[1], 1.5 * v + bent[2], True, False)
+    surfaces = [TriSurface("A", "horizon", lattice=top), TriSurface("B", "fault", lattice=wall)]
+    assert assert_as_by_voxels(surfaces) > 25
+
+
+@settings(max_examples=40)
+@given(st.integers(0, 2**32), st.sampled_from([1.0, 1e3, 1e6]))
+def test_nodes_within_an_ulp_of_planes_and_edges(seed, offset):
+    """Whole numbers moved by the last place or not: floats say nothing that is not so."""
+    rng = np.random.default_rng(seed)
+    axes = [offset + np.arange(5.0), offset + np.arange(4.0)]
+    top = Lattice(*axes, rng.integers(-1, 2, (4, 5)) * 1.0)
+    v, u = np.meshgrid(np.arange(-1.0, 2.0), np.arange(4.0))
+    places = np.stack([offset + 2 + v, offset + u, rng.integers(-2, 3, u.shape) * 1.0])
+    last = 2.0**-52 * (offset + 8.0)
+    moved = places + rng.choice([-last, last], places.shape)
+    wall = Lattice(*np.where(rng.random(places.shape) < 0.4, moved, places), True, False)
+    surfaces = [TriSurface("A", "horizon", lattice=top), TriSurface("B", "fault", lattice=wall)]
+    if usable(surfaces):
+        assert_as_by_voxels(surfaces)
+
+
+def test_points_that_doubles_place_are_the_next_doubles(rng):
+    sure = 0
+    for size in (1.0, 30.0, 1e3):
+        for _ in range(60):
+            x = rng.uniform(-1, 1, (5, 3)) * size + (4000.0, -3000.0, 1700.0)
+            step = rng.uniform(-1, 1, 3) * size / 5
+            x[3], x[4] = x[:3].mean(axis=0) + step, x[:3].mean(axis=0) - rng.uniform(0, 1) * step
+            t = np.array([[0, 1, 2]])
+            known, *place = lpi_in_doubles(x, t, 3, 4, 0)
+            if not known:
+                continue
+            a, b, o, p, q = ([Fraction(v) for v in x[i].tolist()] for i in (3, 4, 0, 1, 2))
+            n = oracles.normal_of([o, p, q])
+            ha, hb = (oracles.dot(n, oracles.minus(end, o)) for end in (a, b))
+            right = [float(u + (v - u) * ha / (ha - hb)) for u, v in zip(a, b, strict=True)]
+            assert place == right
+            sure += 1
+    assert sure > 30
+
+
+# ---- Lattices with one map: what is left out never meets, results are the voxels' to the byte.
+TURN = np.array([[3.0, -4.0], [4.0, 3.0]]) / 5.0
+
+
+def horizon(name, z, *, rising=True, turned=False, corner=(0.0, 0.0)):
+    """A horizon over unit cells, or over cells turned by about 53 degrees."""
+    z = np.asarray(z, dtype=float)
+    y, x = (np.arange(n, dtype=float) for n in z.shape)
+    x, y = x + corner[0], y + corner[1]
+    if turned:
+        x, y = np.einsum("ij,jkl->ikl", TURN, np.stack(np.meshgrid(x, y)))
+    return TriSurface(name, "horizon", lattice=Lattice(x, y, z, rising=rising))
+
+
+@st.composite
+def of_one_map_horizons(draw, n_row=4, n_col=4, n=2):
+    """Horizons with whole heights, holes and either diagonal over one map."""
+    turned = draw(st.booleans())
+    made = []
+    for name in "ABC"[:n]:
+        z = np.array(
+            draw(st.lists(st.integers(0, 2), min_size=n_row * n_col, max_size=n_row * n_col))
+        )
+        z = z.astype(float)
+        z[draw(st.lists(st.integers(1, n_row * n_col - 1), max_size=2))] = np.nan
+        surface = horizon(name, z.reshape(n_row, n_col), rising=draw(st.booleans()), turned=turned)
+        if surface.n_triangle:
+            made.append(surface)
+    return made
+
+
+def listed(one, two):
+    """Pairs as listed for one map."""
+    pairs, _ = pairs_of_one_map((one.lattice, two.lattice), (tree_of(one), tree_of(two)))
+    found = {tuple(row) for row in pairs.tolist()}
+    assert len(found) == len(pairs)
+    return found
+
+
+def assert_one_result(surfaces):
+    """Curves and patches by trees and by voxels are the same bytes, and lists have the same curves.
+
+    Lattices leave out the same pairs by either method; lists leave out none, so that they tell
+    whether what was left out was needed.
+    """
+    meshes = [as_list(s) for s in surfaces]
+    one, two = (intersect_surfaces(surfaces, method=m) for m in ("tree", "voxels"))
+    lists = intersect_surfaces(meshes, method="voxels")
+    for other in (two, lists):
+        assert laws.curve_bytes(one) == laws.curve_bytes(other)
+    one, two = (rebuild_surfaces(surfaces, method=m) for m in ("tree", "voxels"))
+    laws.assert_same_bytes(one, two)
+    lists = rebuild_surfaces(meshes, method="voxels")
+    if one.report["moved_vertices"] == lists.report["moved_vertices"] == 0:
+        assert laws.pieces_by_name(one) == laws.pieces_by_name(lists)
+
+
+@given(of_one_map_horizons())
+def test_results_are_the_voxels_to_the_byte(surfaces):
+    assert_one_result(surfaces)
+
+
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("holes", [0, 40])
+def test_blocks_and_their_rims(rng, turned, holes):
+    """More than one block of cells; holes on both sides of the seams between blocks."""
+    made = []
+    for name in "AB":
+        z = rng.integers(0, 30, (21, 19)).astype(float)
+        z[rng.integers(0, 21, holes), rng.integers(0, 19, holes)] = np.nan
+        made.append(horizon(name, z, turned=turned))
+    assert_one_result(made)
+
+
+@settings(max_examples=40)
+@given(of_one_map_horizons())
+def test_the_list_has_all_that_meet_and_no_more_than_is_needed(surfaces):
+    if len(surfaces) == 2:
+        one, two = surfaces
+        contacts = find_contacts(surfaces, method="voxels")
+        meeting = contacts.key_of_face[contacts.rows[:, :2]]
+        found = listed(one, two)
+        assert {tuple(row) for row in meeting.tolist()} <= found
+        assert needed(one.lattice, two.lattice, np.array(sorted(found)).reshape(-1, 2)).all()
+
+
+@settings(max_examples=40)
+@given(of_one_map_horizons())
+def test_near_pairs_above_one_triangle_are_kept(surfaces):
+    """What rounding could make meet stays a candidate, however little apart it is."""
+    if len(surfaces) < 2:
+        return
+    one, two = surfaces
+    z = two.lattice.elevation
+    largest = max(np.abs(s.extent).max() for s in surfaces)
+    lifted = TriSurface(
+        "B", "horizon",
+        lattice=Lattice(
+            two.lattice.easting, two.lattice.northing, z + ULP * largest, rising=two.lattice.rising
+        ),
+    )  # fmt: skip
+    by_voxels = find_contacts((one, lifted), method="voxels")
+    near = by_voxels.key_of_face[by_voxels.near]
+    assert {tuple(row) for row in near.tolist()} <= listed(one, lifted)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from geosurf import intersect_surfaces, rebuild_surfaces
+from geosurf import rebuild_surfaces
 from geosurf.arrangement import KnownPairs, candidates, find_contacts, search_voxels
 from geosurf.arrangement.candidates import fit_voxels
 from geosurf.arrangement.tree import candidate_pairs, tree_of
@@ -119,12 +119,6 @@ def test_voxels_that_would_fill_the_memory_are_refused():
     a = np.array([[0.0, 0, 0, 1000, 1000, 1000]])
     with pytest.raises(InputError, match=r"voxel_size = 0\.001 m gives 1e\+18.*larger voxel_size"):
         fit_voxels(a, a, 1e-3)
-
-
-def test_unknown_methods_are_refused():
-    top = grid("Top", np.zeros((3, 3)))
-    with pytest.raises(InputError, match=r"method is 'octree', expected one of \('auto'"):
-        intersect_surfaces([top, top], method="octree")
 
 
 def test_search_for_the_picture(rng):

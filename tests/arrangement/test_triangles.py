@@ -179,10 +179,7 @@ def test_corners_of_an_area_run_around_it():
         ([[0, 0, 0], [1, 1, 1], [2, 2, 2]], r"triangle Q has no area.*on one line\. Give three"),
         ([[0, 0, 0], [1, 1, 1], [0, 0, 0]], r"triangle Q has no area"),
         ([[0.1, 0.1, 0.1]] * 3, r"triangle Q has no area.*0\.1"),
-        ([[0, 0], [1, 0], [0, 1]], r"triangle Q has shape \(3, 2\), expected \(3, 3\)"),
-        ([[0, 0, np.nan], [1, 0, 0], [0, 1, 0]], r"triangle Q .*not finite.*Leave out nodes"),
         ([[0, 0, 1e30], [1, 0, 0], [0, 1, 0]], r"triangle Q .*beyond 1\.15292e\+18 m"),
-        ([["a", 0, 0], [1, 0, 0], [0, 1, 0]], r"triangle Q is not made of numbers"),
     ],
 )
 def test_what_is_no_triangle_is_refused_by_name(corners, words):

@@ -8,7 +8,6 @@ import io
 import os
 import re
 import shlex
-import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -17,7 +16,6 @@ import pytest
 
 import geosurf as gs
 from geosurf import cli
-from geosurf.cli.console import ExitCode
 from geosurf.conventions import length_text
 from geosurf.errors import InvariantError
 from geosurf.model import Certificate, Check
@@ -230,17 +228,6 @@ def test_doctor_and_warmup(capsys):
     assert len(said.splitlines()) == 1
 
 
-def test_warmup_says_where_kernels_cannot_be_kept(tmp_path):
-    (tmp_path / "a file").write_text("")
-    chosen = {"GEOSURF_CACHE_DIR": str(tmp_path / "a file" / "cache"), "GEOSURF_JIT": "1"}
-    environment = {k: v for k, v in os.environ.items() if k != "NUMBA_DISABLE_JIT"} | chosen
-    said = geosurf("warmup", env=environment)
-    assert said.returncode == 2
-    assert re.search(
-        r"cannot be saved in .*\(Not a directory\).* Set GEOSURF_CACHE_DIR", said.stderr
-    )
-
-
 def test_warmup_has_nothing_to_do_where_nothing_is_compiled():
     said = geosurf("warmup", env={**os.environ, "NUMBA_DISABLE_JIT": "1"})
     assert said.returncode == 0
@@ -317,17 +304,6 @@ def test_outputs_that_are_closed_or_full(folder, capfd):
 
 
 CORNERS = [[0, 0, 0], [9, 0, 0], [0, 9, 9], [18, 0, 0]]
-
-
-@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
-def test_a_signal_that_is_ignored_stays_ignored():
-    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
-    try:
-        with ExitCode(debug=False):
-            os.kill(os.getpid(), signal.SIGHUP)
-            assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
-    finally:
-        signal.signal(signal.SIGHUP, before)
 
 
 @pytest.mark.parametrize("process", [True, False])

@@ -64,15 +64,6 @@ def test_the_page_lists_distributions_and_files(result, tmp_path):
     assert all(words in text for words in ("top.txt", digest, "gone.txt", "not found"))
 
 
-def test_wrong_files_are_refused_before_anything_is_drawn(result, tmp_path):
-    for wrong in (["top.txt"], []):
-        with pytest.raises(InputError, match="mapping"):
-            Ensemble(result).report(tmp_path / "page", inputs=wrong)
-    with pytest.raises(InputError, match="not a path"):
-        Ensemble(result).report(tmp_path / "page", relative_to=5)
-    assert not (tmp_path / "page").exists()
-
-
 def test_every_distribution_has_words_with_its_unit():
     assert words_of_distribution(5.0, "m") == "certain: 5 m"
     assert words_of_distribution(Triangular(0.0, 1.5, 4.0), "1") == (

@@ -21,7 +21,7 @@ from geosurf.ensemble import ContactLevel, DepthError, DepthShift, Normal, Unifo
 from geosurf.ensemble import store as store_room
 from geosurf.ensemble.on_dask import check_workers
 from geosurf.ensemble.plan import Plan
-from geosurf.ensemble.run import console_line, planned
+from geosurf.ensemble.run import planned
 from geosurf.ensemble.store import EnsembleStore
 from geosurf.errors import DependencyError, GeometryError, InputError, OutputError, WorkerError
 from geosurf.scene.graph import Graph
@@ -318,22 +318,6 @@ def test_an_ensemble_that_always_fails_stops_early():
 # ---- arguments ---------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("words", "match"),
-    [
-        ({"n": 0}, "n is 0; give the number of realisations"),
-        ({"n": 2.5}, "n is 2.5; give the number"),
-        ({"seed": -1}, "seed is -1; give a whole number"),
-        ({"workers": 0}, "workers is 0; give a whole number above 0"),
-        ({"processes": "yes"}, "processes must be True or False"),
-        ({"maps": -5.0}, "the width must be above 0"),
-        ({"store": 7}, "store: 7 is not a path"),
-    ],
-)
-def test_impossible_arguments_are_refused(words, match):
-    refused(InputError, match, run, **{"n": 2, **words})
-
-
 def test_other_models_are_refused():
     refused(InputError, "run_ensemble takes a Scene, the path of a scenario or", gs.run_ensemble, 5)
     with pytest.raises(InputError, match=r"Leave out uncertain="):
@@ -386,11 +370,6 @@ def test_maps_are_those_of_the_volumes(tmp_path, made):
     assert (whole == 1.0).all()
     spread = result.thickness_sd.sel(layer="Top/Base").mean()
     assert float(spread) == pytest.approx(np.hypot(10.0, 5.0), rel=0.35)
-
-
-def test_progress_is_silent_where_there_is_no_console(capsys):
-    console_line("5 of 9 realisations, 3 s left")
-    assert capsys.readouterr() == ("", "")
 
 
 def test_a_realisation_with_throw_is_the_scene_that_its_numbers_make():

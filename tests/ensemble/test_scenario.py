@@ -153,7 +153,7 @@ def test_the_command_writes_tables_and_continues(write, tmp_path, capsys):
 
 
 def test_keys_can_be_set_and_tables_without_names_are_counted(write, tmp_path, capsys):
-    path, out = write(CONTACT, ENSEMBLE), tmp_path / "out"
+    path, out = write(CONTACT, ENSEMBLE.replace("map_cell_m = 500\n", "")), tmp_path / "out"
     words = ["ensemble", str(path), "-o", str(out), "--workers", "1", "-n", "1", "--json", "--set"]
     assert main([*words, "uncertain.1.uniform=[4, 6]"]) == 0
     assert json.loads(capsys.readouterr().out)["settings"] == ["uncertain.1.uniform=[4, 6]"]

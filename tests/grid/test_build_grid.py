@@ -268,12 +268,9 @@ def test_a_grid_covers_the_reservoir_or_all():
     ("change", "words"),
     [
         ({"cell": (0, 10)}, "size of a cell"),
-        ({"cell": "big"}, "size of a cell"),
         ({"cell": 1e-3}, "larger cells"),
         ({"layers": {"Top/Bse": 3}}, "Top/Base"),
         ({"layers": {"above Top": 1, "below Base": 1}}, "leaves out 'Top/Base'"),
-        ({"layers": 2.5}, "number of layers"),
-        ({"layers": {}}, "empty"),
         ({"layers": {"Top/Base": {"thickness": 1e-9, "parallel": "top"}}}, "limit"),
         ({"angle": "north"}, "degrees"),
         ({"min_thickness": -1}, "min_thickness"),

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from benchmarks.growth import chords, planes_through_a_line, seam
 from geosurf.arrangement.search import find_contacts
 from geosurf.intersect.link import (
     line_contacts,
@@ -19,7 +20,6 @@ from geosurf.intersect.link import (
 )
 from geosurf.kernels.contacts.aligned_grids import points_near_segments
 from tests import oracles
-from tests.growth import chords, planes_through_a_line, seam
 from tests.rebuild.worlds import world
 from tests.strategies import soup
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import itertools
+import math
+from itertools import product
 
 import numpy as np
 import pytest
@@ -10,8 +12,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from geosurf.arrangement.triangles import crossing_pairs
+from geosurf.errors import SurfaceError
 from geosurf.kernels.contacts.triangle_contact import FIRST_CODE, N_COLUMN, N_CORNER, meet_pairs
 from geosurf.kernels.exact.predicates import frame_of
+from geosurf.kernels.lattices.survey import TILE
+from geosurf.kernels.search.tree import BLOCK
+from geosurf.model import Lattice, TriSurface
+from geosurf.triangulate import triangulate_fault
+from geosurf.triangulate.mesh import fault_diagonal, find_zero_area, orient_fault
 from tests import oracles
 
 POINT = st.tuples(*[st.integers(0, 3)] * 3)
@@ -97,3 +105,208 @@ def test_against_clipping(mesh):
         met = oracles.meet_triangles(oracles.rational(x[t[i]]), oracles.rational(x[t[j]]))
         clean = set(met) <= set(oracles.rational(x[sorted(shared)]))
         assert ((i, j) in found) != clean
+
+
+# ---- One look at all nodes of a lattice, against looking at them one by one.
+@st.composite
+def grids(draw) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Nodes with small whole coordinates, some absent, up to two blocks each way."""
+    shape = draw(st.tuples(st.integers(1, 11), st.integers(1, 11)))
+    seed = draw(st.integers(0, 2**32 - 1))
+    holes, far = draw(st.sampled_from([0.0, 0.0, 0.1, 0.6])), draw(st.sampled_from([0, 5_000_000]))
+    rng = np.random.default_rng(seed)
+    i, j = np.mgrid[: shape[0], : shape[1]]
+    noise = rng.integers(0, draw(st.sampled_from([1, 2, 5])), (3, *shape))
+    x, y, z = np.stack([3.0 * j, 2.0 * i, -4.0 * i]) + noise
+    for part in (x, y, z):
+        part[rng.random(shape) < holes / 3] = np.nan
+    return x + far, y + far, z
+
+
+def triangles_of(lattice: Lattice) -> np.ndarray:
+    """Corners (n, 3, 3) of all triangles, cell by cell, by the words of `Lattice`."""
+    nodes = np.stack([*lattice.horizontal(), lattice.elevation], axis=-1)
+    found = []
+    for i, j in product(range(lattice.shape[0] - 1), range(lattice.shape[1] - 1)):
+        a, b, c, d = nodes[i, j], nodes[i, j + 1], nodes[i + 1, j + 1], nodes[i + 1, j]
+        halves = [(a, b, c), (a, c, d)] if lattice.rising else [(a, b, d), (b, c, d)]
+        found += [half for half in halves if np.isfinite(half).all()]
+    return np.array(found).reshape(-1, 3, 3)
+
+
+def rises_by_the_rule(x: np.ndarray, y: np.ndarray) -> bool:
+    """The diagonal rule of `rising_diagonal`, cell by cell, with one rounding of each sum."""
+    cells = []
+    for i, j in product(range(x.shape[0] - 1), range(x.shape[1] - 1)):
+        a, b, c, d = ((x[k], y[k]) for k in ((i, j), (i, j + 1), (i + 1, j + 1), (i + 1, j)))
+        if np.isfinite([a, b, c, d]).all():
+            middle = (a[0] + c[0]) + (b[0] + d[0]), (a[1] + c[1]) + (b[1] + d[1])
+            cells.append((middle, (c[0] - a[0], c[1] - a[1]), (d[0] - b[0], d[1] - b[1])))
+    for some in (cells, sorted(cells)[:1]):  # all of them, then the westernmost
+        size = math.fsum(v * v for _, *both in some for way in both for v in way)
+        for k in (0, 1):  # to the north-east, then to the north
+            gain = math.fsum(sign * way[k] * way[1] for _, *both in some
+                             for sign, way in zip((1, -1), both, strict=True))  # fmt: skip
+            if abs(gain) > 1e-6 * size:
+                return gain > 0
+    return True
+
+
+def slow_diagonal(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> bool:
+    """The diagonal rule for faults, word for word."""
+    normal = np.zeros(3)
+    for rising in (True, False):
+        corners = triangles_of(Lattice(x, y, z, rising, False))
+        normal += 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]).sum(
+            axis=0
+        )
+    strike = np.array([-normal[1], normal[0]])
+    if np.abs(strike).max() <= 1e-6 * np.linalg.norm(normal):
+        return rises_by_the_rule(x, y)
+    lead = strike[0] if abs(strike[0]) > 1e-6 * np.abs(strike).max() else strike[1]
+    strike /= np.sign(lead) * np.linalg.norm(strike)
+    return rises_by_the_rule((x - np.nanmin(x)) * strike[0] + (y - np.nanmin(y)) * strike[1], z)
+
+
+def check_boxes(lattice: Lattice) -> None:
+    """Boxes of blocks of nodes, each with its rim, and the box of all."""
+    nodes = np.stack([*lattice.horizontal(), lattice.elevation])
+    survey = lattice.survey
+    n_row, n_col = (max(-(-(n - 1) // BLOCK), 1) for n in lattice.shape)
+    assert survey.levels[0].tolist() == [0, n_row, n_col]
+    boxes = survey.nodes[: n_row * n_col]
+    for (i, j), box in zip(product(range(n_row), range(n_col)), boxes, strict=True):
+        rows, cols = (slice(k * BLOCK, k * BLOCK + BLOCK + 1) for k in (i, j))
+        part = nodes[:, rows, cols].reshape(3, -1)
+        low = np.where(np.isnan(part), np.inf, part).min(axis=1)
+        high = np.where(np.isnan(part), -np.inf, part).max(axis=1)
+        np.testing.assert_array_equal(box, [*low, *high])
+    np.testing.assert_array_equal(survey.box[:3], boxes[:, :3].min(axis=0))
+    np.testing.assert_array_equal(survey.box[3:], boxes[:, 3:].max(axis=0))
+    assert survey.numbers == tuple((~np.isnan(part).any()).item() for part in nodes)
+
+
+@given(grids())
+def test_law_a_survey_tells_what_nodes_tell_one_by_one(parts):
+    lattices = [Lattice(*parts, rising, False) for rising in (False, True)]
+    check_boxes(lattices[0])
+    for lattice in lattices:
+        corners = triangles_of(lattice)
+        assert lattice.n_triangle == len(corners) == len(lattice.build_triangles())
+        normals = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        normal, area, doubted = lattice.normals
+        np.testing.assert_array_equal(normal, normals.sum(axis=0))  # whole numbers: no rounding
+        np.testing.assert_allclose(area, np.linalg.norm(normals, axis=1).sum(), rtol=1e-12)
+        flat = find_zero_area(corners)
+        assert set(flat.tolist()) <= set(lattice.rows_of_keys(doubted).tolist())
+    assert lattices[0].whole == np.isfinite(np.stack(parts)).all()
+
+
+@given(grids())
+def test_law_the_diagonal_is_that_of_the_rule(parts):
+    lattice = Lattice(*parts, False, False)
+    if lattice.n_triangle:
+        assert fault_diagonal(lattice) == slow_diagonal(*parts)
+
+
+def wide(holes: float = 0.0, seed: int = 3) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """More columns than a tile has, and rows that do not fill the last block."""
+    rng = np.random.default_rng(seed)
+    i, j = np.mgrid[: 2 * BLOCK + 4, : TILE + BLOCK + 3].astype(float)
+    x, y, z = rng.integers(0, 4, (3, *i.shape)) + np.stack([5.0 * j, 3.0 * i, 7.0 * i])
+    z[rng.random(z.shape) < holes] = np.nan
+    return x, y, z
+
+
+@pytest.mark.parametrize("holes", [0.0, 0.001, 0.3])
+def test_more_than_one_tile(holes):
+    lattices = [Lattice(*wide(holes), rising, False) for rising in (False, True)]
+    check_boxes(lattices[0])
+    for lattice in lattices:
+        corners = triangles_of(lattice)
+        assert lattice.n_triangle == len(corners)
+
+
+@pytest.mark.parametrize("spot", [(0, 0), (5, 17), (2 * BLOCK + 3, TILE + BLOCK + 2)])
+def test_one_flat_triangle_among_thousands_is_not_passed(spot):
+    x, y, z = wide()
+    i, j = spot
+    other = (i - 1 if i else 1), j
+    x[spot], y[spot], z[spot] = (part[other] for part in (x, y, z))
+    with pytest.raises(SurfaceError, match="exactly zero area"):
+        triangulate_fault(TriSurface("F1", "fault", lattice=Lattice(x, y, z, True, False)))
+
+
+@pytest.mark.parametrize("value", [np.inf, -np.inf])
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_infinite_nodes_are_seen_and_make_no_triangle(value, axis):
+    parts = wide()
+    before = Lattice(*parts, True, False).n_triangle
+    parts[axis][7, 9] = value
+    lattice = Lattice(*parts, True, False)
+    assert not lattice.survey.finite
+    assert not lattice.whole
+    assert lattice.survey.numbers == (True, True, True)
+    assert lattice.n_triangle == before - 6
+
+
+@given(grids(), st.sampled_from(["rows", "columns", "axes"]))
+def test_law_what_is_broadcast_is_not_expanded_and_nothing_else_changes(parts, how):
+    x, y, z = parts
+    if how == "axes":
+        x, y = np.nan_to_num(x[0]), np.nan_to_num(y[:, 0])
+        given_x, given_y = np.broadcast_arrays(x[None, :], y[:, None])
+        kept = Lattice(x, y, z, True, False)
+    else:
+        x = np.broadcast_to(x[:1] if how == "rows" else x[:, :1], z.shape)
+        given_x, given_y = x, y
+        kept = Lattice(x, y, z, True, False)
+    lattice = Lattice(given_x, given_y, z, True, False)
+    plain = Lattice(given_x.copy(), given_y.copy(), z.copy(), True, False)
+    assert sum(part.size for part in lattice.coordinates) <= x.size + y.size + z.size
+    if z.size > 1:
+        assert np.shares_memory(lattice.easting, given_x)
+    for other in (lattice, kept):
+        np.testing.assert_array_equal(other.survey.nodes, plain.survey.nodes)
+        np.testing.assert_array_equal(other.normals[0], plain.normals[0])
+        np.testing.assert_array_equal(other.build_vertices(), plain.build_vertices())
+        np.testing.assert_array_equal(other.build_triangles(), plain.build_triangles())
+
+
+@pytest.mark.parametrize("lean", [0.0, 1e-9, -1e-9, 1e-5, -1e-5, 0.1, -0.1])
+@pytest.mark.parametrize("long", [1.0, 1e4])
+@pytest.mark.parametrize("holes", [False, True])
+def test_law_a_grid_faces_where_its_list_of_triangles_does(lean, long, holes):
+    """Long cells in an almost vertical fault: bounds of its area are too far apart to tell."""
+    i, j = np.mgrid[:4, :4].astype(float)
+    x, y, z = -lean * i + 0.0, long * j, -1.0 * i
+    if holes:
+        z[0, 0] = z[3, 1] = np.nan
+    for reverse in (False, True):
+        lattice = Lattice(x, y, z, True, reverse)
+        of_grid = orient_fault(TriSurface("F1", "fault", lattice=lattice))
+        listed = TriSurface("F1", "fault", lattice.build_vertices(), lattice.build_triangles())
+        of_list = orient_fault(listed)
+        assert sides(of_grid) == sides(of_list)
+
+
+def sides(surface: TriSurface) -> set:
+    """Triangles as sets of directed edges."""
+    edges = np.stack([surface.triangles, np.roll(surface.triangles, -1, axis=1)], axis=2)
+    return {frozenset(map(tuple, three)) for three in edges.tolist()}
+
+
+steps = st.lists(
+    st.sampled_from([1.0, 2.0, 2.0, 0.0, -1.0, np.nan, np.inf]), min_size=1, max_size=9
+)
+
+
+@given(steps, steps)
+def test_law_axes_rise_where_each_step_does(one, two):
+    easting, northing = (np.cumsum(np.array([5.0, *part[1:]])) for part in (one, two))
+    lattice = Lattice(easting, northing, np.zeros((len(two), len(one))))
+    rises = all((x[1:] > x[:-1]).all() and np.isfinite(x).all() for x in (easting, northing))
+    assert lattice.has_rising_axes == lattice.survey.axes_rise == rises
+    spread = Lattice(*np.meshgrid(easting, northing), lattice.elevation)
+    assert not spread.has_rising_axes
+    assert not spread.survey.axes_rise

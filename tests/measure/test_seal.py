@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -22,7 +22,8 @@ MARKS = np.array([z for _, z in _LEVELS])  # horizons before faulting, at the mi
 VALUES = np.array([*VSHALE.values()])
 
 
-def scene_of(kind: str, tilt: float = 1.5, **options: Any) -> gs.Scene:
+@cache
+def scene_of(kind: str, tilt: float = 1.5) -> gs.Scene:
     """Planes that plane faults move."""
     world = gs.synthetic.faulted(kind, n=9, tilt=tilt)
     faults, throw = world.faults, world.truth["throw"]
@@ -30,7 +31,7 @@ def scene_of(kind: str, tilt: float = 1.5, **options: Any) -> gs.Scene:
         name: gs.throw_horizon(one, faults, throw, name=name)
         for name, one in world.horizons.items()
     }
-    return gs.Scene(horizons, faults, world.box, **options)
+    return gs.Scene(horizons, faults, world.box)
 
 
 def layers_at(kind: str, tilt: float, fault: str, points: np.ndarray) -> tuple[np.ndarray, ...]:

@@ -13,7 +13,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from geosurf import Scene, TriSurface, synthetic
-from geosurf.errors import InputError
 from geosurf.measure import thickness as unit_columns
 from geosurf.measure import thickness_map
 from geosurf.measure.columns import cross_columns
@@ -130,20 +129,6 @@ def test_columns_agree_with_rational_arithmetic(corners, east, north):
 
 
 # ---- what is refused -----------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (("Top/Bse",), r"unknown zone 'Top/Bse'. Zones are .* Did you mean 'Top/Base'\?"),
-        (("Top/Base", -1.0), r"cells of -1\.0 m: the width must be above 0"),
-        (("Top/Base", "50"), r"grid of a map is str; give the width of a cell"),
-        (("Top/Base", xr.DataArray([1.0])), r"no coordinate 'northing'.*Give northing and easting"),
-    ],
-)
-def test_requests_that_make_no_sense(arguments, message):
-    with pytest.raises(InputError, match=message):
-        faulted().thickness(*arguments)
 
 
 @pytest.mark.parametrize("kind", ["isochore", "isopach"])

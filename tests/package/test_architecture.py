@@ -14,6 +14,8 @@ from pathlib import Path
 
 import pytest
 
+from tests import mutants
+
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = sorted((ROOT / "geosurf").rglob("*.py"))
 BENCHMARKS = sorted((ROOT / "benchmarks").rglob("*.py"))
@@ -376,3 +378,9 @@ def test_constraints_pin_versions_and_nothing_else() -> None:
     odd = [line for line in lines if not re.fullmatch(r"[A-Za-z0-9._-]+==[0-9][\w.]*", line)]
     assert not odd
     assert not {"geosurf", "pip", "setuptools"} & {line.split("==")[0] for line in lines}
+
+
+# ---- The list of planted mistakes fits the code of today; `python -m tests.mutants` plants them.
+def test_each_planted_mistake_has_its_place():
+    assert len(mutants.MUTANTS) >= 60
+    assert [one.text for one in mutants.MUTANTS if mutants.found(one) is None] == []

@@ -9,10 +9,13 @@ import shutil
 import sys
 import tomllib
 import types
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import pytest
+from hatchling.builders.sdist import SdistBuilder
+from hatchling.builders.wheel import WheelBuilder
 
 ROOT = Path(__file__).resolve().parents[2]
 pytestmark = pytest.mark.long
@@ -140,3 +143,78 @@ def test_every_platform_has_a_runner_that_tries_its_wheel_with_every_python():
     assert settings["build"] == [f"cp3{minor}-*" for minor in pythons]
     tried = settings["test-command"].removeprefix("python {project}/")
     assert (ROOT / tried).is_file()
+
+
+# ---- The dependencies that are declared are those that `make test-oldest` tries.
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+DECLARED = [*PROJECT["dependencies"], *PROJECT["optional-dependencies"]["io"]]
+
+
+def pins(file: str) -> dict[str, str]:
+    lines = (ROOT / file).read_text().split()
+    assert all(re.fullmatch(r"[A-Za-z0-9._-]+==[0-9][\w.]*", line) for line in lines)
+    return dict(line.split("==") for line in lines)
+
+
+def numbers(text: str) -> tuple[int, ...]:
+    """A version without zeros at its end: 2.0 is 2.0.0."""
+    found = [int(part) for part in text.split(".")]
+    while found and found[-1] == 0:
+        found.pop()
+    return tuple(found)
+
+
+@pytest.mark.parametrize("line", DECLARED)
+def test_each_lower_bound_is_the_oldest_version_that_is_tried(line: str) -> None:
+    name, lower = re.match(r"([\w-]+)>=([\d.]+)", line).groups()
+    assert numbers(pins("constraints-oldest.txt")[name]) == numbers(lower)
+
+
+def test_numba_has_an_upper_bound_just_above_the_newest_that_is_tried() -> None:
+    """Kernels rest on private parts of it, which any version may change."""
+    (line,) = (line for line in DECLARED if line.startswith("numba"))
+    upper = numbers(re.search(r"<([\d.]+)", line)[1])
+    newest = numbers(pins("constraints.txt")["numba"])
+    assert newest < upper == (newest[0], newest[1] + 1)
+    assert numbers(version("numba")) < upper
+
+
+def test_what_an_extra_brings_is_used() -> None:
+    sources = "".join(path.read_text() for path in (ROOT / "geosurf").rglob("*.py"))
+    for line in PROJECT["optional-dependencies"]["io"]:
+        assert re.search(rf"\b{re.split('[<>=]', line)[0]}\b", sources), line
+
+
+# ---- What a wheel holds, and whether the files around the package agree with it.
+STATED = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+PYTHONS = [
+    line.rpartition(" ")[2]
+    for line in STATED["classifiers"]
+    if re.search(r":: 3\.\d+$", line)
+]  # fmt: skip
+
+
+def test_a_wheel_holds_the_package_and_nothing_else() -> None:
+    held = {file.distribution_path for file in WheelBuilder(str(ROOT)).recurse_included_files()}
+    assert {name.partition("/")[0] for name in held} == {"geosurf"}
+    assert {"geosurf/py.typed", "geosurf/__init__.py"} <= held
+    ours = {path.relative_to(ROOT).as_posix() for path in (ROOT / "geosurf").rglob("*.py")}
+    assert ours <= held
+    assert not [name for name in held if re.search(r"(^|/)(tests|benchmarks|bench)(/|$)", name)]
+
+
+def test_a_source_archive_holds_tests_and_benchmarks() -> None:
+    held = {file.distribution_path for file in SdistBuilder(str(ROOT)).recurse_included_files()}
+    assert {"geosurf", "tests", "benchmarks", "docs"} <= {name.partition("/")[0] for name in held}
+
+
+def test_the_lowest_python_is_the_same_everywhere() -> None:
+    assert STATED["requires-python"] == f">={PYTHONS[0]}"
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]
+    assert settings["mypy"]["python_version"] == PYTHONS[0]
+    assert settings["ruff"]["target-version"] == "py" + PYTHONS[0].replace(".", "")
+
+
+def test_the_matrix_runs_every_python_that_is_promised() -> None:
+    matrix = (ROOT / ".github" / "workflows" / "test.yml").read_text(encoding="utf-8")
+    assert re.findall(r'"([\d.]+)"', re.search(r"python: \[(.*)\]", matrix)[1]) == PYTHONS

@@ -62,6 +62,7 @@ for room in sorted(set(homes.values())):
 """
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork processes")
 def test_names_work_before_and_after_their_room_is_loaded() -> None:
     """A folder must not shadow the function of the same name, whoever comes first."""

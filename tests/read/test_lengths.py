@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-
 import numpy as np
 import pytest
 
@@ -169,12 +167,6 @@ def test_meshes_in_every_unit(tmp_path, unit):
         order = np.lexsort(found.vertices.T)
         wanted = surface.vertices[np.lexsort(surface.vertices.T)]
         np.testing.assert_allclose(found.vertices[order], wanted, rtol=1e-6)
-
-
-def test_json_of_numbers_is_no_file_of_lengths(tmp_path):
-    file = write(tmp_path, "x.json", json.dumps([1, 2, 3]))
-    with pytest.raises(gs.errors.GeosurfError):
-        gs.read_points(file)
 
 
 @pytest.mark.parametrize("unit", METRES)

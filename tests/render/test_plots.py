@@ -14,7 +14,9 @@ from geosurf.conventions import palette
 from geosurf.errors import InputError
 from geosurf.render.compose import plotted
 from geosurf.render.diagram import draw_throw
-from geosurf.render.map import draw_map
+from geosurf.render.map import draw_remedies
+from geosurf.render.overlay import NEAR, tops_on_map, tops_on_section
+from geosurf.render.sheet import Sheet, lay_out
 
 X, Y = 456_000.0, 6_780_000.0
 
@@ -132,21 +134,6 @@ def test_files_have_the_same_bytes_twice(scene, tmp_path, suffix):
     assert not re.search(rb"20[0-9]{2}-[01][0-9]-[0-3][0-9]", found[0])
 
 
-@pytest.mark.parametrize("east", [100.0, 870.0, 899.0])
-def test_names_on_a_map_stay_inside_it(east):
-    """Next to the right edge the name stands to the left of its line."""
-    flat = gs.TriSurface("Top", "horizon", [[0, 0, 0], [900, 0, 0], [900, 900, 0], [0, 900, 0]],
-                         [[0, 1, 2], [0, 2, 3]])  # fmt: skip
-    wall = gs.TriSurface("A long name", "fault", [[east, 0, -9], [east, 900, -9], [east, 450, 9]],
-                         [[0, 1, 2]])  # fmt: skip
-    figure = plotted(draw_map, flat, gs.intersect_surfaces([flat, wall]), faults=["A long name"])
-    axes = figure.axes[1]
-    name = next(text for text in axes.texts if text.get_text() == "A long name")
-    box = name.get_window_extent()
-    assert axes.bbox.x0 <= box.x0
-    assert box.x1 <= axes.bbox.x1
-
-
 def test_zones_of_a_grid_have_the_colours_of_sections(scene, tmp_path):
     """The first zone of a grid is the second of the model."""
     from matplotlib.image import imread
@@ -160,3 +147,65 @@ def test_zones_of_a_grid_have_the_colours_of_sections(scene, tmp_path):
     ]
     assert counts[1] > 500
     assert counts[0] == counts[2] == 0
+
+
+# ---- Wells on maps and sections: which tops are drawn, where, and what is refused.
+@pytest.fixture(scope="module")
+def model():
+    """A scene and the misfits of its tops: two wells on the middle line, one far off."""
+    world = gs.synthetic.graben(n=9)
+    scene = gs.Scene(world.horizons, world.faults, world.box)
+    rows = [
+        (well, horizon, east, north, -2100.0)
+        for well, east, north in (("25/4-1", 900.0, 1500.0), ("B", 2000.0, 1530.0), ("C", 900, 9))
+        for horizon in ("Top", "Base")
+    ]  # fmt: skip
+    names = ("well", "horizon", "easting", "northing", "elevation")
+    tops = dict(zip(names, map(list, zip(*rows, strict=True)), strict=True))
+    return scene.replace(tops=tops)
+
+
+def test_a_map_has_the_tops_of_its_horizon(model):
+    shown = tops_on_map(model.misfit(), "Base")
+    assert [(top.well, top.horizon) for top in shown] == [
+        ("25/4-1", "Base"), ("B", "Base"), ("C", "Base"),
+    ]  # fmt: skip
+    assert shown[1].place.tolist() == [2000.0, 1530.0]
+
+
+def test_a_section_has_the_tops_near_it_by_distance_along_it(model):
+    bent = np.array([[0.0, 1500.0], [1500.0, 1500.0], [1500.0, 2500.0], [4000.0, 2500.0]])
+    shown, near = tops_on_section(model.misfit(), bent)
+    assert near == pytest.approx(NEAR * 5000.0)
+    assert [(top.well, top.place.tolist()) for top in shown] == [
+        ("25/4-1", [900.0, -2100.0]), ("25/4-1", [900.0, -2100.0]),
+    ]  # fmt: skip
+    straight = np.array([[100.0, 1500.0], [4000.0, 1500.0]])
+    shown, _ = tops_on_section(model.misfit(), straight)
+    assert [top.well for top in shown] == ["25/4-1"] * 2 + ["B"] * 2
+    assert [top.place[0] for top in shown] == [800.0, 800.0, 1900.0, 1900.0]
+
+
+# ---- Maps mark the places where a tear needed a remedy.
+def remedy(kind, place):
+    return gs.GeosurfWarning(kind, "F1", "Something was done.", "Do it yourself.", place)
+
+
+def test_each_place_on_the_map_is_marked_once():
+    sheet = Sheet(lay_out((640, 400)))
+    axes = Figure().add_subplot()
+    axes.set_xlim(1000, 1100)
+    axes.set_ylim(2000, 2100)
+    listed = [
+        remedy("tear left out", (1040.0, 2060.0, -5.0)),
+        remedy("wall made level", (1010.0, 2020.0, -5.0)),
+        remedy("fault extended", (5000.0, 2020.0, -5.0)),  # off the map
+        remedy("trim changed", None),
+    ]
+    (entry,) = draw_remedies(sheet, axes, listed)
+    assert entry.label == "2 places of remedies"
+    assert entry.detail == "tear left out: 1, wall made level: 1"
+    places = sorted((float(x), float(y)) for line in axes.lines for x, y in line.get_xydata())
+    assert places == [(1010.0, 2020.0), (1040.0, 2060.0)]
+    assert all(np.allclose(line.get_markeredgecolor(), palette.ACCENT) for line in axes.lines)
+    assert draw_remedies(sheet, axes, listed[2:]) == []

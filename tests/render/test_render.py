@@ -60,13 +60,6 @@ def test_scene_shows_horizons_faults_and_curves(scene, tmp_path):
     assert dark(pixels(without)) < dark(image)
 
 
-def test_the_same_picture_has_the_same_bytes(scene, tmp_path):
-    one = ScenePlots(scene).view(path=tmp_path / "one.png", size=SMALL)
-    two = ScenePlots(scene).view(path=tmp_path / "two.png", size=SMALL)
-    assert one.read_bytes() == two.read_bytes()
-    assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
-
-
 def test_utm_offsets_do_not_change_a_pixel(top, fault):
     """float32 steps are half a metre at these northings; none of it may show."""
 

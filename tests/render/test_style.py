@@ -35,46 +35,6 @@ def part(image, colour, near=0.02):
     return (np.abs(image - colour) < near).all(axis=2).mean()
 
 
-class Silent:
-    """A scene that must not be asked for anything but its box and outline."""
-
-    aoi, box = None, (0, 1, 0, 1, 0, 1)
-    horizon_names, fault_names = ("Top", "Base"), ("F1",)
-
-    @property
-    def surfaces(self):
-        raise AssertionError("computed before the arguments were checked")
-
-    curves = units = patches = surfaces
-
-
-@pytest.mark.parametrize(
-    ("wrong", "sentence"),
-    [
-        ({"view": (1, 2, 3)}, r"view is \(1, 2, 3\), expected azimuth and height"),
-        ({"only": ["Topp"]}, "only has the unknown name 'Topp'.*Did you mean 'Top'"),
-        ({"colour_by": "zones", "show": ["units"]}, "'zones'.*Did you mean 'zone'"),
-        ({"colour_by": {"a": np.nan}, "show": ["units"]}, "no list of finite numbers"),
-        ({"style": "dark"}, r"style is a str, expected a PictureStyle"),
-    ],
-)
-def test_arguments_are_checked_before_anything_is_computed(wrong, sentence, tmp_path):
-    with pytest.raises(InputError, match=sentence):
-        ScenePlots(Silent()).view(path=tmp_path / "x.png", **wrong)
-
-
-@pytest.mark.parametrize(
-    ("wrong", "sentence"),
-    [
-        ({"theme": "drak"}, "theme is 'drak'.*Did you mean 'dark'"),
-        ({"font": "Nope Sans"}, "font 'Nope Sans' is not installed"),
-        ({"colours": {"Top": "tael"}}, "colour of 'Top' is 'tael'.*Did you mean 'teal'"),
-    ],
-)
-def test_a_style_is_checked_when_it_is_made(wrong, sentence):
-    refused(InputError, sentence, PictureStyle, **wrong)
-
-
 def test_themes_change_the_background_and_no_zone(units, tmp_path):
     images = {}
     looks = {"light": {}, "dark": {"theme": "dark"}, "none": {"transparent": True}}

@@ -79,14 +79,6 @@ corners_m = [[100, 100], [3900, 200], [3800, 2900], [2000, 1500], [200, 2800]]
         ('[[contacts]]\nname = "OWC"', r"contacts\['OWC'\]: give either elevation_m or file"),
         ('[[contacts]]\nname = "OWC"\nelevation_m = -1\nfile = "Top.nc"', "elevation_m or file"),
         (2 * '[[contacts]]\nname = "OWC"\nelevation_m = -1\n', "is given without a block twice"),
-        (
-            '[[contacts]]\nname = "OWC"\nelevation_m = -1\nzones = ["Top/Bas"]',
-            r"line \d+: contacts\['OWC'\]: unknown zone 'Top/Bas'; the scenario has.*mean 'Top/B",
-        ),
-        (
-            '[[contacts]]\nname = "OWC"\nelevation_m = -1\nblock = "F7+"',
-            r"unknown block 'F7\+'. Name sides of faults: 'F1\+', 'F1-'\. Did you mean",
-        ),
         ("[aoi]", "aoi: give one of file, corners_m, rectangle"),
         ("[aoi]\ncorners_m = [[0, 1], [2]]", r"corners_m is .* must be three or more corners"),
         ("[slivers]\nmin_volume_m3 = -1", "it must be a number, 0 or above"),

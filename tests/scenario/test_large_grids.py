@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 import xarray as xr
 
 import geosurf as gs
 from geosurf.carve import shells
+from geosurf.cli import main
 from geosurf.errors import GeosurfWarning, InputError, ScenarioError
 from geosurf.read import netcdf
-from geosurf.scenario import output
+from geosurf.scenario import output, read_scenario, run
+from geosurf.scene import plots
+from geosurf.scene import scene as scenes
+from geosurf.scene.result_cache import ResultCache
+from geosurf.sheets import tear
 from geosurf.triangulate import stored
-from tests.planes import scenario_tables
+from tests.planes import INPUTS, scenario_tables
 
 pytest.importorskip("zarr")
 pytest.importorskip("h5netcdf")
@@ -102,3 +109,113 @@ def test_lists_that_memory_does_not_hold_are_left_out_or_refused(tmp_path, monke
     assert float(scene.volumes.sum()) > 0
     with pytest.raises(InputError, match=r"triangles of the units need .* are free\. Volumes"):
         _ = next(iter(scene.units.values())).triangles
+
+
+# ---- `cache_dir`: later commands give the same results and redo only what changed.
+OUTPUT = """
+[output]
+views = []
+exploded = false
+allan = false
+sections_m = []
+size_px = [300, 200]
+formats = ["csv", "vtm"]
+[tear]
+trim_cells = 1.5
+[[contacts]]
+name = "OWC"
+elevation_m = -2050.0
+"""
+TITLE = 'title = "Planes"\n'
+
+
+def files(out: Path) -> dict[str, bytes]:
+    """All results but the page, which has the log of the run and its pictures."""
+    return {
+        path.relative_to(out).as_posix(): path.read_bytes()
+        for path in sorted(out.rglob("*"))
+        if path.is_file() and path.suffix != ".html"
+    }
+
+
+@pytest.fixture
+def counts(monkeypatch):
+    """How often each of these was done."""
+    done = dict.fromkeys(("tear", "check", "map", "thickness", "throw"), 0)
+
+    def count(name, module, function):
+        inner = getattr(module, function)
+
+        def counted(*args, **words):
+            done[name] += 1
+            return inner(*args, **words)
+
+        monkeypatch.setattr(module, function, counted)
+
+    count("tear", tear, "tear_from")
+    count("check", scenes, "certify_repeated")
+    for name, module in (("map", plots), ("thickness", plots), ("throw", plots)):
+        count(name, module, f"draw_{name}")
+    return done
+
+
+def test_a_second_run_redoes_only_what_changed(inputs, tmp_path, counts):
+    def results(body: str, cache: Path | None) -> tuple[dict[str, bytes], dict[str, int]]:
+        """Files of one run, and how often it did what."""
+        counts.update(dict.fromkeys(counts, 0))
+        (inputs / "scenario.toml").write_text(body)
+        out = tmp_path / "out"
+        assert run(read_scenario(inputs / "scenario.toml"), out, cache_dir=cache).certificate.ok
+        return files(out), dict(counts)
+
+    base, cache = TITLE + INPUTS + OUTPUT, tmp_path / "cache"
+    plain = results(base, None)
+    assert plain[1] == {"tear": 2, "check": 1, "map": 2, "thickness": 1, "throw": 1}
+    assert results(base, cache) == plain
+    assert results(base, cache) == (plain[0], {**plain[1], "tear": 0, "check": 0})
+
+    # another contact: horizons stay
+    moved = base.replace("-2050.0", "-2040.0")
+    assert results(moved, cache) == (results(moved, None)[0], {**plain[1], "tear": 0})
+
+    # a title is in no picture
+    retitled = results(base.replace("Planes", "Ramps"), cache)
+    assert retitled[1] == {**plain[1], "tear": 0, "check": 0}
+    assert retitled[0]["pictures/map_00_Top.png"] == plain[0]["pictures/map_00_Top.png"]
+
+
+def test_commands_share_a_folder(inputs, tmp_path, counts, capsys):
+    # realisations move horizons: their data are of another kind than those that a run reads
+    uncertain = '[[uncertain]]\nkind = "depth shift"\nnormal = [0.0, 5.0]\n'
+    path = inputs / "shared.toml"
+    path.write_text(TITLE + INPUTS + OUTPUT + uncertain)
+    plain = gs.run_ensemble(path, 2, progress=False)
+    cache = ["--cache-dir", str(tmp_path / "cache")]
+    assert main(["check", str(path), *cache]) == 0
+    answers = [capsys.readouterr().out]
+    done = dict(counts)
+    assert main(["check", str(path), *cache]) == 0
+    answers.append(capsys.readouterr().out)
+    assert (
+        main(["render", str(path), "-o", str(tmp_path / "s.png"), "--section", "0,9 9,9", *cache])
+        == 0
+    )
+    assert main(["report", str(path), "-o", str(tmp_path / "r"), "--no-pictures", *cache]) == 0
+    there = set((tmp_path / "cache").iterdir())
+    found = gs.run_ensemble(path, 2, progress=False, cache_dir=tmp_path / "cache")
+    # two horizons of two realisations are torn, none of the base case; they are nobody else's
+    assert counts == {**done, "tear": done["tear"] + 4}
+    assert set((tmp_path / "cache").iterdir()) == there
+    assert answers[0] == answers[1]
+    assert found.data.bulk.values.tobytes() == plain.data.bulk.values.tobytes()
+    with pytest.raises(InputError, match="cache_dir= is for the path of a scenario"):
+        gs.run_ensemble(
+            run(read_scenario(path), tmp_path / "o", pictures=False).scene, 2, cache_dir=tmp_path
+        )
+
+
+def test_a_certificate_that_fails_is_not_stored(tmp_path):
+    cache = ResultCache(tmp_path)
+    for count in (1, 2):
+        cache.get_or_compute("certificate", ("model",), lambda: False, keep=lambda ok: ok)
+        assert cache.n_made == count

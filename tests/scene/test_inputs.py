@@ -85,26 +85,6 @@ def test_a_fault_has_its_front_in_the_hanging_wall_however_it_is_wound():
 
 
 # ---- Inputs as people have them: made when they are asked for, in feet, outside, without name
-class Lazy:
-    """An array that is made when somebody asks for its values, as those of dask are."""
-
-    __array_priority__ = 20
-
-    def __init__(self, values):
-        self.hidden, self.asked = values, 0
-        self.shape, self.dtype, self.ndim = values.shape, values.dtype, values.ndim
-
-    def __array__(self, dtype=None, copy=None):
-        self.asked += 1
-        return np.array(self.hidden, dtype=dtype)
-
-    def __array_function__(self, function, types, args, kwargs):
-        raise TypeError(f"{function.__name__} is not for arrays that are not there yet")
-
-    def __array_ufunc__(self, ufunc, method, *inputs, **kwargs):
-        raise TypeError(f"{ufunc.__name__} is not for arrays that are not there yet")
-
-
 @pytest.fixture(scope="module")
 def world():
     return gs.synthetic.graben(n=9)
@@ -112,21 +92,6 @@ def world():
 
 def scene(world, **more):
     return gs.Scene(world.horizons, world.faults, world.box, **more)
-
-
-def lazily(da):
-    return xr.DataArray(Lazy(da.values), da.coords, da.dims, da.name, da.attrs)
-
-
-def test_arrays_that_are_made_when_asked_for_give_the_same_bytes(world):
-    lazy = {name: lazily(da) for name, da in world.horizons.items()}
-    twin = gs.Scene(lazy, world.faults, world.box)
-    assert all(da.data.asked == 0 for da in lazy.values())
-    assert twin.patches.local.tobytes() == scene(world).patches.local.tobytes()
-    assert list(twin.units) == list(scene(world).units)
-    for name, da in lazy.items():
-        alone = gs.triangulate_horizon(da, name=name)
-        assert alone.vertices.tobytes() == twin.surface(name).vertices.tobytes()
 
 
 def test_grids_in_two_reference_systems_are_refused_by_name(world, tmp_path):

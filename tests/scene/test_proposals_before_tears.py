@@ -10,7 +10,7 @@ from geosurf.errors import InputError
 from geosurf.scenario import read_scenario
 from geosurf.scenario.build import build_scene
 from geosurf.scene import tearing as passed_faults
-from tests.planes import scenario_tables
+from tests.planes import between, scenario_tables
 
 pytestmark = pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
 
@@ -26,7 +26,9 @@ def field():
     for name, by in (("Top", 40.0), ("Base", -40.0)):
         horizons[name] = top + by
         horizons[name].attrs = top.attrs
-    f1, normal = between(whole, z.min() - 20.0, z.max() + 20.0)
+    f1 = between(whole, z.min() - 20.0, z.max() + 20.0)
+    a, b, c = f1.vertices[:3]
+    normal = np.cross(b - a, c - a)
 
     # upright, across the strike of F1, from 30 m beside its middle
     middle, across = f1.vertices.mean(axis=0), normal[:2] / np.hypot(*normal[:2])
@@ -35,20 +37,6 @@ def field():
     corners = [(*near, low), (*far, low), (*far, high), (*near, high)]
     f2 = gs.TriSurface("F2", "fault", corners, [[0, 1, 2], [0, 2, 3]])
     return horizons, {"F1": f1, "F2": f2}
-
-
-def between(whole, low, high):
-    """The part of a plane fault between two levels, and its normal."""
-    middle = whole.vertices.mean(axis=0)
-    normal = np.linalg.svd(whole.vertices - middle, full_matrices=False)[2][2]
-    strike = np.array([-normal[1], normal[0], 0.0]) / np.hypot(*normal[:2])
-    dip = np.cross(normal, strike)
-    s = (whole.vertices - middle) @ strike
-    corners = [
-        middle + at * strike + (level - middle[2]) / dip[2] * dip
-        for at, level in ((s.min(), low), (s.max(), low), (s.max(), high), (s.min(), high))
-    ]
-    return gs.TriSurface("F1", "fault", corners, [[0, 1, 2], [0, 2, 3]]), normal
 
 
 def torn(scene):
@@ -108,7 +96,7 @@ def test_a_scenario_lists_and_proposes_for_the_faults_as_its_rules_left_them(sce
 
 
 def test_every_scene_with_longer_faults_looks_for_passed_ones(field, scenario, monkeypatch):
-    """What no rule cuts; `test_passed_faults.py` has the areas."""
+    """What no rule cuts; `test_tear.py` has the areas."""
     horizons, faults = field
     rule = {"F2": ("F1", "footwall", True)}
     text = '[[truncations]]\nfault = "F2"\nmain = "F1"\nkeep = "footwall"\nextend = true\n'

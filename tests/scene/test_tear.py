@@ -14,6 +14,7 @@ from geosurf.scene.tearing import same, warnings_of_passed
 from geosurf.sheets.faults.tips import is_unchanged
 from geosurf.sheets.mesh import tear_ends
 from tests import laws
+from tests.planes import between
 
 BOX = (100.0, 1400.0, 100.0, 1400.0, -2000.0, -1600.0)
 
@@ -52,11 +53,7 @@ def test_a_scene_with_a_longer_fault_has_all_horizons_at_it(world):
     lower = top - 60.0
     lower.attrs = top.attrs
     deepest = min(line[:, 2].min() for line in world.truth["cutoffs"].values()) - 60.0
-    points = given.vertices.copy()
-    normal = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2][2]
-    dip = np.cross(normal, [-normal[1], normal[0], 0.0])
-    points += np.maximum(deepest + 8.0 - points[:, 2], 0.0)[:, None] * dip / dip[2]
-    short = gs.TriSurface("F1", "fault", points, given.triangles)
+    short = between(given, deepest + 8.0, given.bounds[5])
     scene = gs.Scene({"Top": top, "Base": lower}, {"F1": short}, tear=3.5)
     with pytest.warns(gs.GeosurfWarning, match=r"'F1' ends before the cut-offs"):
         sheets = scene.sheets
@@ -91,26 +88,7 @@ def whole(world):
 def fault(world, whole):
     """It is long enough for the horizon, but not for one 40 m above or below."""
     z = np.concatenate([line[:, 2] for line in world.truth["cutoffs"].values()])
-    return _between(whole, z.min() - 20.0, z.max() + 20.0)
-
-
-def _between(fault, low, high):
-    """A rectangle on the plane of a fault, as long as it is, between two levels."""
-    middle = fault.vertices.mean(axis=0)
-    normal = np.linalg.svd(fault.vertices - middle, full_matrices=False)[2][2]
-    strike = np.array([-normal[1], normal[0], 0.0]) / np.hypot(*normal[:2])
-    dip = np.cross(normal, strike)
-    along = (fault.vertices - middle) @ strike
-    corners = [
-        middle + s * strike + (z - middle[2]) / dip[2] * dip
-        for s, z in (
-            (along.min(), low),
-            (along.max(), low),
-            (along.max(), high),
-            (along.min(), high),
-        )
-    ]
-    return gs.triangulate_fault((corners, [[0, 1, 2], [0, 2, 3]]), name="F1")
+    return between(whole, z.min() - 20.0, z.max() + 20.0)
 
 
 def lowered(horizon, by):
@@ -123,7 +101,7 @@ def lowered(horizon, by):
 def test_a_fault_that_is_longer_far_away_gives_the_same_sheet(world, whole, side):
     """The law that spares a tear."""
     top = world.horizons["Top"]
-    fault = _between(whole, float(top.min()) - 5.0, float(top.max()) + 5.0)
+    fault = between(whole, float(top.min()) - 5.0, float(top.max()) + 5.0)
     sheet = gs.tear_horizon(top, [fault], name="Top", trim=2)
     longer = lengthen_fault(fault, {side: 300.0}).surface
     assert is_unchanged(sheet, {"F1": fault}, {"F1": longer})
@@ -132,7 +110,7 @@ def test_a_fault_that_is_longer_far_away_gives_the_same_sheet(world, whole, side
     np.testing.assert_array_equal(sheet.surface.triangles, again.surface.triangles)
 
     # a fault that is longer next to the sheet, along strike, or another one
-    short = _between(fault, fault.bounds[4] + 30.0, fault.bounds[5] - 30.0)
+    short = between(fault, fault.bounds[4] + 30.0, fault.bounds[5] - 30.0)
     near = lengthen_fault(short, {side: 60.0}).surface
     assert not is_unchanged(sheet, {"F1": short}, {"F1": near})
     along = lengthen_fault(fault, {"strike": 50.0}).surface

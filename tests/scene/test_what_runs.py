@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf import Scene, intersect_surfaces
+from geosurf import Scene
 from geosurf.errors import InputError
-from tests import laws
 from tests.scene.conftest import level, ran, upright
 from tests.strategies import BOX
 
@@ -78,23 +77,6 @@ def test_replace_adds_and_removes(scene):
 
 
 # ---- Curves, units and certificate of a scene.
-def test_curves_are_those_of_all_surfaces_at_once(scene):
-    together = intersect_surfaces(scene.surfaces)
-    laws.assert_same_curves(scene.curves, together)
-    assert scene.curves.local.tobytes() == together.local.tobytes()
-    assert scene.curves.names == ("Top", "Base", "F1", "F2")
-
-
-def test_units_and_certificate(scene):
-    laws.assert_volumes_add_up(scene.units, BOX)
-    assert scene.table("all").volume.sum().item() == pytest.approx(192.0, rel=1e-12)
-    certificate = scene.check()
-    assert certificate.ok, str(certificate)
-    assert certificate.checks[-1].name == "two runs give the same bytes"
-    # F2 splits what lies below Base, and dies in the zone above
-    assert len(scene.units) == 2 + 2 + 4
-
-
 # ---- Words of the field, and depths in place of elevations, lead to what was meant.
 @pytest.fixture(scope="module")
 def planes():

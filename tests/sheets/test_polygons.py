@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
 import geosurf as gs
+from geosurf.ensemble import DepthError, realise
+from geosurf.ensemble.record import Record
+from geosurf.ensemble.run import planned
+from geosurf.sheets.tear import tear_from
 
 WIDE = (50, 950, 50, 950, -2200, -1400)
 
@@ -109,3 +115,107 @@ def test_polygons_of_a_scene_in_time_count_in_depth():
     words = {"time": "two-way", "tear": True, "velocity": 2000.0}
     scene = gs.Scene({"Top": top}, {"F1": fault}, **words)
     assert error_of(scene.sheets["Top"].cuts["F1"], world) < 0.02
+
+
+# ---- A plan is where a tear starts: it closes the same data alike, and data that moved a little.
+@pytest.fixture(scope="module")
+def world():
+    return gs.synthetic.torn("normal", n=41)
+
+
+@pytest.fixture(scope="module")
+def base(world):
+    return gs.tear_horizon(world.horizons["Top"], world.faults)
+
+
+def vertices(sheet):
+    return sheet.surface.vertices
+
+
+def left_of(sheet, world):
+    """Elevations of what faults leave of a sheet in a model, by place."""
+    z = world.horizons["Top"]
+    sides = (z.easting.min(), z.easting.max(), z.northing.min(), z.northing.max())
+    box = (*map(float, sides), float(z.min()) - 300.0, float(z.max()) + 300.0)
+    top = gs.Scene({"Top": sheet}, world.faults, box=box).patches.surface("Top")
+    return {(x, y): z for x, y, z in np.round(top.vertices, 6).tolist()}
+
+
+def differences(one, other, world):
+    """How far apart two sheets are at the nodes that both have in a model [m]."""
+    here, there = left_of(one, world), left_of(other, world)
+    both = here.keys() & there.keys()
+    assert len(both) > 0.85 * len(here)  # all others are on traces
+    return np.array([abs(here[place] - there[place]) for place in both])
+
+
+def bend(grid, size):
+    """A smooth error of some metres, whose slope is a few per cent at most."""
+    x, y = np.meshgrid(np.linspace(0, 3, grid.shape[1]), np.linspace(0, 2, grid.shape[0]))
+    return grid + size * np.sin(x) * np.cos(y)
+
+
+def test_a_plan_closes_its_own_data_alike(world, base):
+    again = tear_from(base.plan, world.horizons["Top"], world.faults)
+    assert base.plan.searched
+    assert not again.plan.searched
+    # throw dies at the last link of each tip, where the tear of these data goes on by a part of it
+    far = np.abs(again.lattice.elevation - base.lattice.elevation)
+    assert np.nanmax(far) < 2.0  # of 56 m
+    assert np.count_nonzero(far > 0.05) < 0.05 * far.size
+
+
+def test_moved_data_are_torn_almost_as_without_a_plan(world, base):
+    data = bend(world.horizons["Top"], 8.0)
+    one = tear_from(base.plan, data, world.faults)
+    other = gs.tear_horizon(data, world.faults)
+    assert not one.plan.searched
+    # data near the fault may count in one and not in the other
+    far = differences(one, other, world)
+    assert far.max() < 1.5  # of 56 m of throw
+    assert np.mean(far > 0.0) < 0.1
+
+
+def test_walls_of_the_base_case_give_what_two_more_solves_give(world, base):
+    data = bend(world.horizons["Top"], 8.0)
+    one, other = (
+        tear_from(plan, data, world.faults) for plan in (base.plan, replace(base.plan, base=None))
+    )
+    assert not one.plan.searched
+    assert vertices(one).tobytes() != vertices(other).tobytes()  # both ways were gone
+    far = differences(one, other, world)
+    assert far.max() < 0.5  # of 56 m of throw
+    assert far.mean() < 0.01
+    throws = [np.nanmax(sheet.cuts["F1"].throw) for sheet in (one, other)]
+    assert throws[0] == pytest.approx(throws[1], abs=0.2)
+
+
+@pytest.mark.parametrize("metres", [100.0, -400.0])
+def test_wrong_heights_of_the_base_case_are_caught(world, base, metres):
+    """Traces are some cells off then, or off the data."""
+    wrong = replace(base.plan.base, off_data=base.plan.base.off_data + metres)
+    sheet = tear_from(replace(base.plan, base=wrong), world.horizons["Top"], world.faults)
+    far = np.abs(sheet.lattice.elevation - base.lattice.elevation)
+    assert np.nanmax(far) < 3.0
+    throws = [np.nanmax(one.cuts["F1"].throw) for one in (sheet, base)]
+    assert throws[0] == pytest.approx(throws[1], abs=0.5)
+
+
+@pytest.mark.parametrize("other", [{"traces": ()}, {"shape": (3, 3)}, {"trims": (2.0, 2.0)}])
+def test_a_plan_of_something_else_leads_to_the_search(world, base, other):
+    sheet = tear_from(replace(base.plan, **other), world.horizons["Top"], world.faults)
+    assert sheet.plan.searched
+    np.testing.assert_allclose(vertices(sheet), vertices(base), atol=0.05)
+
+
+def test_realisations_count_what_was_torn_and_searched_for(world):
+    scene = gs.Scene({"Top": world.horizons["Top"]}, world.faults, tear=True)
+    error = DepthError("Top", sd=4.0, range=1500.0)
+    plan, _ = planned(scene, 2, [error], 0, None)
+    plan.start()
+    record = Record.from_bytes(plan.run(1).to_bytes())
+    assert (record.reason, record.n_torn, record.n_searched) == ("", 1, 0)
+    one = realise(scene, 1, uncertain=[error])
+    assert not one.sheets["Top"].plan.searched
+    total = sum(unit.volume for unit in one.units.values())
+    assert total == pytest.approx(sum(bulk for (bulk,) in record.amounts.values()), rel=1e-12)

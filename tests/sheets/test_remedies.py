@@ -16,6 +16,7 @@ from geosurf.sheets.mesh.cut import _minimum_cut
 from geosurf.sheets.mesh.tear_ends import extended
 from geosurf.sheets.report.remedies import _remedy_at_branch, longer_by
 from geosurf.synthetic.torn_horizon import Fault
+from tests.planes import between
 from tests.sheets.junctions import CELL, junction, misses
 from tests.sheets.table import measure
 
@@ -155,24 +156,16 @@ def low():
     return world, fault, deepest
 
 
-def clipped(fault, lowest):
-    """A plane fault above a level: what is below it is moved up the dip."""
-    points = fault.vertices.copy()
-    normal = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2][2]
-    dip = np.cross(normal, [-normal[1], normal[0], 0.0])
-    below = np.maximum(lowest - points[:, 2], 0.0)
-    return gs.TriSurface(
-        fault.name, "fault", points + below[:, None] * dip / dip[2], fault.triangles
-    )
-
-
 def test_remedies_are_warned_of_and_listed(low):
     world, fault, deepest = low
     with pytest.warns(
         gs.GeosurfWarning, match=r"leaves fault .* extended up its dip by .* and down its dip by"
     ):
         sheet = gs.tear_horizon(
-            world.horizons["Top"], [clipped(fault, deepest + 6.0)], name="Top", trim=2
+            world.horizons["Top"],
+            [between(fault, deepest + 6.0, fault.bounds[5])],
+            name="Top",
+            trim=2,
         )
     assert {one.kind for one in sheet.report.remedies} == {"fault extended"}
     assert sheet.faults[0].bounds[4] < deepest

@@ -206,16 +206,6 @@ def test_wrong_arguments_are_refused(words, message, tmp_path):
     refused(InputError, message, field_export, tmp_path, **words)
 
 
-def test_wrong_questions_are_refused(fields):
-    field = fields["grids"]
-    refused(InputError, r"'Tpo'.*Top", field.elevation, "Tpo", 0.0, 0.0)
-    refused(InputError, r"'F9'.*F1", field.throw, "Top", "F9", 0.0, 0.0)
-    refused(InputError, "wall", field.cutoff, "Top", "F1", "up")
-    for area in ([(0, 0), (1, 1)], "all", [(0, 0), (1, np.nan), (1, 1)]):
-        refused(InputError, "area", field.volumes, area)
-    refused(InputError, "step", field.volumes, step=0.0)
-
-
 # ---- from its files to a model, by its own scenario
 
 

@@ -1,4 +1,4 @@
-"""A long chain of `Scene.replace`: ``python -m tests.scene.replace_memory 1000 [seed]``.
+"""A long chain of `Scene.replace`: ``python -m benchmarks.replace_memory 1000 [seed]``.
 
 Each step moves a horizon or the box and asks for units, curves and a measure. Resident memory is
 printed ten times; it should stay level after the first tenth. Linux only.

@@ -1,4 +1,4 @@
-"""How cost grows where many things meet in one place: ``python -m tests.growth [family ...]``.
+"""How cost grows where many things meet in one place: ``python -m benchmarks.growth [family ...]``.
 
 Each family is measured at three or more sizes over two decades, each in a process of its own: the
 size, pairs of triangles tested, what comes out, seconds of computing, the most memory [MB] beyond
@@ -207,7 +207,7 @@ def table(family: str, quick: bool) -> list[str]:
     sizes = FAMILIES[family][0][: -1 if quick else None]
     rows, before = [], None
     for n in sizes:
-        command = [sys.executable, "-m", "tests.growth", "--one", family, str(n)]
+        command = [sys.executable, "-m", "benchmarks.growth", "--one", family, str(n)]
         try:
             done = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT)
         except subprocess.TimeoutExpired:
