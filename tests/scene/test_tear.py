@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
+from benchmarks.random_networks import random_network
 from geosurf.errors import GeometryError
 from geosurf.faults import lengthen_fault
 from geosurf.faults.rules import Rule
@@ -236,3 +237,43 @@ def test_settings_of_what_is_gone_wait_until_it_comes_back(world):
     )
     thrown = scene.replace(tear=None, throws={"F1": {"throw": 9.0, "horizons": ["Top"]}})
     assert not thrown.replace(faults={"F1": None}).sheets
+
+
+def picked_short(network, rng):
+    """Sticks of the faults of a network, from a little above the horizon to a little below it.
+
+    Some end before the cut-offs.
+    """
+    x, y = (network.horizon[name].values for name in network.horizon.dims[::-1])
+    found = {}
+    for name, fault in network.faults.items():
+        rows = np.stack([fault[k].values for k in ("easting", "northing", "elevation")], axis=-1)
+        sticks = []
+        for top, base in zip(rows[0, ::5], rows[-1, ::5], strict=True):
+            middle = 0.5 * (top + base)
+            near = np.hypot(x - middle[0], y[:, None] - middle[1]) < 400.0
+            z = network.horizon.values[near] if near.any() else network.horizon.values
+            ends = z.max() + rng.uniform(-15, 25), z.min() - rng.uniform(-15, 25)
+            sticks.append([top + (base - top) * (top[2] - e) / (top[2] - base[2]) for e in ends])
+        found[name] = gs.FaultSticks(name, sticks)
+    return found
+
+
+@pytest.mark.filterwarnings("ignore::geosurf.GeosurfWarning")
+@pytest.mark.parametrize(("family", "seed"), [("Y", 0), ("lambda", 1), ("X", 2), ("relay", 3)])
+def test_law_it_does_not_matter_whether_faults_were_extended_before(family, seed):
+    rng = np.random.default_rng(seed)
+    network = random_network(family, rng, smear=1)
+    faults = picked_short(network, rng)
+    sides = dict.fromkeys(faults, ("up", "down"))
+    far = {name: {"up": 200.0, "down": 150.0} for name in faults}
+    plain, *others = (
+        gs.Scene({"H": network.horizon}, faults, tear=True, **words).sheets["H"]
+        for words in ({}, {"extend": sides}, {"lengthen": far})
+    )
+    assert any(one.kind == "fault extended" for one in plain.report.remedies)
+    for other in others:
+        np.testing.assert_allclose(other.lattice.elevation, plain.lattice.elevation, atol=1e-6)
+        for name, cut in plain.cuts.items():
+            assert other.cuts[name].ends == cut.ends
+            np.testing.assert_allclose(other.cuts[name].throw, cut.throw, atol=1e-6)

@@ -94,3 +94,14 @@ def test_a_fault_that_is_not_tall_enough_is_extended_and_the_place_is_named(fiel
     (fault,) = sheet.faults
     assert fault.bounds[4] < gs.triangulate_fault(sticks["F2"], name="F2").bounds[4] - 10.0
     assert gs.Scene({"BaseVolantis": sheet}, {"F2": fault}).surface("BaseVolantis").n_triangle
+
+
+def test_it_does_not_matter_whether_faults_were_extended_before(field, sheets):
+    points, sticks = field
+    sides = dict.fromkeys(sticks, ("up", "down"))
+    scene = gs.Scene({name: points[name] for name in HORIZONS}, sticks, tear=True, extend=sides)
+    for name, sheet in scene.sheets.items():
+        for fault, cut in sheet.cuts.items():
+            other = sheets[name].cuts[fault]
+            assert other.ends == cut.ends
+            np.testing.assert_allclose(other.throw, cut.throw, atol=0.02)
