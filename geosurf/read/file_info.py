@@ -148,7 +148,7 @@ def info(path: str | PathLike[str]) -> FileInfo:
         except GeosurfError as error:
             # the reader's own sentence says what is wrong, or which argument it needs
             sentence = str(error).removeprefix(f"{path}: ").removeprefix(f"{path}, ")
-            doubts.append(_strange(path) if "it reads ." in sentence else sentence)
+            doubts.append(strange(path) if "it reads ." in sentence else sentence)
 
     found = points[np.isfinite(points).all(axis=1)]
     if not len(points):
@@ -162,7 +162,7 @@ def info(path: str | PathLike[str]) -> FileInfo:
     return FileInfo(str(path), size, key, function, dict(notes), len(found), extent, doubts)
 
 
-def _strange(path: str | PathLike[str]) -> str:
+def strange(path: str | PathLike[str]) -> str:
     """What to do with a file that no reader takes."""
     if not Path(path).stat().st_size:
         return "The file is empty (0 bytes)."

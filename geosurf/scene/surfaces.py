@@ -18,18 +18,11 @@ from geosurf.errors import GeosurfWarning, HorizonError, InputError
 from geosurf.model import FaultSticks, FluidContact, Lattice, Sheet, TriSurface
 from geosurf.model.base import in_crs_of
 from geosurf.model.column import levels_of, names_of_zones
+from geosurf.model.expected import path_of
 from geosurf.model.network import in_order
 from geosurf.model.tops import TieReport, TieSettings, Tops, tops_of
-from geosurf.read import (
-    HORIZON_FORMATS,
-    POINT_FORMATS,
-    otherwise,
-    read_fault,
-    read_horizon,
-    read_points,
-    read_polygons,
-    read_tops,
-)
+from geosurf.read import otherwise, read_fault, read_horizon, read_points, read_polygons, read_tops
+from geosurf.read.file_info import kind_of_file
 from geosurf.scene.inputs import Box, SceneInputs, are_one, changing, undeclared
 from geosurf.scene.memory import Memory
 from geosurf.triangulate import build_contacts, orient_fault, triangulate_fault, triangulate_horizon
@@ -71,13 +64,11 @@ def opened_horizon(value: Any, options: Options) -> Any:
 
 
 def holds_points(path: str | Path) -> bool:
-    """Return whether a file holds points by its suffix, and no grid or mesh."""
-    return Path(path).suffix.lower() in _suffixes(POINT_FORMATS) - _suffixes(HORIZON_FORMATS)
-
-
-def _suffixes(formats: Mapping[str, Any]) -> set[str]:
-    """All suffixes of some formats."""
-    return {suffix for *_, suffixes in formats.values() for suffix in suffixes}
+    """Return whether a file holds points, in lines or not, and no grid or mesh."""
+    readers = kind_of_file(path_of(path, "horizon"))[1].split(" or ")
+    return (
+        not {"read_points", "read_polygons"}.isdisjoint(readers) and "read_horizon" not in readers
+    )
 
 
 def footprint(name: str, data: Any, words: Mapping[str, Any]) -> TriSurface:

@@ -1,6 +1,6 @@
 """One file -> what it holds: a horizon, a fault, something else, or nothing that a scenario takes.
 
-The content picks the readers that a run will use; where it is open, the suffix does.
+`geosurf.read.file_info` says which reader takes it, as for `geosurf info` and a run.
 """
 
 from __future__ import annotations
@@ -21,8 +21,6 @@ from geosurf.read import (
     FAULT_FORMATS,
     GRID_FORMATS,
     MESH_FORMATS,
-    POINT_FORMATS,
-    POLYGON_FORMATS,
     otherwise,
     read_fault,
     read_horizon,
@@ -31,10 +29,11 @@ from geosurf.read import (
     read_tops,
     read_tsurf,
 )
-from geosurf.read._common import collected, is_number, read_text
+from geosurf.read._common import collected, read_text
+from geosurf.read.file_info import kind_of_file, strange
 from geosurf.read.netcdf import holds_fault
 from geosurf.read.polylines import NAMED_LINES, fault_names
-from geosurf.read.registry import END_MARK, detect
+from geosurf.read.registry import TITLES, detect
 from geosurf.read.resqml.representations import LINES, MESH, POINTS
 from geosurf.read.resqml.surfaces import surfaces_of
 from geosurf.scenario.new.judge import OUT, Found, mean_dip, name_from, plane_dip, thinned
@@ -43,6 +42,7 @@ from geosurf.scenario.new.judge import OUT, Found, mean_dip, name_from, plane_di
 # Files are read with words that apply only where a file is silent; readers note what it states.
 
 
+NO_PLACE = "a model takes no such files"
 MOST_POINTS = 250_000  # that are kept of a horizon
 UP: dict[str, Any] = otherwise({"positive": "up", "length_unit": "m"})
 DOWN: dict[str, Any] = otherwise({"positive": "down", "length_unit": "m"})
@@ -197,30 +197,22 @@ def mesh(path: Path, known_as: str, read: Any, name: str = "") -> Found:
 # Tables of text: points of horizons, sticks, polygons, outlines and well tops.
 
 
-# dip [degrees] from which a surface is taken for a fault
 FEWEST = 20  # points of a horizon
 OBJECT_COLUMNS = ("feature_name", "formation", "horizon", "surface", "val", "name")
 
 
-def table(path: Path, points: bool, lines: bool) -> Found:
-    """Points or lines of a text file: what they are follows from their columns and their shape."""
-    text = read_text(path, final_line_end=False)
+def table(path: Path, function: str) -> Found:
+    """Points, lines or well tops: what they are for a model follows from their shape."""
+    if function == "read_tops":
+        return well_tops(path)
+    text = "" if detect(path) else read_text(path, final_line_end=False)
     header = text.lstrip().split("\n", 1)[0].strip()
-    # Most specific first: tops have named columns, and lines have ends.
-    tops = _tops(path, header)
-    if tops is not None:
-        return tops
-    if not _has_numbers(text):
-        return Found(path, OUT, "text", "a text, not a table of points")
     # A file with several objects would become one horizon.
     several = _several(header, text)
     if several:
         return Found(path, OUT, "table", several)
-    if lines and (path.suffix.lower() == ".pol" or _is_labelled(header) or _has_ends(text)):
+    if function != "read_points":
         return lines_of_table(path, header)
-    # The suffix is that of polygons only: their reader says what is missing.
-    if not points:
-        read_polygons(path, positive="up")  # the reason why there are no lines
     one = surface_of_file(path, read_points, "points", "horizon", "")
     one.header = header
     return _judged_points(one)
@@ -244,30 +236,15 @@ def _judged_points(one: Found) -> Found:
     return one
 
 
-def _tops(path: Path, header: str) -> Found | None:
-    """Well tops, if a table has the columns of these."""
-    words = re.sub(r"[^a-z0-9]+", " ", header.lower())
-    # A header without these words is no table of tops: reading it would cost time.
-    if "petrel" not in words and not re.search(r"\b(well|wellname|uwi|wellbore|borehole)\b", words):
-        return None
-    try:
-        tops = read_tops(path, **UP)
-    except GeosurfError:
-        return None
+def well_tops(path: Path) -> Found:
+    """Well tops."""
+    tops = read_tops(path, **UP)
     wells = len(set(tops.well.values.tolist()))
     points = np.column_stack([tops.easting, tops.northing, tops.elevation])
     note = f"{len(points)} tops of {counted(wells, 'well')}"
-    one = Found(path, "tops", "well tops", note, points=points, header=header)
-    one.states_direction = "petrel" in words
+    one = Found(path, "tops", "well tops", note, points=points)
+    one.states_direction = detect(path) == "petrel_tops"
     return one
-
-
-def _has_numbers(text: str) -> bool:
-    """Whether most lines have two numbers or more, after at most one header in ten lines."""
-    # The beginning of a file is enough.
-    lines = [line for line in text[:20_000].split("\n") if line.strip()][:50]
-    numeric = [sum(map(is_number, re.split(r"[\s,;]+", line))) >= 2 for line in lines]
-    return sum(numeric) * 2 >= len(lines)
 
 
 def _several(header: str, text: str) -> str:
@@ -284,15 +261,6 @@ def _several(header: str, text: str) -> str:
                     "object"
                 )
     return ""
-
-
-def _is_labelled(header: str) -> bool:
-    return bool({"poly_id", "stick_id"} & {w.strip().lower() for w in header.split(",")})
-
-
-def _has_ends(text: str) -> bool:
-    """Whether lines end at 999 999 999, more than once."""
-    return len(END_MARK.findall(text.encode())) > 1
 
 
 def lines_of_table(path: Path, header: str) -> Found:
@@ -355,7 +323,7 @@ def recognised(path: Path) -> list[Found]:
     if path.is_dir():
         return [Found(path, OUT, note="a folder with results of an earlier run", name=path.name)]
     try:
-        found = _by_suffix(path)
+        found = _held(path)
     except GeosurfError as error:
         # The table names the file in its own column.
         reason = str(error).replace(f"{path}: ", "").replace(f"{path}, ", "")
@@ -365,41 +333,27 @@ def recognised(path: Path) -> list[Found]:
     return found
 
 
-def _by_suffix(path: Path) -> list[Found]:
-    suffix = path.suffix.lower()
-    shown = detect(path) if path.is_file() else None
-
-    def among(formats: Any) -> bool:
-        """Whether the content, or else the suffix, is that of one of some formats."""
-        if shown is not None:
-            return shown in formats
-        return any(suffix in suffixes for *_, suffixes in formats.values())
-
-    # From formats with one meaning to those whose content decides.
-    if suffix == ".ml" or shown == "model3d":
+def _held(path: Path) -> list[Found]:
+    if not path.exists():
+        read_text(path)  # the reason why it cannot be opened
+    key, function = kind_of_file(path)
+    if key == "model3d":
         return [Found(path, "model", "sealed model", "GOCAD Model3d")]
     # Parametric grids of faults are NetCDF files as well; their dimensions tell.
-    if among({"netcdf": GRID_FORMATS["netcdf"]}) and holds_fault(path):
+    if key == "netcdf" and holds_fault(path):
         return [
             surface_of_file(path, read_fault, "parametric grid", "fault", "has fault dimensions")
         ]
-    if among(GRID_FORMATS):
+    if key in GRID_FORMATS:
         return [grid(path)]
-    if among({"tsurf": MESH_FORMATS["tsurf"]}):
+    if key == "tsurf":
         return tsurfs(path)
-    if shown == "resqml":
+    if key == "resqml":
         return resqml(path)
-    if among(MESH_FORMATS):
+    if key in MESH_FORMATS:
         return pieces(mesh(path, path.stem, lambda words: read_horizon(path, **words)))
-    if shown in NAMED_LINES:
-        return named_faults(path, shown)
-    points, lines = (
-        any(suffix in suffixes for *_, suffixes in formats.values())
-        for formats in (POINT_FORMATS, POLYGON_FORMATS)
-    )
-    if points or lines:
-        return [table(path, points, lines)]
-    # Reading raises the usual message about a missing file.
-    if not path.exists():
-        read_text(path)  # the reason why it cannot be opened
-    return [Found(path, OUT, note=f"geosurf reads no files with the suffix {suffix!r}")]
+    if key in NAMED_LINES:
+        return named_faults(path, key)
+    if function.split(" ")[0] in ("read_points", "read_polygons", "read_tops"):
+        return [table(path, function)]
+    return [Found(path, OUT, TITLES.get(key, ""), strange(path) if key == "unknown" else NO_PLACE)]
