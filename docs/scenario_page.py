@@ -31,11 +31,10 @@ A larger one, which `make demo` runs:
 What a run writes into the output folder: `units.vtm` with the folder `units/`, `curves.vtp`,
 `volumes.csv`, `volumes.nc`, `certificate.txt`, `pictures/*.png` and `report/index.html`. All of it
 appears when the last file is ready, and replaces what an earlier run left there; files under other
-names are not touched. A run that is stopped at any moment leaves the old results or the new ones:
-on Linux and macOS the folder is swapped in one step. Where it also holds files of yours, is a
-mount point or your current folder, and on Windows, files move in one by one: old ones go first, and
-`UNFINISHED.txt` is there meanwhile. The next run finishes what a killed one has left. One run at a
-time writes into a folder. Where the geometry is impossible at one place, `failure.png` shows it:
+names are not touched. A run that is stopped leaves the old results or the new ones. At the end
+files move in one by one: old ones go first, and `UNFINISHED.txt` is there meanwhile. The next run
+finishes what a killed one has left. One run at a time writes into a folder. Where the geometry is
+impossible at one place, `failure.png` shows it:
 for a horizon that cannot be torn, the hole, both walls, the faults and the data there.
 
 This page is made from the code by `python docs/scenario_page.py > docs/scenario.md`.

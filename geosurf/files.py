@@ -8,9 +8,7 @@ the old file or the new one.
 
 from __future__ import annotations
 
-import ctypes
 import errno
-import glob
 import hashlib
 import json
 import os
@@ -257,12 +255,9 @@ def _parts(folder: Path) -> Iterator[Path]:
 # Many files to a folder: after a kill at any moment there are the old ones or the new ones.
 #
 # New files are made in a hidden folder, the stage, and forced to the disk. Then one step decides:
-#
-# - where the folder holds nothing but our files, the stage takes its place (`exchange`): Linux and
-#   macOS swap two folders in one step;
-# - otherwise the stage is renamed to a journal. From then on the new files count. Old files are
-#   removed before new ones move in, so that there is no mixture at any time; after a kill, the next
-#   writer finds the journal and goes on (`finish`).
+# the stage is renamed to a journal. From then on the new files count. Old files are removed before
+# new ones move in, so that there is no mixture at any time; after a kill, the next writer finds the
+# journal and goes on (`finish`).
 #
 # Nothing is removed or written through a link, and no name leaves the folder, whatever a journal
 # holds.
@@ -381,8 +376,6 @@ def _is_at(handle: int, path: Path) -> bool:
 
 MARK = "UNFINISHED.txt"  # of a stage: moves in first, and goes when all is in place
 _LIST = ".geosurf-files"  # in a journal: names of the old and the new files
-_HERE_FLAG = -100  # AT_FDCWD
-_SWAP = 2  # RENAME_EXCHANGE of Linux, RENAME_SWAP of macOS
 
 
 @dataclass(frozen=True)
@@ -408,132 +401,16 @@ class Names:
 
     def found_in(self, folder: Path) -> Iterator[PurePosixPath]:
         """Give our files in a folder, links among them, but nothing behind linked folders."""
-        for path, name in self._listed(folder):
-            if name in self and (path.is_symlink() or path.is_file()):
-                yield name
-
-    def foreign_in(self, folder: Path, but: Iterable[str] = ()) -> Iterator[Path]:
-        """Give what lies in a folder, or in one of our folders in it, and is not ours."""
-        ours = set(self.found_in(folder))
-        for path, name in self._listed(folder):
-            entered = str(name) in self.folders and path.is_dir() and not path.is_symlink()
-            if not (entered or name in ours or str(name) in but):
-                yield path
-
-    def _listed(self, folder: Path) -> Iterator[tuple[Path, PurePosixPath]]:
-        """Give what lies in a folder, and in our folders in it unless they are links."""
         for place in (folder, *(folder / name for name in self.folders)):
-            if place == folder or (place.is_dir() and not place.is_symlink()):
-                for path in place.iterdir():
-                    yield path, PurePosixPath(path.relative_to(folder).as_posix())
+            if place != folder and (place.is_symlink() or not place.is_dir()):
+                continue
+            for path in place.iterdir():
+                name = PurePosixPath(path.relative_to(folder).as_posix())
+                if name in self and (path.is_symlink() or path.is_file()):
+                    yield name
 
 
-# ---- one step: two folders swap names -----------------------------------------------------
-
-
-def exchange(one: Path, two: Path) -> bool:
-    """Swap two folders in one step; False where the system or the disk cannot do it.
-
-    Parameters
-    ----------
-    one, two : pathlib.Path
-        Absolute, on one disk.
-    """
-    # The C library has the call that Python lacks: both names change in one step.
-    names = os.fsencode(one), os.fsencode(two)
-    library = ctypes.CDLL(None, use_errno=True) if sys.platform != "win32" else None
-    if library is None:
-        return False
-    if sys.platform.startswith("linux") and hasattr(library, "renameat2"):
-        # the system call of Linux; a disk that cannot swap answers with an error
-        failed = library.renameat2(_HERE_FLAG, names[0], _HERE_FLAG, names[1], _SWAP)
-    elif sys.platform == "darwin" and hasattr(library, "renamex_np"):
-        failed = library.renamex_np(*names, _SWAP)
-    else:
-        return False
-    return not failed
-
-
-def replace_folder(folder: Path, stage: Path, names: Names, lock: str) -> bool:
-    """Let a stage take the place of the folder that it lies in, if that holds only our files.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-    stage : pathlib.Path
-        A folder in it.
-    names : Names
-    lock : str
-        Name of a file that may be there, too.
-
-    Returns
-    -------
-    bool
-        False if nothing was done: foreign files, a mount point, the folder that one stands in,
-        a folder above that cannot be written, or a system or disk that cannot swap.
-    """
-    real = folder.resolve()
-    twin = real.parent / (twin_prefix(real) + random_digits())
-    # New files reach the disk before their names change.
-    sync_tree(stage)
-    try:
-        # A folder cannot be swapped if a process works in it, or if it has another owner or other
-        # files.
-        here, old, new = Path.cwd(), real.stat(), stage.stat()
-        if here == real or real in here.parents or os.path.ismount(real):
-            return False
-        if (old.st_uid, old.st_gid) != (new.st_uid, new.st_gid):
-            return False
-        if any(True for _ in names.foreign_in(real, (stage.name, lock))):
-            return False
-
-        # The new folder takes over permissions and lies next to the old one until the swap.
-        shutil.copystat(real, stage)
-        os.utime(stage)  # copied with the rest
-        stage.rename(twin)
-    except OSError:
-        return False
-
-    # no swap here: the stage goes back to its place, and the journal takes over
-    if not exchange(twin, real):
-        twin.rename(stage)
-        return False
-    sync_folder(real.parent)
-    discard(twin, real, names)
-    return True
-
-
-def twin_prefix(folder: Path) -> str:
-    """Prefix of the names of folders that are swapped with a folder next to them."""
-    return f"{PREFIX}{hashlib.sha256(os.fsencode(folder.name)).hexdigest()[:8]}-"
-
-
-def discard(old: Path, new: Path, names: Names) -> None:
-    """Remove a folder that was replaced; a file that somebody put there meanwhile moves over."""
-    with suppress(OSError):
-        # a list first: the folder changes while it is read
-        for path in [*names.foreign_in(old)]:
-            target = new / path.relative_to(old)
-            if not path.name.startswith(PREFIX) and not os.path.lexists(target):
-                target.parent.mkdir(exist_ok=True)
-                path.rename(target)
-        if all(path.name.startswith(PREFIX) for path in names.foreign_in(old)):
-            shutil.rmtree(old)
-
-
-def discard_twins(folder: Path, names: Names) -> None:
-    """Remove what killed runs left next to a folder; the caller holds the claim on it."""
-    # Twins carry a hash of the folder's name, so that other folders' twins are left alone.
-    real = folder.resolve()
-    with suppress(OSError):
-        for path in [*real.parent.glob(f"{glob.escape(twin_prefix(real))}{'[0-9a-f]' * N_RANDOM}")]:
-            # only folders of the same owner, and never links: anybody may make such a name
-            ours = path.lstat().st_uid == real.stat().st_uid
-            if ours and path.is_dir() and not path.is_symlink():
-                discard(path, real, names)
-
-
-# ---- many steps: a journal ---------------------------------------------------------------
+# ---- a journal ---------------------------------------------------------------------------
 
 
 def make_stage(stage: Path) -> None:

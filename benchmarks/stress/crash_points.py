@@ -59,15 +59,6 @@ class Steps:
         """Put itself between Python and the system; in a child process, so for good."""
         for name in CALLS:
             setattr(os, name, self._watched(name, getattr(os, name)))
-        swap = files.exchange
-
-        def exchange(one: Path, two: Path) -> bool:
-            with suppress(OSError):  # the system says that it cannot, by an answer
-                self._step(None)
-                return swap(one, two)
-            return False
-
-        files.exchange = exchange
 
     def _watched(self, name: str, call: Callable[..., Any]) -> Callable[..., Any]:
         def watched(*words: Any, **named: Any) -> Any:

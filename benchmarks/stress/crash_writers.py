@@ -159,14 +159,12 @@ def computed(k: int) -> Iterator[None]:
         execute.compute = before
 
 
-def _run(k: int, notes: bool = False, swap: bool = True, inside: bool = False) -> Action:
+def _run(k: int, notes: bool = False, inside: bool = False) -> Action:
     def run(place: Path) -> None:
         if notes and not (place / "notes.txt").exists():
             (place / "units").mkdir(exist_ok=True)
             for name in ("notes.txt", "units/mine.vtp"):
                 (place / name).write_text("mine")
-        if not swap:
-            files.exchange = lambda one, two: False
         if inside:
             os.chdir(place)
         with computed(k):
@@ -177,7 +175,7 @@ def _run(k: int, notes: bool = False, swap: bool = True, inside: bool = False) -
 
 def _runs(name: str, **how: bool) -> Writer:
     return Writer(
-        name, _run(0, **how), _run(1, **how), bool(how),
+        name, _run(0, **how), _run(1, **how), True,
         is_ours=lambda name: PurePosixPath(name) in output.OURS,
         marked=lambda found: files.MARK in found,
     )  # fmt: skip
@@ -186,7 +184,6 @@ def _runs(name: str, **how: bool) -> Writer:
 RUNS = [
     _runs("run"),
     _runs("run beside foreign files", notes=True),
-    _runs("run without swapping", swap=False),
     _runs("run where one stands", inside=True),
 ]
 

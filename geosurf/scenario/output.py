@@ -28,13 +28,11 @@ from geosurf.files import (
     PREFIX,
     Lock,
     Names,
-    discard_twins,
     finish,
     random_digits,
     refused_writing,
     remove_abandoned,
     replace_files,
-    replace_folder,
 )
 from geosurf.measure.places import wells_of
 from geosurf.model import CornerPointGrid
@@ -444,7 +442,6 @@ def _open_stage(out: Path) -> Path:
 
         # a killed run may have left half-moved results, copies of files, and its own folder
         finish(out, OURS, JOURNAL)
-        discard_twins(out, OURS)
         remove_abandoned(out)
         for path in out.iterdir():
             # Only folders with our own name pattern, and never through a link.
@@ -456,14 +453,10 @@ def _open_stage(out: Path) -> Path:
 
 
 def _replace(out: Path, stage: Path) -> None:
-    """Swap the folders, or move files one by one with a mark that it is not finished."""
+    """Move files one by one, with a mark that it is not finished."""
     with _refused(out):
         for path in stage.glob(f"{LOCK}-*"):  # of a writer that could not remove its own
             path.unlink()
-        if replace_folder(out, stage, OURS, LOCK):
-            return
-
-        # not every system can swap folders: files move one by one, under a mark
         (stage / MARK).write_text(_MARK_TEXT, encoding="utf-8")
         replace_files(out, stage, OURS.found_in(out), OURS, JOURNAL)
 

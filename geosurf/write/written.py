@@ -21,7 +21,6 @@ from geosurf.files import (
     PREFIX,
     Lock,
     Names,
-    exchange,
     finish,
     make_stage,
     refused_writing,
@@ -169,12 +168,10 @@ def _refuse_stranger(folder: Path, is_ours: Callable[[Path], bool]) -> None:
 
 
 def _swap_in(folder: Path, stage: Path, aside: Path) -> None:
-    """Let a stage become the folder, in one step where the system can; the old one goes."""
+    """Let a stage become the folder; the old one goes."""
     if not os.path.lexists(folder):
         stage.rename(folder)
         return
-    if exchange(stage, folder.parent.resolve() / folder.name):
-        return  # the stage is the old folder now
     # there is no folder between two renames: nobody reads a mixture
     shutil.rmtree(aside, ignore_errors=True)
     folder.rename(aside)

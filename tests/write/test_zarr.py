@@ -15,7 +15,6 @@ import geosurf as gs
 from benchmarks.stress.crash_points import attack
 from benchmarks.stress.crash_writers import OTHERS
 from geosurf.errors import OutputError
-from geosurf.write import written
 from geosurf.write.text_grids import fixed_lines_text, n_fixed, rows_text
 from tests.grids import gridded
 
@@ -77,15 +76,6 @@ def test_law_the_same_bytes_each_time_and_nothing_hidden(blocks, tmp_path):
     assert bytes_of(tmp_path / "a.zarr") != first
     gs.write(blocks, tmp_path / "a.zarr")
     assert bytes_of(tmp_path) == {f"a.zarr/{name}": data for name, data in first.items()}
-
-
-def test_a_system_that_cannot_swap_folders_replaces_it_too(blocks, tmp_path, monkeypatch):
-    gs.write(blocks, tmp_path / "b.zarr")
-    gs.write(blocks.isel(elevation=slice(1)), tmp_path / "a.zarr")
-    monkeypatch.setattr(written, "exchange", lambda one, two: False)
-    gs.write(blocks, tmp_path / "a.zarr")
-    assert bytes_of(tmp_path / "a.zarr") == bytes_of(tmp_path / "b.zarr")
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.zarr", "b.zarr"]
 
 
 def folder_with_note(place, blocks):
