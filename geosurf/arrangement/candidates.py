@@ -40,8 +40,8 @@ class Known:
 
     Attributes
     ----------
-    rows : ndarray of int64, shape (n, 2 or 3)
-        Keys of both surfaces, and codes where the search knows them.
+    rows : ndarray of int64, shape (n, 2)
+        Keys of both surfaces.
     spent : dict of str to int
         What the search cost.
     slip : float
@@ -260,8 +260,7 @@ def find_candidates(
 ]:
     """Candidate pairs of keys for each pair of surfaces, and what they cost, each and in all.
 
-    Rows of two keys, and of codes where these are known: see `settled_pairs`. What `known` has is
-    not searched.
+    What `known` has is not searched.
     """
     found = []
     known = known or {}
@@ -298,7 +297,7 @@ def find_candidates(
         rows = np.stack(keys, axis=1)
         if i == j and is_torn(surfaces[i]):
             rows = rows[over_itself(surfaces[i], rows, origin)]
-        return (rows[needed(lattices[0], lattices[1], rows[:, :2])] if one_map else rows), spent
+        return (rows[needed(lattices[0], lattices[1], rows)] if one_map else rows), spent
 
     def searched(i: int, j: int) -> tuple[np.ndarray, dict[str, int]]:
         """`search`, with the names of the surfaces where there is no room for their pairs."""
@@ -330,8 +329,8 @@ def _pairs_of_two(
     if one_map:
         lattices: Any = surfaces[0].lattice, surfaces[1].lattice
         return pairs_of_one_map(lattices, trees)
-    settled = pairs_of_grids(surfaces, trees, origin)
-    return candidate_pairs_of(*trees) if settled is None else settled
+    found = pairs_of_grids(surfaces, trees, origin)
+    return candidate_pairs_of(*trees) if found is None else found
 
 
 def near_surfaces(

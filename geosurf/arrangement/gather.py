@@ -13,7 +13,6 @@ from itertools import pairwise
 import numpy as np
 
 from geosurf.arrangement.threads import PAIR, in_ranges, lack_of_room, map_threads, refusal
-from geosurf.kernels.contacts.axis_grids import NEEDS_EXACT
 from geosurf.kernels.contacts.naming import (
     close_up_points,
     find_suspects,
@@ -151,7 +150,7 @@ class Faces:
 def gather(
     surfaces: Sequence[TriSurface], found: Sequence[tuple[int, int, np.ndarray]], origin: np.ndarray
 ) -> tuple[Faces, np.ndarray]:
-    """Faces in candidate pairs, and the pairs: rows of two faces, and codes or OPEN."""
+    """Faces in candidate pairs, and the pairs: rows of two faces."""
     n_pair = sum(len(rows) for _, _, rows in found)
     if lack_of_room(n_pair * PAIR) is not None:
         raise refusal(n_pair, [surface.name for surface in surfaces])
@@ -177,7 +176,7 @@ def gather(
 
     first = np.cumsum([0] + [len(own) for own in nodes])
     places = np.empty((first[-1], 3))
-    pairs = np.empty((n_pair, 3), dtype=np.int64)
+    pairs = np.empty((n_pair, 2), dtype=np.int64)
     rows_of = [
         (surfaces[i], nodes[i], origin, places[first[i] : first[i + 1]], corners[i], int(first[i]),
          columns[i], numbered[i][1], int(cut[i]), pairs)
@@ -234,8 +233,6 @@ def _write_own(
         stop = start + len(rows)
         pairs[start:stop, column] = number[done : done + len(rows)]
         done += len(rows)
-        if column == 0:  # the third is the code of the contact, where the search knows it
-            pairs[start:stop, 2] = rows[:, 2] if rows.shape[1] > 2 else NEEDS_EXACT
 
 
 def _welded(places: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

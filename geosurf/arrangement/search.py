@@ -34,7 +34,6 @@ from geosurf.arrangement.torn_trees import look_at_torn
 from geosurf.arrangement.tree import look_at_list
 from geosurf.conventions import check_word, frame_origin, is_number, place
 from geosurf.errors import InputError, InvariantError, SurfaceError
-from geosurf.kernels.contacts.axis_grids import NEEDS_EXACT
 from geosurf.kernels.contacts.naming import write_records
 from geosurf.kernels.contacts.triangle_contact import (
     N_COLUMN,
@@ -43,7 +42,6 @@ from geosurf.kernels.contacts.triangle_contact import (
     n_corners,
     of_settled,
     pack_contacts,
-    pack_decided,
     settled,
 )
 from geosurf.kernels.exact.constructed_points import FULL
@@ -326,8 +324,7 @@ def _settle(
             codes[part], is_new[part] = one.codes, False
         start += len(rows)
 
-    # Pairs that the search has decided keep their codes; the others need signs.
-    waiting = pack_decided(pairs, is_new, NEEDS_EXACT, codes)
+    waiting = np.flatnonzero(is_new)
     if len(waiting):
         scale = frame_of(faces.x, len(faces.t))
         ranges = in_ranges(len(waiting), _PAIRS_OF_A_THREAD)

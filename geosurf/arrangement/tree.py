@@ -180,17 +180,17 @@ def pairs_of_some(
 
 
 def all_pairs(
-    search: Callable[[np.ndarray], tuple[int, int]], n_column: int = 2, room: int = _ROOM
+    search: Callable[[np.ndarray], tuple[int, int]], room: int = _ROOM
 ) -> tuple[np.ndarray, dict[str, int]]:
     """Pairs that a kernel finds, and what they cost; TooManyPairs if there is no room for them."""
     # The search counts on when `pairs` is full, so a second call has enough room.
-    pairs = np.empty((room, n_column), dtype=np.int64)
+    pairs = np.empty((room, 2), dtype=np.int64)
     while True:
         n, visited = search(pairs)
         if n <= len(pairs):
             break
         check_pairs(n)
-        pairs = np.empty((n, n_column), dtype=np.int64)
+        pairs = np.empty((n, 2), dtype=np.int64)
 
     # A copy, so that the large buffer is freed.
     if n < len(pairs):
@@ -207,8 +207,7 @@ def all_pairs(
 # (`needed`), and can be listed without a walk (`pairs_of_one_map`). Four horizons of Drogon: 14
 # 000 pairs in place of 340 000.
 #
-# Of other grids, the cells of one with straight axes below a cell of the other are found directly,
-# and floats decide clear cases.
+# Of other grids, the cells of one with straight axes below a cell of the other are found directly.
 
 
 _SLIP = 2.0**-48  # of the largest coordinate; above what rounding in any frame moves
@@ -290,21 +289,6 @@ def are_alike(lattices: tuple[Lattice, Lattice], trees: tuple[Tree, Tree]) -> bo
     return n <= most
 
 
-def pairs_of_grids(
-    surfaces: tuple[TriSurface, TriSurface], trees: tuple[Tree, Tree], origin: np.ndarray
-) -> tuple[np.ndarray, dict[str, int]] | None:
-    """Return `settled_pairs` of two grids of like cells, one with straight axes.
-
-    None for other surfaces.
-    """
-    first, second = surfaces[0].lattice, surfaces[1].lattice
-    if first is None or second is None:
-        return None
-    lattices = first, second
-    slip = slip_of(trees, origin)
-    return settled_pairs(lattices, trees, origin, slip) if are_alike(lattices, trees) else None
-
-
 def slip_of(trees: tuple[Tree, Tree], origin: np.ndarray) -> float:
     """Rounding in the local frame: half a unit in the last place of the largest difference."""
     start = origin.tolist() * 2
@@ -312,33 +296,21 @@ def slip_of(trees: tuple[Tree, Tree], origin: np.ndarray) -> float:
     return _ULP * max(far)
 
 
-def settled_pairs(
-    lattices: tuple[Lattice, Lattice], trees: tuple[Tree, Tree], origin: np.ndarray, slip: float
-) -> tuple[np.ndarray, dict[str, int]]:
-    """Pairs of triangles that meet or may, and what they cost.
-
-    Parameters
-    ----------
-    lattices : (Lattice, Lattice)
-        As `are_alike` wants them.
-    trees : (Tree, Tree)
-    origin : ndarray, shape (3,)
-        Of the local frame [m].
-    slip : float
-        By how much nodes may be off in it [m]; answers hold wherever they are.
-
-    Returns
-    -------
-    pairs : ndarray of int64, shape (n_pair, 3)
-        Keys of both surfaces, and the codes of a contact in two points, ``64 * first + second``,
-        or `geosurf.kernels.contacts.axis_grids.OPEN`.
-    cost : dict
-        Numbers of cells asked, and of pairs.
+def pairs_of_grids(
+    surfaces: tuple[TriSurface, TriSurface], trees: tuple[Tree, Tree], origin: np.ndarray
+) -> tuple[np.ndarray, dict[str, int]] | None:
+    """Pairs of keys of two grids of like cells, one with straight axes, that may meet, and what
+    they cost: numbers of cells asked, and of pairs. None for other surfaces.
     """
+    first, second = surfaces[0].lattice, surfaces[1].lattice
+    if first is None or second is None or not are_alike((first, second), trees):
+        return None
+
     # The grid with straight axes comes first; rows are swapped back by the kernel.
-    swapped = not lattices[0].has_rising_axes
+    swapped = not first.has_rising_axes
     one, two = trees[::-1] if swapped else trees
     sides = [(*of.coordinates, of.places, of.nodes, of.levels) for of in (one, two)]
+    slip = slip_of(trees, origin)
     return all_pairs(
-        lambda room: axis_grid_pairs(*sides[0], *sides[1], origin, slip, swapped, room), 3
+        lambda room: axis_grid_pairs(*sides[0], *sides[1], origin, slip, swapped, room)
     )

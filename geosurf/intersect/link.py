@@ -18,7 +18,7 @@ from geosurf.errors import InputError
 from geosurf.kernels.contacts.aligned_grids import points_near_segments
 from geosurf.kernels.contacts.triangle_contact import in_plane, n_corners
 from geosurf.kernels.exact.predicates import inside_segments
-from geosurf.kernels.lattices.sets import ranges
+from geosurf.kernels.lattices.sets import distinct, is_among, ranges
 from geosurf.kernels.meshes.linking import link_segments
 from geosurf.kernels.meshes.mesh import number_keys, weld
 from geosurf.model import Curves, Patches, TriSurface, frozen
@@ -120,6 +120,9 @@ def off_curves(
         Surfaces, sorted; those of one pair by their places.
     places : ndarray of float64, shape (n_found, 3)
     """
+    if len(touching) == 0:
+        return touching[:, :2], x[:0]
+
     # Compared by place, since a curve may have another row for the same point.
     places = x[touching[:, 2]] + 0.0  # -0.0 is 0.0
     number, count = weld(np.concatenate([places, points]))
@@ -418,7 +421,7 @@ def _groups(
     ])  # fmt: skip
 
     # Candidates are the corners of contacts, by the two faces of each contact (-1: no such corner).
-    mine = np.flatnonzero(np.isin(pair, np.unique(pair_of_segment)))
+    mine = np.flatnonzero(is_among(pair, distinct(pair_of_segment)))
     corner = [(pair[mine], rows[mine, side], ids)
               for side in range(2) for ids in contacts.ids[mine].T]  # fmt: skip
     # Points known to lie inside a face come from an arrangement: both surfaces of the pair are one.
@@ -431,7 +434,7 @@ def _groups(
     key = of_pair * n_face + face
     at = np.minimum(np.searchsorted(groups, key), len(groups) - 1)
     known = (groups[at] == key) & (point >= 0)
-    known[known] = np.isin(of_pair[known] * n + point[known], stops)
+    known[known] = is_among(of_pair[known] * n + point[known], distinct(stops))
     points = _without(at[known] * n + point[known], _NONE)
 
     # Keys are decoded to rows (group, segment) and (group, point).

@@ -193,7 +193,7 @@ def test_areas_along_a_rim_are_those_of_lists() -> None:
     assert n_moved > 3
 
 
-# ---- Grids with straight axes: what floats settle is what exact signs say, and no pair is missed.
+# ---- Grids with straight axes: what floats exclude does not meet.
 @st.composite
 def pairs_of_grids(draw):
     """An upright grid and any other one, small whole numbers, some nodes absent."""
@@ -254,7 +254,7 @@ def test_contacts_are_those_of_voxels(surfaces):
 @pytest.mark.parametrize("cells", [(3, 2), (9, 6), (40, 30)])
 @pytest.mark.parametrize("offset", [0.0, 6.5e6])
 def test_rough_grids_of_all_sizes_of_cells(rng, cells, offset):
-    """Edges inside, through one edge, past corners: what heights tell is what exact signs say."""
+    """Edges inside, through one edge, past corners: heights exclude no pair that meets."""
     axis = offset + np.linspace(0.0, 30.0, 25)
     top = Lattice(axis, axis + rng.uniform(0, 0.3, 25), rng.normal(0, 0.6, (25, 25)))
     v, u = np.meshgrid(np.linspace(-3, 3, cells[1] + 1), np.linspace(1, 29, cells[0] + 1))

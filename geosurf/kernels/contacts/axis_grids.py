@@ -1,35 +1,31 @@
-"""Where a grid with straight axes meets another grid: pairs of triangles, decided where floats can.
+"""Where a grid with straight axes may meet another grid: pairs of triangles.
 
 In the map, the cells of a grid with increasing axes are found directly. So each cell of the other
 grid is compared only with the cells below or above it, a patch at its own height. Whole parts of
-its pyramid (`tree`) are skipped that lie above or below those of the first grid. Which triangles
-of the patch meet those of the cell follows from the sides of nodes (`column_pairs`,
-`cell_contacts`).
+its pyramid (`tree`) are skipped that lie above or below those of the first grid. For rows of the
+patch at the height of the cell, the heights of all nodes over the planes of both triangles of the
+cell are computed: triangles with all corners certainly above or below a plane are skipped.
 
-Notation, in addition to that of `tree` and `cell_contacts`: side A has the axes, side B any
-coordinates
-    box  float64 (6,): of a block, then of a cell of B
-    at   cells of A below or above a cell of B, int64 (4,): first and last (one more) row, column
+Notation, in addition to that of `tree`: side A has the axes, side B any coordinates
+    box    float64 (6,): of a block, then of a cell of B
+    at     cells of A below or above a cell of B, int64 (4,): first and last (one more) row, column
+    c, v   corners of a cell of B, then of one of the patch, in the local frame (8, 3); those of
+           the triangles of the cell (2, 3)
+    reach  largest distance of nodes of the patch from the cell, by axis
+    h      planes of the triangles of the cell (2, N_TERM)
+    marks  of nodes of two rows, int64 (2, n): bits for above and below each plane, and the box
+    rows   lowest and highest node of each row of the patch, float64 (2, n)
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
-from geosurf.kernels.contacts.cell_contacts import (
-    N_TERM,
-    NEEDS_EXACT,
-    AxisGrid,
-    CellQuery,
-    Work,
-    contact_codes,
-    corners_of_cell,
-    pairs_in_columns,
-)
-from geosurf.kernels.search.tree import BLOCK, N_COL, N_ROW, low_high
-
-__all__ = ["NEEDS_EXACT", "axis_grid_pairs"]
+from geosurf.kernels.exact.predicates import ORIENT3D_BOUND, TINY, filtered_side, plane_terms
+from geosurf.kernels.search.tree import BLOCK, N_COL, N_ROW, RISING, TURNED, append_pair, low_high
 
 _FINE = 7  # nodes of a pyramid in a row, minus one, that are read for a block
 
@@ -98,15 +94,15 @@ def _load_axis(values, a, axis, i, j, origin, c):
     # Strides of rows and columns of this coordinate.
     up, on = a[3 * axis + 1], a[3 * axis + 2]
     at = a[3 * axis] + i * up + j * on
-    c[4, axis] = values[at] - origin
-    c[5, axis] = values[at + on] - origin
-    c[6, axis] = values[at + up + on] - origin
-    c[7, axis] = values[at + up] - origin
+    c[0, axis] = values[at] - origin
+    c[1, axis] = values[at + on] - origin
+    c[2, axis] = values[at + up + on] - origin
+    c[3, axis] = values[at + up] - origin
 
 
 @scalar
 def _load_cell(p, q, r, a, i, j, origin, c):
-    """Corners of a cell of B into the last four rows of c."""
+    """Corners of a cell of B into c."""
     _load_axis(p, a, 0, i, j, origin[0], c)
     _load_axis(q, a, 1, i, j, origin[1], c)
     _load_axis(r, a, 2, i, j, origin[2], c)
@@ -220,30 +216,243 @@ def _near_columns(grid, pb, qb, rb, ab, block, low, high, box, ends, at, spans):
             spans[k, 0], spans[k, 1] = least, most
 
 
+# ---- pairs of a cell ----------------------------------------
+
+
+# indices into h: a corner, the normal, the bound of rounding errors
+CORNER, NORMAL, BOUND, N_TERM = 0, 3, 6, 7
+_SLACK = 1.0 + 1e-9  # covers the rounding of the bounds themselves
+_FIRST, _SECOND, _BOX = 3, 12, 48  # bits of marks: above and below
+_MISSING = 64  # nothing else is marked of a missing node
+
+
+class AxisGrid(NamedTuple):
+    """Side A: a grid with straight rising axes."""
+
+    x: np.ndarray  # coordinates and their layout, as in `tree`
+    y: np.ndarray
+    z: np.ndarray
+    a: np.ndarray
+    nodes: np.ndarray  # its pyramid of boxes
+    levels: np.ndarray
+    pace_x: float  # cells per metre
+    pace_y: float
+
+
+class CellQuery(NamedTuple):
+    """What one cell of side B asks, and scratch arrays: see the notation."""
+
+    box: np.ndarray
+    reach: np.ndarray
+    origin: np.ndarray
+    slip: float
+    swapped: bool
+    c: np.ndarray
+    v: np.ndarray
+    h: np.ndarray
+    marks: np.ndarray
+    rows: np.ndarray
+
+
+@scalar
+def _corners_of_cell(a, v):
+    """Write the corners of both triangles of a cell into the rows of v: see `strips.corner_of`."""
+    rising = a[RISING] == 1
+    for half in range(2):
+        v[half, 0] = 1 if half == 1 and not rising else 0
+        two = 2 if half == 1 else 1
+        three = 2 if half == 0 and rising else 3
+        v[half, 1] = three if a[TURNED] == 1 else two
+        v[half, 2] = two if a[TURNED] == 1 else three
+
+
+@scalar
+def _set_plane(c, v, tri, reach, slip, h):
+    """Write the plane of a triangle, with the rounding bound of heights over it of the patch.
+
+    A height beyond the bound keeps its sign under any move of all coordinates by up to `slip`.
+    False where a corner is missing; then no node is above or below.
+    """
+    o = v[tri, 0]
+    n0, n1, n2, s0, s1, s2, span = plane_terms(c, o, v[tri, 1], v[tri, 2])
+    if span != span:
+        h[tri, : BOUND + 1] = 0.0
+        return False
+    h[tri, NORMAL], h[tri, NORMAL + 1], h[tri, NORMAL + 2] = n0, n1, n2
+
+    # one bound for all nodes of the patch, from their largest distances
+    height = reach[0] * s0 + reach[1] * s1 + reach[2] * s2
+    moved = s0 + s1 + s2 + (reach[0] + reach[1] + reach[2]) * span
+    h[tri, BOUND] = _SLACK * (ORIENT3D_BOUND * height + 2.0 * slip * moved) + TINY
+    for k in range(3):
+        h[tri, CORNER + k] = c[o, k]
+    return True
+
+
+@scalar
+def _extremes_of_rows(z, a, at, rows):
+    """Lowest and highest node of each row of the patch; NaN nodes are skipped.
+
+    Column by column: the rows are far apart in memory, and are then loaded side by side.
+    """
+    n = at[1] - at[0] + 1
+    for i in range(n):
+        rows[0, i], rows[1, i] = np.inf, -np.inf
+    # Columns outside, rows inside: see above.
+    for j in range(at[2], at[3] + 1):
+        start = a[6] + at[0] * a[7] + j * a[8]
+        for i in range(n):
+            value = z[start + i * a[7]]
+            rows[0, i] = value if value < rows[0, i] else rows[0, i]
+            rows[1, i] = value if value > rows[1, i] else rows[1, i]
+
+
+@scalar
+def _mark_row(grid, i, first, last, query):
+    """Mark the nodes of row i, columns first to last: see the notation."""
+    x, y, z, a = grid.x, grid.y, grid.z, grid.a
+    origin, box, h, marks = query.origin, query.box, query.h, query.marks
+    # Two rows of scratch in turns: a row of cells needs its lower and its upper nodes.
+    row = i & 1
+
+    # Local names keep the loop free of index arithmetic, so that it is vectorised.
+    x0, z0, nx, nz = h[0, CORNER], h[0, CORNER + 2], h[0, NORMAL], h[0, NORMAL + 2]
+    x1, z1, mx, mz = h[1, CORNER], h[1, CORNER + 2], h[1, NORMAL], h[1, NORMAL + 2]
+    far, off = h[0, BOUND], h[1, BOUND]
+    ox, oz, roof, floor = origin[0], origin[2], box[5], box[2]
+    level = y[i] - origin[1]
+    # Northing is constant along a row: its term is computed once per plane.
+    ny = (level - h[0, CORNER + 1]) * h[0, NORMAL + 1]
+    my = (level - h[1, CORNER + 1]) * h[1, NORMAL + 1]
+    # The loop has no branch on the data; marks are sums of selections.
+    start, step = a[6] + i * a[7] + first * a[8], a[8]
+    for k in range(last - first + 1):
+        value = z[start + k * step]
+        u, w = x[first + k] - ox, value - oz
+        p = (u - x0) * nx + ny + (w - z0) * nz
+        q = (u - x1) * mx + my + (w - z1) * mz
+
+        # Two bits per plane and for the box: above and below.
+        mark = (1 if p > far else 0) + (2 if p < -far else 0)
+        mark += (4 if q > off else 0) + (8 if q < -off else 0)
+        mark += (16 if value > roof else 0) + (32 if value < floor else 0)
+        marks[row, k] = mark if value == value else _MISSING
+
+
+@scalar
+def _load_patch_cell(grid, i, j, origin, c):
+    """Load the corners of a cell of the patch into the last four rows of c."""
+    z, a = grid.z, grid.a
+    at = a[6] + i * a[7] + j * a[8]
+    c[4, 0] = c[7, 0] = grid.x[j] - origin[0]
+    c[5, 0] = c[6, 0] = grid.x[j + 1] - origin[0]
+    c[4, 1] = c[5, 1] = grid.y[i] - origin[1]
+    c[6, 1] = c[7, 1] = grid.y[i + 1] - origin[1]
+    c[4, 2], c[5, 2] = z[at] - origin[2], z[at + a[8]] - origin[2]
+    c[6, 2], c[7, 2] = z[at + a[7] + a[8]] - origin[2], z[at + a[7]] - origin[2]
+
+
+@scalar
+def _is_beside(c, o, p, q, others, slip):
+    """Whether corners are certainly on one side of the plane of a triangle o p q."""
+    n0, n1, n2, s0, s1, s2, span = plane_terms(c, o, p, q)
+    before = 0
+    for k in range(3):
+        at = others[k]
+        x, y, z = c[at, 0] - c[o, 0], c[at, 1] - c[o, 1], c[at, 2] - c[o, 2]
+        side = filtered_side(x, y, z, n0, n1, n2, s0, s1, s2, span, slip)
+        if side == 0 or side == -before:
+            return False
+        before = side
+    return True
+
+
+@scalar
+def _pairs_of_row(grid, i, first, last, present, key_b, query, pairs, n):
+    """Pairs of the cells of row i of the patch with the triangles of a cell that exist."""
+    a, c, swapped = grid.a, query.c, query.swapped
+    low, high = query.marks[i & 1], query.marks[1 - (i & 1)]
+    rising = a[RISING] == 1
+    for k in range(last - first):
+        # 0 1 2 + 0 2 3, or 0 1 3 + 1 2 3
+        one, two, three, four = low[k], low[k + 1], high[k + 1], high[k]
+        key_a, loaded = 2 * (i * (a[N_COL] - 1) + first + k), False
+        for half in range(2):
+            o = 1 if half == 1 and not rising else 0
+            p, q = 1 + half, 2 if half == 0 and rising else 3
+            mark = (
+                (two if o == 1 else one),
+                (three if half == 1 else two),
+                (three if q == 2 else four),
+            )
+            both = mark[0] & mark[1] & mark[2]
+            if both & _BOX != 0 or (mark[0] | mark[1] | mark[2]) & _MISSING != 0:
+                continue
+            for other in range(2):
+                beside = both & (_FIRST if other == 0 else _SECOND)
+                if beside != 0 or present & (1 << other) == 0:
+                    continue
+                if not loaded:
+                    _load_patch_cell(grid, i, first + k, query.origin, c)
+                    loaded = True
+                if _is_beside(c, 4 + o, 4 + p, 4 + q, query.v[other], query.slip):
+                    continue
+                if swapped:
+                    n = append_pair(pairs, n, key_b + other, key_a + half)
+                else:
+                    n = append_pair(pairs, n, key_a + half, key_b + other)
+    return n
+
+
+@scalar
+def _pairs_of_cell(grid, at, key_b, query, pairs, n):
+    """Pairs of triangles of a loaded cell of B and the cells of A below or above it, `at`."""
+    box, rows = query.box, query.rows
+    present, last_row = -1, -1  # triangles that exist (-1: unknown), last row of marks
+    first, last = at[2], at[3]
+    _extremes_of_rows(grid.z, grid.a, at, rows)
+    for i in range(at[0], at[1]):
+        # Skip rows of cells above or below the box.
+        k = i - at[0]
+        low, high = min(rows[0, k], rows[0, k + 1]), max(rows[1, k], rows[1, k + 1])
+        if not (low <= box[5] and box[2] <= high):
+            continue
+        # Planes are set up for the first row that is near, which most cells never reach.
+        if present < 0:
+            present = 0
+            for other in range(2):
+                if _set_plane(query.c, query.v, other, query.reach, query.slip, query.h):
+                    present |= 1 << other
+
+        # Neighbouring rows of cells share a row of nodes.
+        if last_row != i:
+            _mark_row(grid, i, first, last, query)
+        _mark_row(grid, i + 1, first, last, query)
+        last_row = i + 1
+        n = _pairs_of_row(grid, i, first, last, present, key_b, query, pairs, n)
+    return n
+
+
 @entry("d1 d1 d1 l1 d2 l2 d1 d1 d1 l1 d2 l2 d1 d b l2* -> l l")
 def axis_grid_pairs(pa, qa, ra, aa, na, la, pb, qb, rb, ab, nb, lb, origin, slip, swapped, pairs):
-    """Pairs (key of A, key of B, codes or NEEDS_EXACT) that meet or may meet; cells compared.
+    """Pairs (key of A, key of B) that may meet, and the number of cells compared.
 
-    Returns the number of pairs; they are written while `pairs` has capacity. `codes` are those of
-    the two corners of a contact, ``64 * first + second``. With `swapped`, B comes first everywhere.
-    Nodes may be off by `slip` in the frame of `origin`.
+    Returns the number of pairs; they are written while `pairs` has capacity. With `swapped`, B
+    comes first. Nodes may be off by `slip` in the frame of `origin`.
     """
     # Scratch of one cell, of one patch, and of rows of nodes.
-    c, f, v = np.empty((8, 3)), np.empty((4, 7)), np.empty((4, 3), dtype=np.int64)
-    box, reach, h, w = np.empty(6), np.empty(3), np.empty((2, N_TERM)), np.empty((4, 4))
-    at, ends, spans = np.empty(4, dtype=np.int64), np.empty((2, 6)), np.empty((BLOCK, 2))
+    c, v, h = np.empty((8, 3)), np.empty((2, 3), dtype=np.int64), np.empty((2, N_TERM))
+    box, reach, ends = np.empty(6), np.empty(3), np.empty((2, 6))
+    at, spans = np.empty(4, dtype=np.int64), np.empty((BLOCK, 2))
     rows = np.empty((2, aa[N_ROW]))  # a cell of B may be above all of A
-    heights, marks = np.empty((4, aa[N_COL])), np.empty((2, aa[N_COL]), dtype=np.int64)
-    codes_table = contact_codes(swapped)
-    corners_of_cell(aa, v, 0)
-    corners_of_cell(ab, v, 4)
+    marks = np.empty((2, aa[N_COL]), dtype=np.int64)
+    _corners_of_cell(ab, v)
 
     # Cells per metre turn a coordinate into a first guess of its cell.
     pace_x = (aa[N_COL] - 1) / (pa[aa[N_COL] - 1] - pa[0])
     pace_y = (aa[N_ROW] - 1) / (qa[aa[N_ROW] - 1] - qa[0])
     grid = AxisGrid(pa, qa, ra, aa, na, la, pace_x, pace_y)
-    query = CellQuery(box, reach, origin, slip, swapped)
-    work = Work(c, f, v, h, w, codes_table, heights, marks, rows)
+    query = CellQuery(box, reach, origin, slip, swapped, c, v, h, marks, rows)
 
     # Blocks of B that A may meet.
     blocks, levels = _near_blocks(grid, nb, lb)
@@ -276,7 +485,7 @@ def axis_grid_pairs(pa, qa, ra, aa, na, la, pb, qb, rb, ab, nb, lb, origin, slip
                     _load_cell(pb, qb, rb, ab, i, j, origin, c)
                     _set_reach(pa, qa, at, floor, roof, box, slip, reach)
                     key = 2 * (i * (ab[N_COL] - 1) + j)
-                    n = pairs_in_columns(grid, at, key, query, work, pairs, n)
+                    n = _pairs_of_cell(grid, at, key, query, pairs, n)
     return n, asked
 
 

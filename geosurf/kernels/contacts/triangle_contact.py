@@ -582,27 +582,6 @@ def pack_contacts(rows):
     return out
 
 
-@entry("l2 b1 l l1* -> l1")
-def pack_decided(pairs, is_new, is_open, codes):
-    """Pack crossings in two points of pairs that are new, to their codes; the other new pairs.
-
-    The third number of a pair is ``64 * first + second`` of the codes of its points, or `is_open`.
-    """
-    waiting = np.empty(pairs.shape[0], dtype=np.int64)
-    n = 0
-    for k in range(pairs.shape[0]):
-        if not is_new[k]:
-            continue
-        if pairs[k, HOW] == is_open:
-            waiting[n] = k
-            n += 1
-            continue
-        # Codes of crossings fit six bits: EDGE_OF_SECOND occurs in other contacts only.
-        one, two = pairs[k, HOW] >> 6, pairs[k, HOW] & 63
-        codes[k] = 2 + _CROSSING + (one << _FIRST) + (two << (_FIRST + _CODE))
-    return waiting[:n].copy()
-
-
 NEAR_BIT = 60  # of a settled code; corners need fewer bits
 NOTHING = 0  # the settled code of a pair that does not meet: contacts have corners
 
@@ -625,28 +604,9 @@ def settled(pairs, rows, near):
     return out
 
 
-@entry("l2 l1 -> l2 l2")
-def of_settled(pairs, codes):
+def of_settled(pairs: np.ndarray, codes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Contacts (n, 3) and near pairs (n, 2) of settled pairs."""
-    n = n_near = 0
-    for k in range(pairs.shape[0]):
-        n += 1 if code_without_bit(codes[k]) != NOTHING else 0
-        n_near += (codes[k] >> NEAR_BIT) & 1
-    rows = np.empty((n, 3), dtype=np.int64)
-    near = np.empty((n_near, 2), dtype=np.int64)
-    n = n_near = 0
-    for k in range(pairs.shape[0]):
-        how = code_without_bit(codes[k])
-        if how != NOTHING:
-            rows[n, TRIANGLE_A], rows[n, TRIANGLE_B], rows[n, HOW] = pairs[k, 0], pairs[k, 1], how
-            n += 1
-        if (codes[k] >> NEAR_BIT) & 1 == 1:
-            near[n_near, 0], near[n_near, 1] = pairs[k, 0], pairs[k, 1]
-            n_near += 1
-    return rows, near
-
-
-@scalar
-def code_without_bit(code):
-    """How a settled pair meets."""
-    return code & ((1 << NEAR_BIT) - 1)
+    how = codes & ((1 << NEAR_BIT) - 1)
+    meet = np.flatnonzero(how != NOTHING)
+    rows = np.concatenate([pairs[meet], how[meet, None]], axis=1)
+    return rows, pairs[(codes >> NEAR_BIT) & 1 == 1]
