@@ -1,4 +1,4 @@
-"""Realisations on Dask: local threads or processes, or any cluster that has a client.
+"""Realisations in local threads or processes, or on any cluster of Dask that has a client.
 
 Results come back one by one, in any order, and are handed on at once: nothing waits for the end.
 """
@@ -15,8 +15,9 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterable
+from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from contextlib import suppress
-from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -227,7 +228,7 @@ _PLANS: dict[str, Plan] = {}  # of a worker of a cluster: the one that it works 
 
 def require_extra() -> None:
     """Raise an error that names the extra, if a package of it is missing."""
-    need("ensembles need", "dask", "zarr")
+    need("ensembles need", "zarr")
 
 
 def check_workers(workers: Any) -> int:
@@ -331,22 +332,21 @@ def run_on_dask(
         run = plan.run if at_once == 1 else _on_one_core(plan.run)
     elif not processes:
         pool.free.put(_on_one_core(plan.run))
-    _streamed(_graph(run, wanted), on_record, min(at_once, len(wanted)))
+    _streamed(run, wanted, on_record, min(at_once, len(wanted)))
 
 
-def _streamed(graph: dict[str, Any], on_record: OnRecord, workers: int) -> None:
-    """Compute a graph of Dask in threads; hand on each result when it is there, and forget it."""
-    from dask.callbacks import Callback
-    from dask.threaded import get
-
-    def done(key: Any, record: Record, _: Any, state: dict[str, Any], __: Any) -> None:
-        """Take one result from the scheduler."""
-        # Dask would keep all results until the end; maps of thousands would fill memory.
-        state["cache"][key] = None
-        on_record(record)
-
-    with Callback(posttask=done):  # type: ignore[no-untyped-call]
-        get(graph, list(graph), num_workers=workers)
+def _streamed(run: Runner, wanted: list[int], on_record: OnRecord, workers: int) -> None:
+    """Run realisations in threads, in their order; hand on each result, then begin another one."""
+    pool, numbers = ThreadPoolExecutor(workers), iter(wanted)
+    try:
+        waiting = {pool.submit(run, k) for k in islice(numbers, workers)}
+        while waiting:
+            done, waiting = wait(waiting, return_when=FIRST_COMPLETED)
+            for future in done:
+                on_record(future.result())
+                waiting |= {pool.submit(run, k) for k in islice(numbers, 1)}
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
 
 
 def _on_one_core(run: Callable[[int], Record]) -> Callable[[int], Record]:
@@ -385,17 +385,6 @@ def _on_cluster(plan: Plan, wanted: list[int], on_record: OnRecord, client: Any)
     finally:
         # What has not started is not needed after an error.
         client.cancel(futures)
-
-
-def _graph(run: Callable[[int], Record], wanted: list[int]) -> dict[str, Any]:
-    """Tasks of Dask, named so that it runs the realisations in their order."""
-    from dask.order import order
-
-    names = [f"realisation-{row:09d}" for row in range(len(wanted))]
-    # Dask orders tasks by itself: names are handed out so that its order is ours.
-    rank = order(dict.fromkeys(names, (int,)))
-    names.sort(key=rank.__getitem__)
-    return {name: (partial(run, k),) for name, k in zip(names, wanted, strict=True)}
 
 
 def run_from_bytes(token: str, data: bytes, realisation: int) -> Record:

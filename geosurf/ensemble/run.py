@@ -111,7 +111,7 @@ def run_ensemble(
     Raises
     ------
     DependencyError
-        If dask or zarr is not installed: ``pip install "geosurf[ensemble]"``.
+        If zarr is not installed: ``pip install "geosurf[ensemble]"``.
     InputError
         If an argument cannot be used, or the base case cannot be built.
     GeometryError
