@@ -79,6 +79,7 @@ class SceneModel:
         self._frame: dict[str, Any] = {}
         self.longer: LongerFaults = {}
         self.base_sheets: dict[str, Sheet] = {}
+        self.plans: dict[str, TearPlan] = {}  # how horizons were torn as picked in the base case
 
     # ---- what is given -------------------------------------------------------------------
 
@@ -134,12 +135,6 @@ class SceneModel:
         still = {name: sheet for name, sheet in still.items() if name not in change.up}
         return torn_like(scene, longer, self.plans, still)
 
-    @property
-    def plans(self) -> dict[str, TearPlan]:
-        """How horizons were torn as picked in the base case, which realisations begin with."""
-        sheets = self.base_sheets.items()
-        return {name: sheet.plan for name, sheet in sheets if sheet.plan is not None}
-
     @cached_property
     def _longer_in_time(self) -> dict[str, TriSurface]:
         """Faults as long as the base case needed them, in time."""
@@ -170,6 +165,12 @@ class SceneModel:
             self.fault(name)
         before = prepared_faults(base)
         self.longer = longer_faults(before, {name: base.whole_surface(name) for name in before})
+        # The base case as planned: repairs that it needs beside its plan, all realisations need.
+        self.plans = plans = _plans_of(self.base_sheets)
+        if plans:
+            again = torn_like(self.scene.replace(**self._frame), self.longer, plans, {})
+            for name, more in _plans_of(again.sheets).items():
+                self.plans[name] = plans[name].with_repairs_of(more)
 
     def name_regions(self, known: KnownRegions | None) -> None:
         """Let regions of realisations have the names of those of the base case."""
@@ -287,6 +288,11 @@ def add_to(digest: Any, value: Any) -> None:
         add_to(digest, (name, tuple(args) if isinstance(args, tuple) else ()))
     else:
         digest.update(f"{type(value).__name__} {value!r}".encode())
+
+
+def _plans_of(sheets: Mapping[str, Sheet]) -> dict[str, TearPlan]:
+    """How sheets were torn, by horizon; those that throw moved have no plan."""
+    return {name: sheet.plan for name, sheet in sheets.items() if sheet.plan is not None}
 
 
 def _changed(

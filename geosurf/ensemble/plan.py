@@ -192,8 +192,8 @@ class Plan:
         """The same with how many horizons were torn as picked, and how many were cut anew."""
         plans = {name: of.plan for name, of in scene.sheets.items() if of.plan is not None}
         # one that nothing moves has the sheet of the base case, which was searched for once
-        base = getattr(self.model, "plans", {})
-        anew = sum(of.searched and of is not base.get(name) for name, of in plans.items())
+        base = {id(of.plan) for of in getattr(self.model, "base_sheets", {}).values()}
+        anew = sum(of.searched and id(of) not in base for of in plans.values())
         return replace(record, n_torn=len(plans), n_searched=anew)
 
     def measure(self, scene: Scene, numbers: dict[str, float]) -> Record:

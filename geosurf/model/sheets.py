@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -364,6 +364,13 @@ class TearPlan:
     extensions: tuple[Extended, ...] = ()
     polygons: tuple[str, ...] = ()
 
+    def with_repairs_of(self, other: TearPlan) -> TearPlan:
+        """The same plan with what closed a sheet that was made by it; itself if it closed none."""
+        if other.searched:
+            return self
+        repairs = {key: getattr(other, key) for key in ("early", "rings", "level", "left_out")}
+        return replace(self, **repairs, searched=False)
+
 
 @dataclass(frozen=True, eq=False)
 class FaultCut(Noun):
@@ -515,7 +522,8 @@ class SheetReport:
     extrapolation : list of dict
         Places farthest from data of their own side: ``cells``, ``place`` (3,), ``fault``.
     throw : dict of str to ThrowAudit
-        By fault, its throw and what the data beside it show.
+        By fault, its throw and what the data beside it show; none in realisations of an ensemble,
+        whose data are drawn.
     sign_changes : dict of str to int
         By fault, changes of the sign of throw beyond 5 % of the largest: nearly always a
         trim that is too small.

@@ -338,7 +338,8 @@ def torn_graph(plain: Graph) -> Graph:
         start, inputs.filling, partial(_torn, plain), plain.untied, plain.memory.on_start,
         plain.made_of,
     )  # fmt: skip
-    found = warnings_of(given, faults, sheets)
+    # what the base case of an ensemble needed has been told there
+    found = warnings_of(start if plain.plans else given, faults, sheets)
     found += warnings_of_passed(plain.faults.rules, given, faults)
     found += warnings_of_throw(sheets, plain.made_of)
     plain.memory.warn(*map(_in_time, found) if inputs.time is not None else found)

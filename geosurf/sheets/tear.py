@@ -652,7 +652,6 @@ def tear_from(
     # heights of all nodes, a torn mesh that the faults close, cut-offs and report
     cutoffs = by_wall(picks, surfaces, cutoffs_among(surfaces, picks.name))
     horizon = replace(_data(picks, noise, fill_empty_blocks), cutoffs=cutoffs, given=given)
-    measured = None if trim == "auto" else trims_of("auto", picks, surfaces, cutoffs)
     torn, moved = None, _trims_like(like, picks, surfaces)
     known = plan if before is None else before
     if known is not None:  # polygons that were left out stay so
@@ -677,7 +676,10 @@ def tear_from(
         searched = before.searched
         extensions = {one.fault: one for one in (*before.extensions, *closed.extensions)}
         closed = replace(closed, extensions=tuple(extensions.values()))
-    report = make_report(closed, cuts, measured or closed.given_trims)
+    measured = closed.given_trims if plan is None else None
+    if trim != "auto" and plan is None:
+        measured = trims_of("auto", picks, surfaces, cutoffs)
+    report = make_report(closed, cuts, measured)
     if wrong:
         told = warning_of(picks.name, wrong)
         report.notes.append(str(told))

@@ -521,14 +521,15 @@ def repairs_of(plan: TearPlan, network: Network) -> Repairs | None:
     """The repairs of a plan, and those that most moved data need; None for other traces.
 
     Most holes of moved data are at tips and where branches end on their main faults. Throw dies at
-    the last link of each tip, and ends of branches get further rings, which lose no throw.
+    the last link of each tip, and ends of branches get further rings, which lose no throw. A plan
+    of a sheet that was made by one has these.
     """
     if traces_of(network) != plan.traces:
         return None
     ends = [(i, k) for i, (_, *two) in enumerate(plan.traces) for k in (0, 1) if two[k] == "tip"]
     return Repairs(
         dict.fromkeys(ends, 0) | {(i, k): n for i, k, n in plan.early},
-        (*(frozenset(ring) for ring in plan.rings), *_at_branches(network)),
+        (*map(frozenset, plan.rings), *(_at_branches(network) if plan.searched else ())),
         plan.level,
         plan.left_out,
     )

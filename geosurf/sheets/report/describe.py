@@ -13,6 +13,7 @@ from geosurf.errors import GeosurfWarning
 from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.kernels.sheets.link_lines import CHUNK, first_hits, undirected_lines
 from geosurf.model import FaultCut, SheetReport, TriSurface
+from geosurf.model.sheets import ThrowAudit
 from geosurf.sheets.faults.cut_edges import EAST, FALLING, NORTH, RISING, Cuts
 from geosurf.sheets.faults.traces import Trace, split_lines
 from geosurf.sheets.heights.state import SENSE, Heights, NearPicks, Trims
@@ -184,8 +185,11 @@ def _stations(trace: Trace, frame: Frame) -> tuple[np.ndarray, np.ndarray, np.nd
     return np.column_stack([xy, line[:, 2]]), direction, (along - along[0]) * frame.cell
 
 
-def make_report(closed: Closed, cuts: dict[str, FaultCut], measured: Trims) -> SheetReport:
-    """All numbers of a sheet; `measured`: trims beyond which the data show no smear."""
+def make_report(closed: Closed, cuts: dict[str, FaultCut], measured: Trims | None) -> SheetReport:
+    """All numbers of a sheet; `measured`: trims beyond which the data show no smear.
+
+    None for data that were drawn, which show nothing: throw is not compared with them.
+    """
     picks, built, solver = closed.picks, closed.built, closed.rebuilt.solver
     state = built.state
     names = list(cuts)
@@ -197,10 +201,12 @@ def make_report(closed: Closed, cuts: dict[str, FaultCut], measured: Trims) -> S
     noise = None if solver.noise.weight is None else solver.noise.deviation
     misfit, moved = _misfit_in_use(picks, state, cuts, noise)
     # what closed the sheet, throw that it does not have, and data that it does not meet
-    audits = audit_throw(closed, cuts, measured)
+    audits: dict[str, ThrowAudit] = {}
+    differing: list[GeosurfWarning] = []
     tips = throw_at_tips(picks, state, closed.faults, trim)
-    polygons = solver.inputs.cutoffs.keys()
-    differing = warnings_of_throw(picks.name, audits, closed.trims.of_fault, tips, polygons)
+    if measured is not None:
+        audits, polygons = audit_throw(closed, cuts, measured), solver.inputs.cutoffs.keys()
+        differing = warnings_of_throw(picks.name, audits, closed.trims.of_fault, tips, polygons)
     warnings = (*remedies(closed), *differing, *tips, *moved)
     notes += map(str, warnings)
     return SheetReport(
