@@ -122,7 +122,7 @@ class LatticeRuns:
         n_row, n_col = self.lattice.shape
         marks = np.zeros(2 * max(n_row - 1, 0) * max(n_col - 1, 0), dtype=bool)
         for low, high in _ranges(self.lattice.shape):
-            label = _labels(self.strips, self.lattice, low, high)
+            label = self.strips.labels(low, high)
             marks[2 * low * (n_col - 1) : 2 * high * (n_col - 1)] = label.ravel() >= 0
         marks[self.listed] = False
         return marks
@@ -177,7 +177,7 @@ def read_runs(
     for low, high in _ranges(lattice.shape):
         # nodes have cells on both sides of their row, so that labels begin with the row before
         before = max(low - 1, 0)
-        label = _labels(strips, lattice, before, high)
+        label = strips.labels(before, high)
         marks = shared.reshape(n_row, n_col)[before : high + 1]
         rows = slice(low - before, high - before + int(high == n_row - 1))
         own = label[low - before :]
@@ -223,23 +223,6 @@ def _lengths(strips: Strips) -> np.ndarray:
     """Number of triangles of each run."""
     lengths: np.ndarray = strips.runs[:, LAST] - strips.runs[:, FIRST] + 1
     return lengths
-
-
-def _labels(strips: Strips, lattice: Lattice, low: int, high: int) -> np.ndarray:
-    """The run that lists each triangle of rows of cells (first, last + 1), int64 (row, col, half);
-    -1 for none.
-    """
-    first, last = strips.start[low], strips.start[high]
-    width = 2 * (lattice.shape[1] - 1)
-    runs = strips.runs[first:last]
-    ends = (runs[:, ROW, None] - low) * width + runs[:, [FIRST, LAST]] + [0, 1]
-    lengths = np.diff(ends.ravel(), prepend=0, append=(high - low) * width)
-    run = np.full(2 * len(runs) + 1, -1)  # what is between runs, and runs
-    run[1::2] = np.arange(first, last)
-    label = np.repeat(run, lengths).reshape(high - low, width // 2, 2)
-
-    # along a row, the halves of a cell come in the other order where diagonals rise
-    return np.ascontiguousarray(label[:, :, ::-1]) if lattice.rising else label
 
 
 def _touched(label: np.ndarray, shared: np.ndarray, rising: bool) -> np.ndarray:
@@ -296,6 +279,8 @@ def _in_rows(strips: Strips, lattice: Lattice) -> bool:
     runs, start = strips.runs, strips.start
     n_row, n_col = lattice.shape
     step, along = np.diff(runs[:, ROW]), runs[1:, FIRST] > runs[:-1, LAST]
+    if not np.array_equal(strips.places, lattice.places):
+        return False
     if len(start) != n_row or ((step < 0) | ((step == 0) & ~along)).any():
         return False
     if (_lengths(strips) < 1).any() or (runs[:, FIRST] < 0).any():

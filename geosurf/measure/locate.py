@@ -15,7 +15,7 @@ import numpy as np
 
 from geosurf.kernels.lattices.lattice_corners import build_list_tree, survey_list
 from geosurf.kernels.meshes import lattice_units
-from geosurf.kernels.meshes.lattice_units import OFF, digits_of, find_keys, frame_with, sum_from_top
+from geosurf.kernels.meshes.lattice_units import OFF, digits_of, find_keys, frame_with
 from geosurf.kernels.meshes.mesh import number_keys
 from geosurf.kernels.meshes.nearest import nearest_distance, point_codes
 from geosurf.kernels.search.rays import rows_near
@@ -297,13 +297,14 @@ class Locator:
         # into the local frame as nodes of surfaces go: a point at a node stays at it
         local = points - self.origin
 
-        # tile by tile: neighbours share cells and bins
-        feet, levels = np.empty((len(local), 2)), np.empty(len(local))
-        tiles = np.append(self.box[0, :2], TILES / np.ptp(self.box, axis=0)[:2])
-        of = (tiles, np.full(2, TILES), feet, levels)
-        order = lattice_units.order_by_tile(local, local[:, 2].copy(), *of)
+        # tile by tile, row by row: neighbours share cells and bins
+        place = ((local[:, k] - self.box[0, k]) / np.ptp(self.box[:, k]) for k in (0, 1))
+        with np.errstate(invalid="ignore"):  # what is not a number is refused later
+            col, row = (np.clip(TILES * of, 0, TILES - 1).astype(np.int16) for of in place)
+        order = np.argsort(row * TILES + col, kind="stable")  # numpy sorts 16 bits by digits
+        local = local.take(order, axis=0)
         found = np.empty(len(local), dtype=np.int64)
-        found[order] = self._units(Lines(feet, levels, 1), len(local))
+        found[order] = self._units(Lines(local[:, :2].copy(), local[:, 2].copy(), 1), len(local))
         return found
 
     def find_on_lines(self, feet: np.ndarray, levels: np.ndarray) -> np.ndarray:
@@ -336,7 +337,10 @@ class Locator:
             for group in self.groups:
                 group.add(lines, self.rule, unit)
             self.bins.add(lines, self.rule, unit)
-            sum_from_top(unit, n_point // len(lines.feet))
+
+            # the outside is at the top of a line; each lower point adds what is between
+            steps = unit.reshape(len(lines.feet), -1)[:, ::-1]
+            unit = np.cumsum(steps, axis=1)[:, ::-1].ravel() - 1
         return unit
 
 
@@ -407,9 +411,7 @@ def _run_triangles(
 
 def _spread(lattice: Lattice, strips: Strips, values: np.ndarray) -> np.ndarray:
     """The value of each run at all of its triangles, by key; 0 where a curve touches them."""
-    n_row, n_col = lattice.shape
-    found = np.zeros(2 * (n_row - 1) * (n_col - 1), dtype=np.int64)
-    lattice_units.spread_runs(lattice.places, strips.runs, values, found)
+    found: np.ndarray = np.append(values, 0)[strips.labels(0, lattice.shape[0] - 1).ravel()]
     return found
 
 

@@ -48,6 +48,24 @@ class Strips(Noun):
             place ^= 1
         return runs[of, ROW] * 2 * (int(self.places[N_COL]) - 1) + place, rows[of]
 
+    def labels(self, low: int, high: int) -> np.ndarray:
+        """The run that lists each triangle of rows of cells, first and last (one more), int64
+        (row, column, half); -1 for none.
+        """
+        from geosurf.kernels.lattices.strips import FIRST, LAST, ROW
+        from geosurf.kernels.search.tree import N_COL, RISING
+
+        first, last = self.start[low], self.start[high]
+        runs, width = self.runs[first:last], 2 * (int(self.places[N_COL]) - 1)
+        ends = (runs[:, ROW, None] - low) * width + runs[:, [FIRST, LAST]] + [0, 1]
+        lengths = np.diff(ends.ravel(), prepend=0, append=(high - low) * width)
+        run = np.full(2 * len(runs) + 1, -1)  # what is between runs, and runs
+        run[1::2] = np.arange(first, last)
+        label = np.repeat(run, lengths).reshape(high - low, width // 2, 2)
+
+        # along a row, the halves of a cell come in the other order where diagonals rise
+        return np.ascontiguousarray(label[:, :, ::-1]) if self.places[RISING] else label
+
     def without(self, gone: np.ndarray) -> Strips:
         """The same without some runs, bool (n_run,), which hang together with no other one."""
         stays = ~gone

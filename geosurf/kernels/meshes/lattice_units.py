@@ -14,7 +14,7 @@ Notation
     p         eastings and northings of vertical lines, local, float64 (n, 2)
     levels    elevations of points on the lines, rising on each: of line i from ``i * each`` on,
               where `each` is their number, or 0 if all lines have the same ones
-    unit      row of the unit of each point, line by line: see `sum_from_top`
+    unit      sum of the steps at each point, line by line
     rule      [middle easting, middle northing, floor]: points move towards the middle on the map;
               those on the floor count as above what they lie on, all others as below
 """
@@ -39,7 +39,7 @@ from geosurf.kernels.exact.predicates import (
     scale_of,
     side_of,
 )
-from geosurf.kernels.lattices.strips import FIRST, LAST, ROW, key_at, load
+from geosurf.kernels.lattices.strips import load
 from geosurf.kernels.search.tree import N_COL, N_ROW, RISING
 
 # ---- pushed ----------------------------------------
@@ -186,30 +186,8 @@ def n_below(lines, first, facing):
     return begin
 
 
-@entry("l1* l -> .")
-def sum_from_top(unit, n):
-    """Turn steps at the highest level below each surface into units, line by line of n levels.
-
-    At the highest point of a line the sum is that of all surfaces above it, with the outside (-1)
-    at the top; each lower point adds what is between.
-    """
-    for first in range(0, unit.shape[0], n):
-        total = -1
-        for k in range(first + n - 1, first - 1, -1):
-            total += unit[k]
-            unit[k] = total
-
-
 OFF = -1  # the key of a point beside the lattice
 _NEIGHBOURS = 9  # cells around a guess, itself among them
-
-
-@entry("l1 l2 l1 l1* -> .")
-def spread_runs(a, runs, values, out):
-    """Write the value of each run to all of its triangles, by key."""
-    for i in range(runs.shape[0]):
-        for place in range(runs[i, FIRST], runs[i, LAST] + 1):
-            out[key_at(a, runs[i, ROW], place)] = values[i]
 
 
 @scalar
@@ -503,31 +481,6 @@ def _is_in_shadow(c, facing, t, lines):
         if side_of_edge(ax, ay, bx, by, lines) != facing[t]:
             return False
     return True
-
-
-@entry("d2 d1 d1 l1 d2* d1* -> l1")
-def order_by_tile(p, levels, box, shape, ordered, z):
-    """Order of points by tiles of the map, row by row, with their coordinates: a counting sort.
-
-    Points far from each other would load the memory of the model once each: random points take a
-    third of the time in this order. `box` is west, south, tiles per metre east and north.
-    """
-    n_tile = shape[0] * shape[1]
-    tile = np.empty(p.shape[0], dtype=np.int64)
-    at = np.zeros(n_tile + 1, dtype=np.int64)
-    for q in range(p.shape[0]):
-        row = _bin(p[q, 1], box[1], box[3], shape[0])
-        tile[q] = row * shape[1] + _bin(p[q, 0], box[0], box[2], shape[1])
-        at[tile[q] + 1] += 1
-    for k in range(n_tile):
-        at[k + 1] += at[k]
-    order = np.empty(p.shape[0], dtype=np.int64)
-    for q in range(p.shape[0]):
-        k = at[tile[q]]
-        order[k] = q
-        ordered[k, 0], ordered[k, 1], z[k] = p[q, 0], p[q, 1], levels[q]
-        at[tile[q]] += 1
-    return order
 
 
 @entry("d2 l1 d2 l1 d1 l1 l1 l1 d2 d1 l d1 l1* l1* l1* -> .")
