@@ -22,6 +22,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Sequence
+from contextlib import nullcontext
 from importlib import import_module
 from typing import Any
 
@@ -63,8 +64,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         start = time.perf_counter()
         from geosurf.conventions.running import silence  # not for --help: it loads numpy
 
-        # commands show their own progress
-        with exit_code, printed_warnings(), silence():
+        quiet = silence() if options.quiet else nullcontext()
+        with exit_code, printed_warnings(), quiet:
             module = import_module(f"geosurf.cli.{options.module}")
             answer = getattr(module, f"{options.command}_command")(options)
             exit_code.code = answer.code

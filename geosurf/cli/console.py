@@ -8,7 +8,6 @@ import io
 import json
 import math
 import os
-import shutil
 import signal
 import sys
 import traceback
@@ -121,8 +120,8 @@ def _apology(error: BaseException) -> str:
     )
 
 
-# ---- live ----------------------------------------
-# Progress on a console: lines of finished steps, and below them the step that is running.
+# ---- lines ----------------------------------------
+# Lines of finished steps; `geosurf.conventions.running` shows the one that is running below them.
 
 
 class Lines:
@@ -149,19 +148,9 @@ class Lines:
             print(f"{line}{more}", file=self._lines, flush=True)
 
 
-class Live(Lines):
-    """Also names the step that is running, on the last line of a terminal."""
-
-    def now(self, words: str) -> None:
-        """Name the step that runs now; it is overwritten by the next line."""
-        clear_line()
-        width = max(20, shutil.get_terminal_size().columns - 1)
-        print(f"{words} ..."[:width], end="", file=sys.stderr, flush=True)
-
-
-def live_progress(options: argparse.Namespace, *, steps: bool) -> Lines:
+def step_lines(options: argparse.Namespace, *, steps: bool) -> Lines:
     """
-    Return what shows progress as a command was asked to.
+    Return what prints the steps of a command as it was asked to.
 
     Parameters
     ----------
@@ -169,11 +158,6 @@ def live_progress(options: argparse.Namespace, *, steps: bool) -> Lines:
         With ``quiet``, ``verbose`` and ``json``.
     steps : bool
         Whether the command prints its steps without ``--verbose``, too.
-
-    Returns
-    -------
-    Lines
-        `Live` on a terminal.
     """
     # stdout holds the answer: steps that were not asked for, or go with JSON, are on stderr
     lines: TextIO | None = None
@@ -181,8 +165,7 @@ def live_progress(options: argparse.Namespace, *, steps: bool) -> Lines:
         lines = sys.stderr
     elif steps and not (options.quiet or options.json):
         lines = sys.stdout
-    shown = not options.quiet and sys.stderr is not None and sys.stderr.isatty()
-    return (Live if shown else Lines)(lines, memory=options.verbose)
+    return Lines(lines, memory=options.verbose)
 
 
 def peak_megabytes() -> float:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from geosurf.cli.console import Answer, clear_line, live_progress
+from geosurf.cli.console import Answer, step_lines
 from geosurf.cli.parser import SHOW, VIEW
 from geosurf.cli.scenario_commands import scenario_of
 from geosurf.conventions.machine import need_plots
@@ -118,13 +118,10 @@ def _overlay_of(scenario: Scenario, options: argparse.Namespace) -> PictureOverl
 
 def _built(scenario: Scenario, options: argparse.Namespace) -> Scene:
     """Build the scene, with its steps shown as a command was asked to."""
-    progress = live_progress(options, steps=False)
-    log = StepLog(progress)
-    log.begin("read")
+    log = StepLog(step_lines(options, steps=False))
     scene = build_scene(scenario, log, cache_in(options.cache_dir))
     with log.watching(scene):
         _ = scene.sheets
-    clear_line()
     return scene
 
 

@@ -11,7 +11,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from geosurf.cli.console import Answer, clear_line, live_progress
+from geosurf.cli.console import Answer, step_lines
 from geosurf.cli.parser import FILES
 from geosurf.conventions import counted
 from geosurf.errors import GeosurfWarning, InputError
@@ -71,7 +71,7 @@ def certificate_data(certificate: Certificate) -> dict[str, Any]:
 def run_command(options: argparse.Namespace) -> Answer:
     """Run a scenario and write everything, or what ``--only`` names."""
     # time counts from here: reading is part of the run
-    progress = live_progress(options, steps=True)
+    progress = step_lines(options, steps=True)
     start = time.perf_counter()
     scenario = _only(scenario_of(options), options.only)
     if options.dry_run:
@@ -84,7 +84,6 @@ def run_command(options: argparse.Namespace) -> Answer:
         progress=progress,
         cache_dir=options.cache_dir,
     )
-    clear_line()
     _print_notes(outcome.notes)
 
     # the table is for people; files hold the same numbers
@@ -216,13 +215,11 @@ def validate_command(options: argparse.Namespace) -> Answer:
 def check_command(options: argparse.Namespace) -> Answer:
     """Print the certificate of a scenario."""
     scenario, cache = scenario_of(options), cache_in(options.cache_dir)
-    progress = live_progress(options, steps=False)
+    progress = step_lines(options, steps=False)
     log = StepLog(progress)
     scene = compute(scenario, log, cache=cache)
-    log.begin("check")
     certificate = check_with_cache(scene, cache)
     log.step("check", "certificate", "valid" if certificate.ok else "FAILED")
-    clear_line()
     data = {"scenario": scenario.path, "settings": scenario.settings}
     data |= {"certificate": certificate_data(certificate), **_model_data(scene, scenario)}
     return Answer(data, str(certificate), exit_code_of(certificate))
@@ -231,7 +228,7 @@ def check_command(options: argparse.Namespace) -> Answer:
 def report_command(options: argparse.Namespace) -> Answer:
     """Write the report of a scenario."""
     scenario = scenario_of(options)
-    progress = live_progress(options, steps=True)
+    progress = step_lines(options, steps=True)
     certificate, path, notes = write_report(
         scenario,
         options.out,
@@ -239,7 +236,6 @@ def report_command(options: argparse.Namespace) -> Answer:
         progress=progress,
         cache_dir=options.cache_dir,
     )
-    clear_line()
     _print_notes(notes)
     data = {"scenario": scenario.path, "settings": scenario.settings, "report": path}
     data |= {"notes": notes, "certificate": certificate_data(certificate)}

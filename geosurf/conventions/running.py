@@ -1,7 +1,7 @@
 """What is running, on one line that appears after two seconds, where somebody watches.
 
 A terminal shows it on stderr, a notebook as an output; it disappears at the end. Scripts without a
-terminal, commands and workers of ensembles show nothing.
+terminal and workers of ensembles show nothing.
 """
 
 from __future__ import annotations

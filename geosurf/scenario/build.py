@@ -10,6 +10,7 @@ import numpy as np
 
 from geosurf.conventions import counted, did_you_mean
 from geosurf.conventions.axes import TimeUnit
+from geosurf.conventions.running import running
 from geosurf.errors import FormatError, ScenarioError
 from geosurf.faults import split_fault
 from geosurf.measure.columns import cross_columns
@@ -238,6 +239,7 @@ def _polygon(entry: PolygonInput, fault: str, words: dict[str, Any]) -> np.ndarr
     return rings[entry.polygon - 1]
 
 
+@running("read")
 def build_scene(
     scenario: Scenario, log: StepLog = SILENT, cache: ResultCache | None = None
 ) -> Scene:

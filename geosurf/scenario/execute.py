@@ -312,10 +312,8 @@ def run(
     with new_results(out) as folder:
         scene = compute(scenario, log, None if choice is None else Path(out), cache)
         fluids = fluids_of(scenario, scene, log)
-        log.begin("check")
         certificate = check_with_cache(scene, cache)
         log.step("check", "certificate", "valid" if certificate.ok else "FAILED")
-        log.begin("write")
         if scenario is not asked:
             with scene._graph.memory.collecting():
                 warn(NO_NETCDF)
@@ -328,12 +326,10 @@ def run(
 
         grid, stepped = None, list[str]()
         if scenario.grid is not None:
-            log.begin("grid")
             grid, stepped = write_grid(scene, scenario.grid, scenario.seal, folder)
             log.step("grid", "grid.grdecl, grid.inc", in_words(grid))
 
         # pictures may warn, and the certificate lists warnings: it is written after them
-        log.begin("draw")
         drawn = _draw(scene, choice, folder, log, asked=pictures)
         if grid is not None and choice is not None:
             drawn |= draw_grid(grid, folder / "pictures")
@@ -342,7 +338,6 @@ def run(
 
         # last, with the pictures that could be drawn
         if report:
-            log.begin("report")
             _write_report(scene, scenario, folder / "report", drawn, certificate, fluids)
             log.step("report", scenario.title)
     return Outcome(scene, certificate, Path(out), tuple(notes))
@@ -384,7 +379,6 @@ def write_report(
     with temporary_folder() as scratch:
         drawn = _draw(scene, choice, Path(scratch), log, asked=pictures)
         notes = model_notes(scene)
-        log.begin("report")
         path = _write_report(scene, scenario, folder, drawn, certificate, fluids)
     return certificate, path, tuple(notes)
 
@@ -416,7 +410,6 @@ def fluids_of(scenario: Scenario, scene: Scene, log: StepLog) -> Any:
     """Return what ``[volumetrics]`` asks for, and log the totals."""
     if scenario.volumetrics is None:
         return None
-    log.begin("volumetrics")
     given = medians(vars(scenario.volumetrics))
     found = scene.volumetrics(**given, include=scenario.output.include)
     at = "" if given == vars(scenario.volumetrics) else "; at medians of distributions"
@@ -431,7 +424,6 @@ def compute(
 
     A picture of the place where the model cannot be built goes into the folder ``out``.
     """
-    log.begin("read")
     scene = build_scene(scenario, log, cache)
     with log.watching(scene, out):
         for name in (*scene.horizon_names, *scene.fault_names):

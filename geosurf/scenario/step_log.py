@@ -11,6 +11,7 @@ from geosurf.errors import GeometryError, InputError
 from geosurf.model.excerpt import CloseUp
 from geosurf.scene import Scene
 from geosurf.scene.given import reported, surfaces_so_far
+from geosurf.scene.memory import announced
 
 # ---- failure ----------------------------------------
 # What could not be built, as a picture of the place.
@@ -54,8 +55,7 @@ class StepLog:
     Parameters
     ----------
     progress : callable or None
-        Is called with each line; None writes nothing. If it has a method ``now``, that is called
-        with words for the step that begins.
+        Is called with each line; None writes nothing.
 
     Examples
     --------
@@ -70,7 +70,6 @@ class StepLog:
                 f"progress is {progress!r}; give a function of one text, such as print."
             )
         self._progress = progress
-        self._now: Callable[[str], object] | None = getattr(progress, "now", None)
         self._n_reported = 0
         self._clock = time.perf_counter()
 
@@ -84,13 +83,6 @@ class StepLog:
         seconds, self._clock = now - self._clock if seconds is None else seconds, now
         if self._progress is not None:
             self._progress(f"{stage:<11} {subject:<38} {outcome:<20}{seconds:7.1f} s")
-
-    def begin(self, stage: str, subject: str = "", outcome: str = "") -> None:
-        """Name a step that starts now; its own line follows when it is done."""
-        if self._now is not None:
-            self._now(" ".join(filter(None, (stage, subject, outcome))))
-        elif outcome and self._progress is not None:  # tears: minutes for a large field
-            self._progress(f"{stage:<11} {subject:<38} {outcome} ...")
 
     @contextmanager
     def watching(self, scene: Scene, folder: Path | None = None) -> Iterator[None]:
@@ -112,7 +104,9 @@ class StepLog:
         def starts(stage: str, subject: str, number: int, count: int) -> None:
             """Report what is done, and what begins."""
             self._new_steps_of(scene)
-            self.begin(stage, subject, f"{number} of {count}" if stage == "tear" else "")
+            announced(stage, subject, number, count)
+            if stage == "tear" and self._progress is not None:  # minutes for a large field
+                self._progress(f"{stage:<11} {subject:<38} {number} of {count} ...")
 
         try:
             with reported(scene, starts):

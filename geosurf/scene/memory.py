@@ -291,6 +291,7 @@ class Memory:
         self.steps: list[Step] = []
         self.shares = True
         self.on_start = on_start
+        self.shows = on_start is announced  # others have a display of their own
         self.warnings: list[GeosurfWarning] = list(warnings)
         self.store = Store() if store is None else store
 
@@ -469,8 +470,7 @@ class Memory:
         start = time.perf_counter()
         found: list[GeosurfWarning] = []
         try:
-            # who is called at each start has a display of their own
-            shown = running(f"{stage} {subject}") if self.on_start is announced else nullcontext()
+            shown = running(f"{stage} {subject}") if self.shows else nullcontext()
             with shown, collected() as found:
                 result = run()
             warnings = tuple(dict.fromkeys(found))
