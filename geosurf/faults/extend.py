@@ -47,8 +47,11 @@ from geosurf.model.surfaces import cutoffs_kept
 LEADS = 0.05  # of a side: steps at its ends that lead on by less are left to its neighbours
 
 
-def without_notches(x: np.ndarray, arc: np.ndarray, way: np.ndarray) -> tuple[Any, np.ndarray]:
-    """An arc with filled notches, as seen along its mean direction, and the triangles in them.
+def without_notches(
+    x: np.ndarray, arc: np.ndarray, way: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """An arc with filled notches, as seen along its mean direction, the triangles in them, and the
+    part of it that leads on.
 
     The upper hull of the arc (Andrew 1979): of three vertices in turn the middle one is left
     behind if it lies short of the line that joins the others. No vertex is new. Whether the
@@ -75,11 +78,12 @@ def without_notches(x: np.ndarray, arc: np.ndarray, way: np.ndarray) -> tuple[An
             filled.append((arc[a], arc[c], arc[chain.pop()]))
         chain.append(c)
     # steps at the ends that do not lead on belong to the sides next to this one
+    whole = arc[chain]
     while len(chain) > 1 and plane[chain[1], 0] <= plane[chain[0], 0] + LEADS * reach:
         chain.pop(0)
     while len(chain) > 1 and plane[chain[-1], 0] <= plane[chain[-2], 0] + LEADS * reach:
         chain.pop()
-    return arc[chain], np.array(filled, dtype=np.int64).reshape(-1, 3)
+    return whole, np.array(filled, dtype=np.int64).reshape(-1, 3), arc[chain]
 
 
 def filled_lengths(length: np.ndarray) -> np.ndarray:
@@ -302,8 +306,8 @@ def continue_side(
         if row is None:
             break
         n = surface.n_vertex
-        surface, guides, arc, (short, long), lines, is_last = row
-        rim = rim.grown(side, arc, np.arange(n, surface.n_vertex))
+        surface, guides, edge, arc, (short, long), lines, is_last = row
+        rim = rim.grown(side, edge, arc, np.arange(n, surface.n_vertex))
         least, most, length = least + short, most + long, most + long
         words.append(lines)
         if is_last:
@@ -332,9 +336,10 @@ def _row(
     reach: Reach,
     length: float,
     gone: float,
-) -> tuple[TriSurface, Guides, np.ndarray, tuple[float, float], str, bool] | None:
-    """One row of triangles beyond a side: the surface, its guides, the vertices that go on, the
-    least and largest length of their lines, how these go on, and whether far enough.
+) -> tuple[TriSurface, Guides, np.ndarray, np.ndarray, tuple[float, float], str, bool] | None:
+    """One row of triangles beyond a side: the surface, its guides, the side with its notches filled
+    and the part of it that goes on, the least and largest length of its lines, how these go on, and
+    whether far enough.
 
     None if they are so already.
 
@@ -360,11 +365,11 @@ def _row(
         # tangents of a mesh are as noisy as its triangles: they are averaged before they count
         if not own and lines == "own":
             continue
-        arc, filled = given, np.empty((0, 3), dtype=np.int64)
+        edge, filled, arc = given, np.empty((0, 3), dtype=np.int64), given
         window = 0.0 if lines == "own" else gone + length
         if lines == "filled":
             ahead = directions(x, t, arc, side, axes, guides, window)
-            arc, filled = without_notches(x, arc, ahead)
+            edge, filled, arc = without_notches(x, arc, ahead)
             if len(arc) < 2 or len(arc) == len(given):
                 continue
         way = directions(x, t, arc, side, axes, guides, window)
@@ -373,14 +378,13 @@ def _row(
         if longest <= 0.0 and arc is given:
             return None
 
-        # of parallel lines a row is flat, however long
-        is_flat = bool(np.ptp(way, axis=0).max() <= _PARALLEL) and longest > 0.0
+        # a row of parallel lines is flat, however long each of them is
+        is_flat = gone == 0.0 and bool(np.ptp(way, axis=0).max() <= _PARALLEL)
+        is_flat = is_flat and longest > 0.0 and _is_enough(reach, x[arc], way, missing, gone)
+        even = np.full(len(arc), longest)
+        is_last = is_flat or (0.0 < longest < length and _is_enough(reach, x[arc], way, even, gone))
+        needed = longest / length if is_last and not is_flat else 1.0
         tip = x[arc] + (missing[:, None] if is_flat else length) * way
-        is_last = is_flat
-        needed = 1.0
-        if 0.0 < longest < length and not is_flat:
-            is_last = not (reach(x[arc] + longest * way, way, gone + longest) > 0.0).any()
-            needed = longest / length if is_last else 1.0
         for share in dict.fromkeys((1.0, needed) if is_whole else (needed,)):
             beyond, ends, new = _part_of_strip(arc, len(x), x[arc], tip, share)
             points, faces = np.concatenate([x, beyond]), np.concatenate([t, filled, new])
@@ -392,9 +396,16 @@ def _row(
                 name, surface.role, points, faces, vertex_data=cutoffs_kept(surface, points)
             )
             far = (float(missing.min()), longest) if is_flat else (needed * length,) * 2
-            return longer, guides.grown(side, arc, ends), arc, far, lines, is_last
+            return longer, guides.grown(side, arc, ends), edge, arc, far, lines, is_last
     assert defect is not None
     raise defect
+
+
+def _is_enough(
+    reach: Reach, start: np.ndarray, way: np.ndarray, far: np.ndarray, gone: float
+) -> bool:
+    """Whether lines need no more once they have gone on by some lengths (n,)."""
+    return not (reach(start + far[:, None] * way, way, gone + float(far.max())) > 0.0).any()
 
 
 def _reach_of_box(

@@ -63,17 +63,18 @@ class Rim:
     arcs: dict[str, np.ndarray]
     axes: Axes
 
-    def grown(self, side: str, arc: np.ndarray, new: np.ndarray) -> Rim:
-        """The rim with new vertices that continue those of an arc, which is one side or most of it.
+    def grown(self, side: str, edge: np.ndarray, arc: np.ndarray, new: np.ndarray) -> Rim:
+        """The rim with new vertices that continue those of an arc, the part of an edge that led on.
 
-        Its neighbours go on to the first and the last of them.
+        The edge is a side with its notches filled; its neighbours go on to the first and the last
+        of the new vertices.
         """
         order = _ORDER if self.axes.sign > 0 else _ORDER[::-1]
         before, after = (order[(order.index(side) + k) % 4] for k in (-1, 1))
-        old, arcs = self.arcs[side], dict(self.arcs)
-        first, last = (int(np.flatnonzero(old == arc[k])[0]) for k in (0, -1))
-        arcs[before] = np.concatenate([arcs[before], old[1 : first + 1], new[:1]])
-        arcs[after] = np.concatenate([new[-1:], old[last:-1], arcs[after]])
+        arcs = dict(self.arcs)
+        first, last = (int(np.flatnonzero(edge == arc[k])[0]) for k in (0, -1))
+        arcs[before] = np.concatenate([arcs[before], edge[1 : first + 1], new[:1]])
+        arcs[after] = np.concatenate([new[-1:], edge[last:-1], arcs[after]])
         arcs[side] = new
         return Rim(np.concatenate([arcs[one][:-1] for one in order]), arcs, self.axes)
 

@@ -363,3 +363,30 @@ def test_a_mesh_in_pieces_becomes_a_fault_of_each():
     box = (-20, 20, -20, 20, 0, 8)
     whole, apart = (gs.Scene({}, faults, box) for faults in ({"F1": mesh}, parts))
     assert volumes(whole.units) == pytest.approx(volumes(apart.units), rel=1e-14)
+
+
+def test_law_plane_faults_with_uneven_rims_leave_the_box_as_one_surface(rng):
+    """Parallel dip lines of uneven length, across the edges of the box."""
+    n_made = 0
+    for _ in range(60):
+        strike = rng.uniform(0.0, np.pi)
+        along = np.array([np.cos(strike), np.sin(strike), 0.0])
+        dip = np.array([-along[1], along[0], -rng.uniform(0.5, 3.0)])
+        places = np.sort(rng.uniform(-2.0, 2.0, rng.integers(2, 6)))
+        middle = rng.uniform(2.0, 6.0, 3)
+        ends = rng.uniform(0.1, 0.6, (len(places), 2)) * [-1.0, 1.0]
+        sticks = [
+            [middle + along * s + dip * end for end in two]
+            for s, two in zip(places, ends, strict=True)
+        ]
+        given = triangulate_sticks(sticks, name="F1")
+        try:
+            made = extend_fault(given, BOX, sides=("up", "down")).surface
+        except GeometryError:  # steps of its rim cross when they go on
+            continue
+        n_made += 1
+        find_rim(made)  # one piece, triangles that agree about their front
+        normal = np.cross(along, dip)
+        off = (made.vertices - middle) @ normal / np.linalg.norm(normal)
+        assert np.abs(off).max() < 1e-12
+    assert n_made > 50
