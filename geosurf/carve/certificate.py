@@ -194,7 +194,7 @@ def candidates(facts: Facts, everywhere: bool) -> tuple[np.ndarray, np.ndarray]:
         return corners[0], of_corners[0]
 
     # triangles in runs that are not listed count; others are compared one by one anyway
-    free = [one.unlisted() for one in lattices]
+    free = [one.free for one in lattices]
     trees = [_tree_of(one.lattice, origin) for one in lattices]
     hit = [np.full(len(some), everywhere) for some in free]
 

@@ -66,6 +66,8 @@ class LatticeRuns:
     strips : Strips
     shared : ndarray of bool, shape (n_node,)
         Whether each node is not private.
+    free : ndarray of bool
+        Whether each triangle, by key, is in a run and has no shared corner.
     listed : ndarray of int64
         Keys of the triangles in runs that have a shared corner, rising.
     graph : bool
@@ -83,6 +85,7 @@ class LatticeRuns:
     lattice: Lattice
     strips: Strips
     shared: np.ndarray
+    free: np.ndarray
     listed: np.ndarray
     graph: bool
     sums: np.ndarray
@@ -116,16 +119,6 @@ class LatticeRuns:
         """Those of some elements that are its runs, as rows of these."""
         rows: np.ndarray = elements[(elements >= self.runs.start) & (elements < self.runs.stop)]
         return rows - self.first
-
-    def unlisted(self) -> np.ndarray:
-        """Whether each triangle is in a run and not listed, bool, by keys."""
-        n_row, n_col = self.lattice.shape
-        marks = np.zeros(2 * max(n_row - 1, 0) * max(n_col - 1, 0), dtype=bool)
-        for low, high in _ranges(self.lattice.shape):
-            label = self.strips.labels(low, high)
-            marks[2 * low * (n_col - 1) : 2 * high * (n_col - 1)] = label.ravel() >= 0
-        marks[self.listed] = False
-        return marks
 
     def corners(self, keys: np.ndarray, origin: np.ndarray) -> np.ndarray:
         """Local corners (n, 3, 3) of triangles."""
@@ -173,7 +166,8 @@ def read_runs(
 
     sums, n_node = np.zeros((n_run + 1, N_SUM)), np.zeros(n_run, dtype=np.int64)
     sums[:, 8:11], sums[:, 11:14] = np.inf, -np.inf
-    listed, borders = [np.empty(0, dtype=np.int64)], [np.empty(0, dtype=np.int64)]
+    free, listed = np.zeros((2, max(n_row - 1, 0), 2 * max(n_col - 1, 0)), dtype=bool)
+    borders = [np.empty(0, dtype=np.int64)]
     for low, high in _ranges(lattice.shape):
         # nodes have cells on both sides of their row, so that labels begin with the row before
         before = max(low - 1, 0)
@@ -182,8 +176,9 @@ def read_runs(
         rows = slice(low - before, high - before + int(high == n_row - 1))
         own = label[low - before :]
         sums_of_runs(*lattice.coordinates, strips.places, own, low, pieces.origin, level, sums)
-        keys = np.flatnonzero(_touched(own, marks[low - before :], lattice.rising) & (own >= 0))
-        listed.append(keys + low * 2 * (n_col - 1))
+        touched = _touched(own, marks[low - before :], lattice.rising)
+        free[low:high] = ((own >= 0) & ~touched).reshape(len(own), -1)
+        listed[low:high] = ((own >= 0) & touched).reshape(len(own), -1)
         n_node += _count_nodes(label, ~marks, lattice.rising, rows, n_run)
         borders.append(_borders(label, ~marks, lattice.rising, rows) @ [n_run + 1, 1] + n_run + 2)
     if not np.isfinite(sums[:-1]).all() or (sums[:-1, 7] != _lengths(strips)).any():
@@ -192,8 +187,8 @@ def read_runs(
     one, two = np.divmod(pairs, n_run + 1)
     element = len(pieces.triangles) + int(pieces.first_run[i])
     return LatticeRuns(
-        i, element, lattice, strips, shared, np.concatenate(listed), graph, sums, n_node,
-        np.stack([one - 1, two - 1, np.bincount(number, minlength=len(pairs))], axis=1),
+        i, element, lattice, strips, shared, free.ravel(), np.flatnonzero(listed), graph, sums,
+        n_node, np.stack([one - 1, two - 1, np.bincount(number, minlength=len(pairs))], axis=1),
     )  # fmt: skip
 
 
