@@ -203,8 +203,9 @@ def test_commands_share_a_folder(inputs, tmp_path, counts, capsys):
     assert main(["report", str(path), "-o", str(tmp_path / "r"), "--no-pictures", *cache]) == 0
     there = set((tmp_path / "cache").iterdir())
     found = gs.run_ensemble(path, 2, progress=False, cache_dir=tmp_path / "cache")
-    # two horizons of two realisations are torn, none of the base case; they are nobody else's
-    assert counts == {**done, "tear": done["tear"] + 4}
+    # two horizons of two realisations are torn, and of the base case as planned; none is searched
+    # for, and they are nobody else's
+    assert counts == {**done, "tear": done["tear"] + 6}
     assert set((tmp_path / "cache").iterdir()) == there
     assert answers[0] == answers[1]
     assert found.data.bulk.values.tobytes() == plain.data.bulk.values.tobytes()
