@@ -7,7 +7,7 @@ below the fault it is vertical, up to the top and down to the base of the model.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import groupby
 
 import numpy as np
@@ -17,218 +17,13 @@ from geosurf.conventions import place
 from geosurf.errors import GeometryError, InputError, SurfaceError
 from geosurf.faults.dangling import Model, Tip, crossed_by, met_by, tips_of
 from geosurf.faults.extend import strip
-from geosurf.faults.rim import Rim
+from geosurf.faults.joins import Join, Target, TipLine, join_to_boundary, joins_by_length
+from geosurf.faults.rim import Rim, directions, guides_of
 from geosurf.kernels.exact.predicates import flat_triangles, frame_of
 from geosurf.kernels.lattices.sets import first_rows
 from geosurf.kernels.meshes.mesh import weld
 from geosurf.model import Patches, TriSurface
 from geosurf.model.column import BOUNDARY, EITHER, ENDS, NEAREST, VirtualWall, virtual_name
-
-# ---- joins ----------------------------------------
-# The shortest way from a tip line to a fault or to the boundary, at equal elevation.
-#
-# Each vertex of a tip line is joined to the nearest point of the target at its own elevation. So a
-# wall consists of level lines, of which no two cross where the tip line falls throughout.
-
-
-_SAME = 1e-9  # relative: a tip line that is as near as the fault itself is the end of a join
-
-
-@dataclass(frozen=True)
-class TipLine:
-    """Where a fault dies along strike, with the vertical lines above and below.
-
-    Attributes
-    ----------
-    fault : str
-    piece : int
-        Of the fault.
-    side : {"start", "end"}
-    line : ndarray of float64, shape (n, 3)
-        [m], as the triangles next to the rim run.
-    """
-
-    fault: str
-    piece: int
-    side: str
-    line: np.ndarray
-
-    @property
-    def key(self) -> tuple[str, int, str]:
-        """What it is known by."""
-        return self.fault, self.piece, self.side
-
-
-@dataclass(frozen=True)
-class Target:
-    """What walls may end at: a fault, with the virtual wall above and below it.
-
-    Attributes
-    ----------
-    name : str
-    corners : ndarray of float64, shape (n, 3, 3)
-        Its triangles [m].
-    tips : tuple of TipLine
-        Where it dies itself.
-    """
-
-    name: str
-    corners: np.ndarray
-    tips: tuple[TipLine, ...] = ()
-    low: np.ndarray = field(init=False)
-    high: np.ndarray = field(init=False)
-
-    def __post_init__(self) -> None:
-        """Bounds on the map, by which far targets are left out."""
-        points = self.corners.reshape(-1, 3)[:, :2]
-        self.__dict__.update(low=points.min(axis=0), high=points.max(axis=0))
-
-    def least_distance(self, points: np.ndarray) -> float:
-        """A distance on the map that no point (n, 3) is nearer than."""
-        away = np.maximum(np.maximum(self.low - points[:, :2], points[:, :2] - self.high), 0.0)
-        return float(np.linalg.norm(away, axis=1).min())
-
-
-@dataclass(frozen=True)
-class Join:
-    """The shortest ways from a line to a target.
-
-    Attributes
-    ----------
-    target : str
-    ends : ndarray of float64, shape (n, 3)
-        Nearest point of each vertex, at its elevation; NaN where the target is not that high.
-    length : float
-        The shortest way that starts inside the model [m].
-    place : ndarray of float64, shape (3,)
-        Where that one starts.
-    goes_on : bool
-        Whether any way has a length; else the line lies on the target.
-    facing : TipLine or None
-        The tip line of the target, where it is nearest.
-    reach : float
-        Where all ways run parallel: how far [m].
-    """
-
-    target: str
-    ends: np.ndarray
-    length: float
-    place: np.ndarray
-    goes_on: bool
-    facing: TipLine | None = None
-    reach: float = 0.0
-
-
-def join_to(line: np.ndarray, inside: np.ndarray, target: Target) -> Join | None:
-    """Return the shortest ways from a line (n, 3) to a fault; None where none starts inside.
-
-    Parameters
-    ----------
-    line : ndarray of float64, shape (n, 3)
-    inside : ndarray of bool, shape (n,)
-        Which vertices count for the length.
-    target : Target
-    """
-    ends = np.stack([nearest_at_level(point, target.corners) for point in line])
-    away = np.linalg.norm(ends - line, axis=1)
-    counts = inside & np.isfinite(away)
-    if not counts.any():
-        return None
-    least = int(np.where(counts, away, np.inf).argmin())
-
-    # two tip lines face each other if the nearest point is a tip at some elevation
-    facing, near = None, np.inf
-    for tip in target.tips:
-        across = np.linalg.norm(at_levels(tip.line, line[:, 2]) - line, axis=1)
-        same = counts & (across <= away * (1.0 + _SAME))
-        if same.any() and across[same].min() < near:
-            facing, near = tip, float(across[same].min())
-    goes_on = bool((away[np.isfinite(away)] > 0).any())
-    return Join(target.name, ends, float(away[least]), line[least], goes_on, facing)
-
-
-def join_to_boundary(
-    line: np.ndarray, inside: np.ndarray, outline: np.ndarray, name: str
-) -> Join | None:
-    """Return the shortest ways from a line (n, 3) to an outline on the map (m, 2)."""
-    if not inside.any():
-        return None
-    a, b = outline, np.roll(outline, -1, axis=0)
-    ends = np.full(line.shape, np.nan)
-    for i in np.flatnonzero(inside):
-        ends[i, :2] = _nearest_on(line[i, :2], a, b)
-        ends[i, 2] = line[i, 2]
-    away = np.linalg.norm(ends - line, axis=1)
-    least = int(np.where(inside, away, np.inf).argmin())
-    reach = float(np.linalg.norm(np.ptp(outline, axis=0)))
-    goes_on = bool((away[inside] > 0).any())
-    return Join(name, ends, float(away[least]), line[least], goes_on, reach=reach)
-
-
-def joins_by_length(
-    line: np.ndarray, inside: np.ndarray, targets: Sequence[Target], boundary: Join | None
-) -> list[Join]:
-    """Return the joins to some faults, and to the boundary; the shortest first.
-
-    Faults beyond the boundary, as far as bounds show, are left out.
-    """
-    some = line[inside]
-    if len(some) == 0:
-        return []
-    limit = np.inf if boundary is None else boundary.length
-    near = [one for one in targets if one.least_distance(some) <= limit]
-    found = [boundary, *(join_to(line, inside, one) for one in near)]
-    return sorted((one for one in found if one is not None), key=lambda one: one.length)
-
-
-def nearest_at_level(point: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Nearest point of triangles (n, 3, 3) at the elevation of a point (3,); NaN without one.
-
-    Examples
-    --------
-    >>> wall = np.array([[[4.0, -9, -9], [4, 9, -9], [4, 0, 9]]])
-    >>> nearest_at_level(np.array([1.0, 2, 0]), wall).tolist()
-    [4.0, 2.0, 0.0]
-    """
-    # corners at the level are above it; where that leaves no triangle, at the base, below it
-    for below in (corners[:, :, 2] < point[2], corners[:, :, 2] <= point[2]):
-        rows = below.any(axis=1) & ~below.all(axis=1)
-        if rows.any():
-            break
-    else:
-        return np.full(3, np.nan)
-
-    # the level line in each triangle: the corner that is alone on its side, and the other two
-    cut, low = corners[rows], below[rows]
-    one = np.where(low.sum(axis=1) == 1, low.argmax(axis=1), (~low).argmax(axis=1))
-    rows = np.arange(len(cut))
-    ends = []
-    for step in (1, 2):
-        a, b = cut[rows, one], cut[rows, (one + step) % 3]
-        share = (point[2] - a[:, 2]) / (b[:, 2] - a[:, 2])
-        ends.append(a[:, :2] + share[:, None] * (b - a)[:, :2])
-    return np.append(_nearest_on(point[:2], *ends), point[2])
-
-
-def _nearest_on(point: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Nearest point of some segments (n, 2) to a point (2,); of equal ones, west and south."""
-    step = b - a
-    size = (step**2).sum(axis=1)
-    share = ((point - a) * step).sum(axis=1) / np.where(size > 0, size, 1.0)
-    at = a + np.clip(share, 0.0, 1.0)[:, None] * step
-    away = ((at - point) ** 2).sum(axis=1)
-    found: np.ndarray = at[np.lexsort((at[:, 1], at[:, 0], away))[0]]
-    return found
-
-
-def at_levels(line: np.ndarray, levels: np.ndarray) -> np.ndarray:
-    """Points of a tip line (n, 3) at some elevations, its ends beyond it; NaN there."""
-    order = np.argsort(line[:, 2], kind="stable")
-    z = line[order, 2]
-    found = np.stack([np.interp(levels, z, line[order, k]) for k in range(3)], axis=1)
-    found[(levels < z[0]) | (levels > z[-1])] = np.nan
-    return found
-
 
 LEVELS = {"up": "top", "down": "base"}
 
@@ -275,6 +70,14 @@ class _Draft:
     def is_free(self, piece: int, side: str) -> bool:
         """Whether no part of a side lies on another fault."""
         return bool(self.pieces[piece][1][side].open.all())
+
+    def outward(self, piece: int, side: str) -> np.ndarray:
+        """The way a side leads along strike, level (3,)."""
+        surface, rim = self.mesh.surface, self.pieces[piece][0]
+        x, t, arc = surface.vertices, surface.triangles, rim.arcs[side]
+        out: np.ndarray = directions(x, t, arc, side, rim.axes, guides_of(surface)).sum(axis=0)
+        out[2] = 0.0
+        return out / np.linalg.norm(out)
 
 
 def build_virtual_walls(
@@ -421,7 +224,7 @@ def _draft(patches: Patches, fault: TriSurface, model: Model) -> _Draft:
 
 
 def _raised(draft: _Draft, arc: np.ndarray, side: str, at: str, model: Model) -> dict[int, int]:
-    """Add the vertical strip of one side; the copy of each of its vertices."""
+    """Add the vertical strip of one side; the copies of its first and its last vertex."""
     z = draft.mesh.x[arc, 2]
     up = side == "up"
     level = max(model.top, z.max()) + model.margin if up else min(model.bottom, z.min())
@@ -435,7 +238,7 @@ def _raised(draft: _Draft, arc: np.ndarray, side: str, at: str, model: Model) ->
     length = max(float(away[far]), 0.0)
     spot = tuple(draft.mesh.x[arc[far]].tolist())
     draft.parts.append(VirtualWall(draft.name, side, at, length, 0.0, spot))
-    return dict(zip(arc.tolist(), made.tolist(), strict=True))
+    return dict(zip(arc[[0, -1]].tolist(), made.tolist(), strict=True))
 
 
 def _paths(
@@ -514,7 +317,10 @@ def _join_path(
         if pair in done:
             return k
         if tip is None:
-            draft.mesh.join(at, join, model.margin)
+            # a tip that touches its target may run along it, on either side: no nearest point of
+            # the target says where to go on
+            outward = draft.outward(piece, side) if join.touches else None
+            draft.mesh.join(at, join, model.margin, outward)
         else:
             draft.mesh.join_tip(at, tip.line)
         # a fault that dies beyond the one that it crosses, and is to end there, needs no wall
@@ -544,7 +350,7 @@ def _joins_of(
     model: Model,
 ) -> list[Join]:
     """The joins of a line to the fault or boundary that is wanted, the shortest first."""
-    _, _, at, is_tip = path
+    piece, side, at, is_tip = path
     line = draft.mesh.x[at]
     inside = model.holds(line)
     if not inside.any() or not is_tip:  # only ends of lines are vertices, above and below
@@ -565,12 +371,11 @@ def _joins_of(
             )
         return found
 
-    # the vertical ends of a wall go to a fault at which its own one ends, a tip to any or to the
-    # boundary
-    others = [
-        one for one in targets if one.name != draft.name and (is_tip or one.name in draft.met)
-    ]
-    return joins_by_length(line, inside, others, boundary if is_tip else None)
+    # a tip goes to any fault or to the boundary; the vertical ends of a wall, and what is open of
+    # a side that ends at a fault, to that one
+    dies = is_tip and draft.is_free(piece, side)
+    others = [one for one in targets if one.name != draft.name and (dies or one.name in draft.met)]
+    return joins_by_length(line, inside, others, boundary if dies else None)
 
 
 def _leads_out(draft: _Draft, piece: int, level: str, at: np.ndarray, join: Join) -> bool:
@@ -621,15 +426,34 @@ class WallMesh:
         return np.arange(first, len(self.x))
 
     def raise_to(self, arc: np.ndarray, level: float) -> np.ndarray:
-        """Add a vertical strip from an arc to a level; return the copies of its vertices."""
-        tops = self.x[arc].copy()
-        tops[:, 2] = level
-        n = len(self.x)
-        self.strips.append(strip(arc, n, self.x[arc], tops))
-        return self.add(tops)
+        """Add a vertical strip from an arc to a level; return the copies of its two ends.
 
-    def join(self, path: np.ndarray, join: Join, margin: float) -> None:
-        """Add a strip of level lines from a path to a target, and beyond it."""
+        A vertex that the fault overhangs is left behind, with a triangle in the notch: the line
+        above or below it would run through the fault.
+        """
+        notches: list[tuple[int, int, int]] = []
+        while True:
+            tops = self.x[arc].copy()
+            tops[:, 2] = level
+            n = len(self.x)
+            notch = np.array(notches, dtype=np.int64).reshape(-1, 3)
+            self.strips.append(np.concatenate([notch, strip(arc, n, self.x[arc], tops)]))
+            self.add(tops)
+            crossing = self._crossings_at(arc[1:-1])
+            if not crossing.any():
+                return np.array([n, n + len(arc) - 1])
+            k = 1 + int(crossing.argmax())
+            notches.append((arc[k - 1], arc[k + 1], arc[k]))
+            arc = np.delete(arc, k)
+            self.undo()
+
+    def join(
+        self, path: np.ndarray, join: Join, margin: float, outward: np.ndarray | None = None
+    ) -> None:
+        """Add a strip of level lines from a path to a target, and beyond it.
+
+        All lines run to the nearest point of the target, or outward (3,) where that is given.
+        """
         line = self.x[path]
         way = join.ends - line
         length = np.linalg.norm(way, axis=1)
@@ -641,7 +465,11 @@ class WallMesh:
 
         # ways that part leave a gap between them: all run as the shortest does
         main = way[int(length.argmin())]
-        if join.reach or (way @ main).min() < _PARTING:
+        if outward is not None:
+            ahead = way @ outward
+            length = np.where(ahead > 0, length / np.maximum(ahead, _PARTING), 0.0)
+            way = np.broadcast_to(outward, way.shape)
+        elif join.reach or (way @ main).min() < _PARTING:
             way = np.broadcast_to(main, way.shape)
             length = np.full(len(length), max(join.reach, float(length.max())))
         far = line + way * (length * (1.0 + _BEYOND) + margin)[:, None]
@@ -705,6 +533,14 @@ class WallMesh:
         used, number = np.unique(t, return_inverse=True)
         name = virtual_name(self.surface.name)
         return TriSurface(name, "virtual", self.x[used], number.reshape(-1, 3)), of
+
+    def _crossings_at(self, vertices: np.ndarray) -> np.ndarray:
+        """How often triangles of the wall at some vertices (n,) cross others, or the fault (n,)."""
+        t = np.concatenate(self.strips)
+        t = t[self._with_area(t)]
+        pairs, _ = self._crossing(t)
+        crossing = t[pairs[pairs < len(t)]]
+        return (crossing[:, None, :] == vertices[None, :, None]).any(axis=2).sum(axis=0)
 
     @property
     def crosses_itself(self) -> bool:

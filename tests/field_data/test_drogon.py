@@ -122,3 +122,23 @@ def test_regions_are_the_segments_that_a_modeller_draws(drogon_horizons, drogon_
     rest = sum(u.volume for u in scene.units.values() if (u.zone, u.block) in small)
     assert len(small) > 40
     assert rest < 0.001 * whole
+
+
+@pytest.mark.parametrize(("form", "n_region"), [("points", 8), ("grids", 7)])
+def test_torn_horizons_and_virtual_walls_make_one_model(data, drogon_faults, form, n_region):
+    """Tears make F2 and F6 longer; both go on from one stick, and their walls are sealed.
+
+    Of the points, one zone pinches out between two parts of a region.
+    """
+    if form == "points":
+        folder = data / "drogon" / "horizons_poi"
+        names = ("TopVolantis", "TopTherys", "TopVolon", "BaseVolantis")
+        horizons = {name: gs.read_points(folder / f"{name}.poi", positive="down") for name in names}
+    else:
+        files = sorted((data / "drogon_xtgeo" / "horizons_gri").glob("0*.gri"))
+        horizons = {file.stem: gs.read_horizon(file, positive="down") for file in files}
+    faults = {fault.name: fault for fault in drogon_faults}
+    scene = gs.Scene(horizons, faults, tear=True, compartments=True)
+    assert scene.check().ok
+    assert len(scene.regions) == n_region
+    assert sum(len(region.remnants) for region in scene.regions.values()) < 5

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 
 import numpy as np
@@ -79,6 +80,44 @@ def test_the_shortest_joins_are_ones_that_separate() -> None:
     assert_divided(scene(faults), walled)
     joins = {(wall.fault, wall.side): wall.length for wall in walled.virtual_walls}
     assert (joins["F1", "start"], joins["F1", "end"]) == (4.0, 4.0)  # sqrt(10) m were nearest
+
+
+def test_a_fault_that_overhangs_its_lower_rim_is_continued_down() -> None:
+    """The vertical line below V would run through the triangle Q, D, P."""
+    at = {
+        "U0": (12, 3, -2), "U1": (12, 9, -2), "U2": (12, 14, -2), "Q": (8, 5, -6), "P": (8, 11, -6),
+        "C": (4, 3, -10), "D": (4, 6, -10), "V": (5, 7, -8.5), "E": (4, 11, -10), "F": (4, 14, -10),
+    }  # fmt: skip
+    rows = ("U0CQ", "U0QU1", "QPU1", "CDQ", "QDP", "PDV", "PVE", "PEF", "PFU2", "U1PU2")
+    names = list(at)
+    triangles = [[names.index(one) for one in re.findall(r"[A-Z]\d?", row)] for row in rows]
+    faults = {"F1": (list(at.values()), triangles)}
+    walled = scene(faults, True)
+    assert_divided(scene(faults), walled)
+    assert len(walled.regions) == 2
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_faults_that_share_a_stick_bound_blocks_however_far_they_are_lengthened(seed) -> None:
+    """Beyond the shared stick both go on along one line, but for rounding: nothing leaks there."""
+    rng = np.random.default_rng(seed)
+
+    def stick(x, y, dx, dy):
+        """A line down, with noise, so that no end of its continuation is a whole number."""
+        easting, northing, high, low = np.array([x, y, -3.0, -9.0]) + rng.uniform(-0.3, 0.3, 4)
+        return [[easting, northing, high], [easting + dx, northing + dy, low]]
+
+    main = [stick(5, northing, 2, 0) for northing in (2, 8, 14)]
+    branch = [main[1], stick(9, 8, 0.5, 1), stick(12, 8, 0.5, 1)]
+    faults = {
+        name: gs.triangulate_fault(gs.FaultSticks(name, sticks))
+        for name, sticks in (("F1", main), ("F2", branch))
+    }
+    plain, both = {"up": 0.7, "down": 1.9}, {"up": 0.4, "down": 0.9}
+    for lengthen in (None, {"F1": plain}, {"F2": plain}, {"F1": plain, "F2": both}):
+        walled = gs.Scene(HORIZONS, faults, BOX, lengthen=lengthen, compartments=True)
+        assert walled.check().ok
+        assert (len(walled.regions), len(walled.units)) == (3, 9)
 
 
 def test_a_contact_may_be_of_one_compartment() -> None:
