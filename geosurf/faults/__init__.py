@@ -17,6 +17,7 @@ distance.py         the closest approach of an open end to another fault
                     faults that end just inside of a side of the model
 propose.py          contacts, near misses and dangling ends, each with a proposal
                     extension beyond a main fault
+joins.py            the shortest way from a tip line to a fault or to the boundary
 virtual_walls.py    walls of level lines behind faults that die inside the model
 dangling.py         ends in the model box that are left once a network is as proposed
 ==================  ================================================================

@@ -24,6 +24,7 @@ from geosurf.kernels.lattices.sets import first_rows
 from geosurf.kernels.meshes.mesh import weld
 from geosurf.model import Patches, TriSurface
 from geosurf.model.column import BOUNDARY, EITHER, ENDS, NEAREST, VirtualWall, virtual_name
+from geosurf.model.excerpt import CloseUp
 
 LEVELS = {"up": "top", "down": "base"}
 
@@ -519,20 +520,22 @@ class WallMesh:
 
         stays = self._with_area(t)
         t, of = t[stays], of[stays]
+        used, number = np.unique(t, return_inverse=True)
+        name = self.surface.name
+        wall = TriSurface(virtual_name(name), "virtual", self.x[used], number.reshape(-1, 3))
         pairs, every = self._crossing(t)
         if len(pairs):
             at = self.x[every[pairs[0, 0]]].mean(axis=0)
-            name = self.surface.name
+            reach = float(np.ptp(self.x[every[pairs[0]]].reshape(-1, 3), axis=0).max())
             raise GeometryError(
                 f"the virtual wall of fault {name!r} would cross itself or the fault near "
                 f"{place(at)}. Name another target: compartments={{{name!r}: 'boundary'}}; or "
                 f"smooth the ends of the fault: lengthen={{{name!r}: ...}}.",
                 place=at,
                 surfaces=(name,),
+                close_up=CloseUp((self.surface, wall), reach),
             )
-        used, number = np.unique(t, return_inverse=True)
-        name = virtual_name(self.surface.name)
-        return TriSurface(name, "virtual", self.x[used], number.reshape(-1, 3)), of
+        return wall, of
 
     def _crossings_at(self, vertices: np.ndarray) -> np.ndarray:
         """How often triangles of the wall at some vertices (n,) cross others, or the fault (n,)."""

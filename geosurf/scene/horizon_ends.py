@@ -26,6 +26,7 @@ from geosurf.faults.virtual_walls import Wall, build_virtual_walls
 from geosurf.measure.section import chains_of
 from geosurf.model import Patches, TriSurface
 from geosurf.model.column import BOUNDARY, EITHER, ENDS, NEAREST, VirtualWall, virtual_name
+from geosurf.model.excerpt import CloseUp
 from geosurf.model.network import Truncation
 from geosurf.rebuild import drop_triangles, patches_from
 from geosurf.scene.inputs import Box, SceneInputs
@@ -519,6 +520,9 @@ def _way_around(
     largest = rows[int(areas.argmax())]
     at = patches.local[patches.triangles[largest]].mean(axis=0) + patches.origin
     name = wall.fault
+    faults = (source for source in patches.sources if source.role == "fault")
+    corners = patches.local[patches.triangles[rows]].reshape(-1, 3)
+    shown = CloseUp((*faults, wall.surface), float(np.ptp(corners, axis=0).max()))
     missing = sorted(
         {part.target for part in wall.parts} - {*compartments, BOUNDARY, "top", "base"}
     )
@@ -540,6 +544,7 @@ def _way_around(
             "another target, or let faults that nearly meet end at each other: truncations=...",
             place=at,
             surfaces=(name,),
+            close_up=shown,
         )
     return GeometryError(
         f"there is a way around fault {name!r} and its virtual wall near {place(at)}: "
@@ -547,6 +552,7 @@ def _way_around(
         f"{what}. Continue it as well: {how}.",
         place=at,
         surfaces=(name, *missing),
+        close_up=shown,
     )
 
 

@@ -173,6 +173,7 @@ def test_lattice_worlds_are_divided_exactly_or_refused(seed: int) -> None:
         with pytest.raises(GeometryError, match=r"fault 'F[123]'.*near \(E") as caught:
             _ = walled.units
         assert caught.value.place is not None
+        assert "virtual" in {shown.role for shown in caught.value.close_up.surfaces}
         return
     assert_divided(scene(faults), walled)
 
