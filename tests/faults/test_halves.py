@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 import geosurf as gs
 from geosurf import Scene, TriSurface, build_walls, rebuild_surfaces, truncate_faults
+from geosurf.conventions import place as place_in_words
 from geosurf.errors import GeometryError, GeosurfError, InputError, ScenarioError, SurfaceError
 from geosurf.faults.distance import closest_approach
 from geosurf.faults.rules import read_extend, read_truncations
@@ -247,8 +248,13 @@ def test_a_fault_ends_at_what_is_left_of_its_main_fault():
     kept = made.surfaces["F3"].vertices
     assert (kept[:, 0] <= kept[:, 2]).all()  # west of x = z
     assert made.truncations[1].kept_area == pytest.approx(6.0)
-    with pytest.raises(GeometryError, match=r"'F3' ends .* m short of 'F2'"):
-        cut([*faults[:2], across(4, west=1, east=2)], {"F2": ("F1", "+"), "F3": ("F2", "+")})
+    rules = {"F2": ("F1", "+"), "F3": ("F2", "+")}
+    error = refused(
+        GeometryError, r"'F3' ends .* m short of 'F2', nearest at ",
+        cut, [*faults[:2], across(4, west=1, east=2)], rules,
+    )  # fmt: skip
+    assert error.surfaces == ("F3", "F2")
+    assert place_in_words(error.place) in str(error)
 
 
 def test_a_bent_main_fault_is_told_by_the_angle_between_its_flanks():

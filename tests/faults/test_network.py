@@ -255,12 +255,7 @@ def piece(rng, name, size, n=4):
     half = size * rng.uniform(0.5, 1.5)
     x = middle + half * u[..., None] * along + rng.uniform(500, 2200) * v[..., None] * down
     x = x + rng.normal(0, 0.01 * half) * np.sin(2.0 * u[..., None]) * np.cross(along, down)
-    node = np.arange(n * n).reshape(n, n)
-    a, b, c, d = (
-        part.ravel() for part in (node[:-1, :-1], node[:-1, 1:], node[1:, 1:], node[1:, :-1])
-    )
-    t = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
-    return TriSurface(name, "fault", x.reshape(-1, 3), t)
+    return TriSurface(name, "fault", x.reshape(-1, 3), grid(name, u).triangles)
 
 
 def network_of(n_piece, seed):

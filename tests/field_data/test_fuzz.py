@@ -8,6 +8,7 @@ import pytest
 import geosurf as gs
 from geosurf.carve.certificate import certify
 from geosurf.errors import SurfaceError
+from tests.strategies import grid
 
 WALLS = gs.build_walls((0.5, 3.5, 0.25, 3.25, -5.0, 5.0))
 
@@ -16,12 +17,8 @@ def whole(kind: int, rng) -> tuple[np.ndarray, np.ndarray]:
     """A small mesh: a grid, a soup on a lattice, a soup, two large triangles."""
     if kind == 0:
         n = int(rng.integers(2, 6))
-        x, y = np.meshgrid(np.arange(float(n)), np.arange(float(n)))
-        z = 0.5 * rng.integers(-2, 3, (n, n))
-        k = np.arange(n * n).reshape(n, n)
-        a, b, c, d = (part.ravel() for part in (k[:-1, :-1], k[:-1, 1:], k[1:, 1:], k[1:, :-1]))
-        faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
-        return np.stack([x, y, z], axis=2).reshape(-1, 3), faces
+        made = grid("A", 0.5 * rng.integers(-2, 3, (n, n)))
+        return made.vertices, made.triangles
     if kind == 3:
         x = np.array([[-1.0, -1.0], [6.0, -1.0], [6.0, 6.0], [-1.0, 6.0]])
         return np.column_stack([x, rng.integers(-2, 3, 4)]), np.array([[0, 1, 2], [0, 2, 3]])

@@ -43,15 +43,6 @@ def unit_by_rays(units, points, shells=None):
     return found
 
 
-def is_on_boundary(points, shells):
-    """Whether each point (n, 3), local, lies exactly on a triangle of a shell."""
-    found = []
-    for point in points:
-        p = [whole(c) for c in point]
-        found.append(any(holds(face, p) for _, face in shells.near(point)[1]))
-    return np.array(found)
-
-
 class Shells:
     """The triangles of all units, by places on the map."""
 

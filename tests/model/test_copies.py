@@ -13,7 +13,7 @@ import pytest
 import geosurf as gs
 from geosurf import Lattice, TriSurface, rebuild_surfaces
 from geosurf.carve.certificate import certify
-from geosurf.conventions import place, volume_text
+from geosurf.conventions import volume_text
 from tests import laws
 
 WAYS = {"pickled": lambda one: pickle.loads(pickle.dumps(one)), "copied": copy.deepcopy}
@@ -319,37 +319,3 @@ def test_a_certificate_names_the_units_that_are_no_balls():
     assert closed.passed
     assert closed.detail.startswith("2 units, 0 open edges; Euler number 2, but ")
     assert closed.detail.endswith(" 0")
-
-
-def test_what_was_done_to_faults_is_told_in_sentences():
-    world = gs.synthetic.faulted("Y", n=33)
-    short = world.faults | {"F2": world.faults["F2"].isel(along_strike=slice(0, -8))}
-    rules = {"F2": ("F1", "hanging wall", True)}
-    longer, cut = map(str, gs.Scene({}, short, world.box, truncations=rules).fault_actions)
-    assert longer.startswith("F2 (start) was extended by ")
-    assert " m until F1: " in longer
-    assert cut.startswith("F2 ends at F1 along ")
-    assert " removed; " in cut
-    assert cut.endswith(" in its hanging wall kept")
-
-
-def test_a_gap_between_faults_has_its_place_and_its_faults():
-    """Errors of fault networks were sentences only, which `render_place` cannot draw."""
-    world = gs.synthetic.faulted("Y", n=33)
-    picks = world.faults["F2"].isel(along_strike=slice(0, -8))
-    rules = {"F2": ("F1", "hanging wall")}
-    faults = world.faults | {"F2": picks}
-    with pytest.raises(gs.errors.GeometryError, match=r"short of 'F1', nearest at ") as caught:
-        _ = gs.Scene({}, faults, world.box, truncations=rules).fault_actions
-    error = caught.value
-    assert error.surfaces == ("F2", "F1")
-    assert place(error.place) in str(error)
-
-
-def test_a_horizon_beside_the_box_is_named():
-    world = gs.synthetic.tilted_planes(n=5)
-    west, east, south, north, bottom, top = world.box
-    box = (west, east, south, north, bottom + 5000, top + 5000)
-    with pytest.raises(gs.errors.GeometryError, match="does not reach the model box") as caught:
-        _ = gs.Scene({"Top": world.horizons["Top"]}, {}, box).units
-    assert caught.value.surfaces == ("Top",)

@@ -58,35 +58,38 @@ def test_rotated_grid_keeps_every_node_and_is_right_handed(tmp_path, yinc, rotat
     assert (top.attrs["ncol"], top.attrs["nrow"]) == (3, 2)
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (("2 10 20", "2 x 20"), r"top.irap, line 1: found 'x', expected a number \(xinc\)"),
-        (("2 10 20", "2 0 20"), r"header: xinc is 0.0, expected a finite number other than 0"),
-        (("-996 2 10", "-996 2000000000 10"), r"header is damaged"),
-        (("4 5 6", "4 five 6"), r"line 6: found 'five', expected a number.*Correct"),
-        (
-            ("3 {rotation} 500", "3 30 0"),
-            r"rotated by 30.0 degrees about \(0.0, 1000.0\).*Set xrot",
-        ),
-    ],
-)
-def test_a_wrong_classic_file_is_named_by_line(tmp_path, change, message):
-    with pytest.raises(FormatError, match=message):
-        gs.read_horizon(classic(tmp_path, CLASSIC.replace(*change)), positive="up")
+ZMAP = "! made by hand\n@top, GRID, 3\n 8, -99, , 1, 1,\n 3, 2, 0, 10, 0, 20\n 0, 0, 0\n@\n"
+PLAIN = CLASSIC.format(rotation=0)
 
 
 @pytest.mark.parametrize(
-    ("data", "message"),
+    ("name", "data", "message"),
     [
-        (binary()[:-1], r"byte 100: found a record length of 24.*truncated.*export"),
-        (binary(values=(1, 2, 3, 4, np.nan, 6)), r"node \(row 1, column 1\) is nan.*null value"),
-        (b"", r"the file is empty \(0 bytes\).*export"),
+        ("top.irap", PLAIN.replace("2 10 20", "2 x 20"),
+         r"top.irap, line 1: found 'x', expected a number \(xinc\)"),
+        ("top.irap", PLAIN.replace("2 10 20", "2 0 20"),
+         r"header: xinc is 0.0, expected a finite number other than 0"),
+        ("top.irap", PLAIN.replace("-996 2 10", "-996 2000000000 10"), r"header is damaged"),
+        ("top.irap", PLAIN.replace("4 5 6", "4 five 6"),
+         r"line 6: found 'five', expected a number.*Correct"),
+        ("top.irap", PLAIN.replace("3 0 500", "3 30 0"),
+         r"rotated by 30.0 degrees about \(0.0, 1000.0\).*Set xrot"),
+        ("b.gri", binary()[:-1], r"byte 100: found a record length of 24.*truncated.*export"),
+        ("b.gri", binary(values=(1, 2, 3, 4, np.nan, 6)),
+         r"node \(row 1, column 1\) is nan.*null value"),
+        ("b.gri", b"", r"the file is empty \(0 bytes\).*export"),
+        ("a.zmap", ZMAP + "1. 2. 3.\n4. x 6.\n", r"line 8: found 'x', expected a number"),
+        ("a.zmap", ZMAP + "1 2 3\n4 5 6\n",
+         r"line 3: the header announces 1 decimals, but no value"),
+        ("a.zmap", "1 2 3\n",
+         r"expected a header of at least two lines between two '@', found 0"),
+        ("a.zmap", ZMAP.replace(" 3, 2, 0,", " 3, 2,"), r"line 4: found 5 values, expected 6"),
+        ("a.zmap", ZMAP.replace(" 3, 2, 0,", " 1, 2, 0,"), r"line 4: 2 columns x 1 rows, expected"),
     ],
-)
-def test_a_wrong_binary_file_is_named_by_byte(tmp_path, data, message):
-    (tmp_path / "b.gri").write_bytes(data)
-    refused(FormatError, message, gs.read_horizon, tmp_path / "b.gri", positive="up")
+)  # fmt: skip
+def test_a_wrong_file_is_named_by_line_or_byte(tmp_path, name, data, message):
+    (tmp_path / name).write_bytes(data if isinstance(data, bytes) else data.encode())
+    refused(FormatError, message, gs.read_horizon, tmp_path / name, positive="up")
 
 
 def test_unknown_suffix_lists_known_ones_and_format(tmp_path):
@@ -94,25 +97,6 @@ def test_unknown_suffix_lists_known_ones_and_format(tmp_path):
         gs.read_horizon(tmp_path / "top.grj", positive="up")
     with pytest.raises(FormatError, match=r"format='iraq' is unknown.*Did you mean 'irap'"):
         gs.read_horizon(tmp_path / "top.grj", format="iraq")
-
-
-ZMAP = "! made by hand\n@top, GRID, 3\n 8, -99, , 1, 1,\n 3, 2, 0, 10, 0, 20\n 0, 0, 0\n@\n"
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (ZMAP + "1. 2. 3.\n4. x 6.\n", r"line 8: found 'x', expected a number"),
-        (ZMAP + "1 2 3\n4 5 6\n", r"line 3: the header announces 1 decimals, but no value"),
-        ("1 2 3\n", r"expected a header of at least two lines between two '@', found 0"),
-        (ZMAP.replace(" 3, 2, 0,", " 3, 2,"), r"line 4: found 5 values, expected 6"),
-        (ZMAP.replace(" 3, 2, 0,", " 1, 2, 0,"), r"line 4: 2 columns x 1 rows, expected"),
-    ],
-)
-def test_a_wrong_zmap_file_is_named_by_line(tmp_path, text, message):
-    path = tmp_path / "top.zmap"
-    path.write_text(text)
-    refused(FormatError, message, gs.read_horizon, path, positive="up")
 
 
 def depth_grid(**attrs):

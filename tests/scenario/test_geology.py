@@ -22,6 +22,12 @@ maps = false
 exploded = false
 formats = ["csv"]
 """
+THROWS = """
+[[throws]]
+fault = "F1"
+throw_m = 30.0
+"""
+TEAR = "[tear]\ntrim_cells = 1.5\n"
 
 
 @pytest.fixture(scope="module")
@@ -82,8 +88,12 @@ corners_m = [[100, 100], [3900, 200], [3800, 2900], [2000, 1500], [200, 2800]]
         ("[aoi]", "aoi: give one of file, corners_m, rectangle"),
         ("[aoi]\ncorners_m = [[0, 1], [2]]", r"corners_m is .* must be three or more corners"),
         ("[slivers]\nmin_volume_m3 = -1", "it must be a number, 0 or above"),
+        (TEAR + 'horizons = ["Topp"]',
+         "unknown horizon 'Topp'; the scenario has 'Top', 'Base'. Did you mean 'T"),
+        (TEAR + THROWS, "horizon 'Top' is torn twice: .* by the throw of 'F1'. Select"),
+        ("[tear]\ntrim_cells = 0", "tear.trim_cells is 0; it must be .auto., a number above 0"),
     ],
-)
+)  # fmt: skip
 def test_refusals(folder, more, words):
     refused(ScenarioError, words, lambda: read_scenario(scenario(folder, more)))
 
@@ -102,13 +112,6 @@ def test_what_fails_is_drawn(folder, tmp_path, capfd):
     good = scenario(folder)
     assert main(["run", str(good), "-o", str(tmp_path / "out"), "--quiet"]) == 0
     assert not (tmp_path / "out" / "failure.png").exists()
-
-
-THROWS = """
-[[throws]]
-fault = "F1"
-throw_m = 30.0
-"""
 
 
 def test_throws_tear_horizons_of_a_scenario(folder, tmp_path):
@@ -156,9 +159,6 @@ centre_elevation_m = -1900
     assert walls[1] - walls[0] > 15.0  # the footwall has risen by three quarters of the throw
 
 
-TEAR = "[tear]\ntrim_cells = 1.5\n"
-
-
 def test_picked_horizons_of_a_scenario_are_torn(folder, tmp_path):
     """The planes of this world have no throw: torn or not, volumes are nearly the same."""
     told = []
@@ -179,21 +179,6 @@ def test_picked_horizons_of_a_scenario_are_torn(folder, tmp_path):
     assert "trim 1.5 cells" in section
     assert 'id="fault-1">F1</h3>' in page
     assert "Throw and heave of torn" in page
-
-
-@pytest.mark.parametrize(
-    ("more", "words"),
-    [
-        (
-            TEAR + 'horizons = ["Topp"]',
-            "unknown horizon 'Topp'; the scenario has 'Top', 'Base'. Did you mean 'T",
-        ),
-        (TEAR + THROWS, "horizon 'Top' is torn twice: .* by the throw of 'F1'. Select"),
-        ("[tear]\ntrim_cells = 0", "tear.trim_cells is 0; it must be .auto., a number above 0"),
-    ],
-)
-def test_tears_that_contradict_are_refused(folder, more, words):
-    refused(ScenarioError, words, lambda: read_scenario(scenario(folder, more)))
 
 
 BOTH = """

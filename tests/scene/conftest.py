@@ -17,6 +17,15 @@ def level(z, name="Top"):
     return grid(name, np.full((4, 4), float(z)), spacing=2.0, corner=(-1.0, -1.0))
 
 
+# a fault across 200 m, and horizons over as many
+FAULT = sheet("F1", [(90, -50, -900), (110, 250, -900), (110, 250, 0), (90, -50, 0)])
+
+
+def waves(level, n=201, phase=0.0):
+    x = np.linspace(0.0, 200.0, n)
+    return level + 8.0 * np.sin(x / 30 + phase)[:, None] * np.cos(x / 40)
+
+
 def ran(scene, stage=None, outcome="ran"):
     return [s.subject for s in scene.steps if s.outcome == outcome and stage in (None, s.stage)]
 

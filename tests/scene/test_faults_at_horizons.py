@@ -129,8 +129,11 @@ def test_a_short_fault_is_extended_to_the_horizon():
     made = scene({"F2": ("U", "below", True)}, faults=short)
     assert made.surface("F2").bounds[5] == 4
     assert [type(a).__name__ for a in made.fault_actions] == ["Extension", "Truncation"]
-    assert "of it removed" not in str(made.fault_actions[1])
-    assert str(made.fault_actions[1]).endswith("below it kept")
+    longer, cut = map(str, made.fault_actions)
+    assert longer.startswith("F2 (up) was extended by ")
+    assert " m until the model box: " in longer
+    assert "of it removed" not in cut
+    assert cut.endswith("below it kept")
 
 
 @pytest.mark.parametrize(

@@ -59,7 +59,8 @@ def test_a_hole_is_refused_by_name_and_the_remedies_work():
     ((9, 12, 0, 4, 0, 8), r"model box \(9 to 12, 0 to 4, 0 to 8\)\. Enlarge the box"),
 ])  # fmt: skip
 def test_a_box_apart_from_a_horizon_names_both_extents(box, words):
-    refused(GeometryError, words, lambda: Scene({"Top": level(3)}, box=box).units)
+    error = refused(GeometryError, words, lambda: Scene({"Top": level(3)}, box=box).units)
+    assert error.surfaces == ("Top",)
 
 
 def test_the_default_area_of_a_mesh_is_inside_its_rim():

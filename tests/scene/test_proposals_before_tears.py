@@ -91,6 +91,7 @@ def test_a_scenario_lists_and_proposes_for_the_faults_as_its_rules_left_them(sce
         assert scene.truncations == untorn.truncations
         assert (scene.extend, scene.lengthen) == (untorn.extend, untorn.lengthen)
     assert {action.fault for action in scene.fault_actions} == {"F2"}
+    assert any(" m until F1: " in str(action) for action in scene.fault_actions)
     assert len(scene.fault_actions) > 1
     assert scene.truncations == {"F2": (("F1", "hanging wall", True),)}
 

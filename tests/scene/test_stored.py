@@ -9,14 +9,11 @@ import xarray as xr
 import geosurf as gs
 from geosurf.errors import HorizonError
 from geosurf.triangulate import decimate, stored
+from tests.scene.conftest import FAULT, waves
 
 pytest.importorskip("dask")
 pytest.importorskip("zarr")
 
-FAULT = gs.TriSurface(
-    "F1", "fault", [[90, -50, -900], [110, 250, -900], [110, 250, 0], [90, -50, 0]],
-    [[0, 1, 2], [0, 2, 3]],
-)  # fmt: skip
 BOX = (10, 190, 10, 190, -300, 0)
 
 
@@ -40,11 +37,6 @@ def grid_of(z, chunks=None, way=(1, 1)):
     attrs = {"units": "m", "positive": "down"}
     made = xr.DataArray(-z[:: way[0], :: way[1]], axes, ("northing", "easting"), attrs=attrs)
     return made if chunks is None else made.chunk(dict(zip(made.dims, chunks, strict=True)))
-
-
-def waves(level, n=101, shift=0.0):
-    x = np.linspace(0.0, 200.0, n)
-    return level + 8.0 * np.sin(x / 30 + shift)[:, None] * np.cos(x / 40)
 
 
 @pytest.mark.parametrize("rotated", [False, True])
@@ -71,7 +63,7 @@ def test_law_what_fits_is_read_as_if_it_had_been_in_memory(tmp_path, lazy, rotat
 
 @pytest.mark.parametrize("tolerance", [0.2, 1.5])
 def test_law_a_tolerance_keeps_the_nodes_that_it_keeps_in_memory(tolerance, full):
-    grids = {"Top": waves(-100.0), "Base": waves(-130.0, shift=0.3)}
+    grids = {"Top": waves(-100.0, 101), "Base": waves(-130.0, 101, phase=0.3)}
     given = {name: grid_of(z) for name, z in grids.items()}
     one = gs.Scene(given, {"F1": FAULT}, BOX, tolerance=tolerance)
     shape = one.surface("Top").lattice.shape
@@ -90,7 +82,7 @@ def test_law_a_tolerance_keeps_the_nodes_that_it_keeps_in_memory(tolerance, full
 
 
 def test_what_does_not_fit_is_an_error_with_both_remedies(full):
-    opened = grid_of(waves(-100.0), (30, 40))
+    opened = grid_of(waves(-100.0, 101), (30, 40))
     words = (
         r"'Top': a grid of 101 x 101 nodes .* 163216 bytes are needed, 60000 are free\. "
         r"Give tolerance=1\.0 .*, or aoi="
@@ -108,7 +100,7 @@ def test_what_does_not_fit_is_an_error_with_both_remedies(full):
 
 @pytest.mark.parametrize("rotated", [False, True])
 def test_of_an_area_only_its_part_is_read(full, rotated, monkeypatch):
-    grid = grid_of(waves(-100.0))
+    grid = grid_of(waves(-100.0, 101))
     area = np.array([[40.0, 52.0], [83.0, 47.0], [61.0, 97.0]])
     if rotated:
         east, north = np.meshgrid(np.arange(101) * 2.0, np.arange(101) * 2.0)
@@ -130,7 +122,7 @@ def test_files_of_large_grids_keep_the_same_nodes(tmp_path, full, monkeypatch):
     from geosurf.read import netcdf
 
     monkeypatch.setattr(netcdf, "LARGE", 1000)
-    grids = {"Top": waves(-100.0), "Base": waves(-130.0, shift=0.3)}
+    grids = {"Top": waves(-100.0, 101), "Base": waves(-130.0, 101, phase=0.3)}
     data = xr.Dataset({name: grid_of(z, (30, 40)) for name, z in grids.items()})
     for name in grids:
         data[[name]].to_zarr(tmp_path / f"{name}.zarr", consolidated=False)

@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 
 import geosurf as gs
+from tests import strategies
 from tests.grids import gridded
 
 X = np.linspace(0.0, 4000.0, 81)
@@ -33,11 +34,8 @@ def plane(level: float, dip: float = DIP, slope: float = SLOPE) -> np.ndarray:
 def fault(dip: float = DIP) -> tuple[np.ndarray, np.ndarray]:
     """Vertices and triangles of the fault, in steps that need not be divided."""
     z, y = np.arange(-2700.0, -1350.0, 50.0), np.arange(-50.0, 2100.0, 50.0)
-    grid = np.stack(np.broadcast_arrays(fault_at(z[:, None], dip), y, z[:, None]), axis=2)
-    a = np.arange(len(z) * len(y)).reshape(len(z), -1)
-    cells = a[:-1, :-1], a[:-1, 1:], a[1:, 1:], a[1:, :-1]
-    p, q, r, s = (one.ravel() for one in cells)
-    return grid.reshape(-1, 3), np.concatenate([np.stack([p, q, r], 1), np.stack([p, r, s], 1)])
+    x, y, z = np.broadcast_arrays(fault_at(z[:, None], dip), y, z[:, None])
+    return np.stack([x, y, z], axis=2).reshape(-1, 3), strategies.grid("F1", z).triangles
 
 
 def times(z: np.ndarray, velocity: Any) -> np.ndarray:

@@ -16,6 +16,7 @@ from geosurf.model import Lattice
 from geosurf.report.tables import accuracy
 from geosurf.triangulate.decimate import Frame, kept_nodes, measure_differences
 from tests.grids import gridded
+from tests.scene.conftest import FAULT, waves
 
 
 def test_a_torn_horizon_has_no_tolerance():
@@ -30,20 +31,11 @@ def test_a_torn_horizon_has_no_tolerance():
 
 
 # ---- Scenes with a tolerance: models of every k-th node, within proven bounds, in the same or
-FAULT = gs.TriSurface(
-    "F1", "fault", [[90, -50, -900], [110, 250, -900], [110, 250, 0], [90, -50, 0]],
-    [[0, 1, 2], [0, 2, 3]],
-)  # fmt: skip
 N = 201  # nodes along a side of 200 m: the smallest grid of which every second node is enough
 
 
 def grid_of(z):
     return gridded(z, np.linspace(0.0, 200.0, len(z)))
-
-
-def waves(level, n=N, phase=0.0):
-    x = np.linspace(0.0, 200.0, n)
-    return level + 8.0 * np.sin(x / 30 + phase)[:, None] * np.cos(x / 40)
 
 
 def scene_of(horizons, tolerance, **more):

@@ -17,7 +17,7 @@ from geosurf.errors import HorizonError
 from geosurf.model import Lattice, TriSurface
 from geosurf.triangulate import triangulate_horizon
 from geosurf.triangulate.mesh import find_zero_area, map_turns
-from tests.grids import gridded
+from tests.grids import gridded, turned
 
 
 def horizon(values, **attrs) -> xr.DataArray:
@@ -32,9 +32,7 @@ def curvilinear(values, easting, northing, **attrs) -> xr.DataArray:
 
 def rotated(degrees: float, n_row: int = 5, n_col: int = 4, origin=(456000.0, 6780000.0)):
     """Easting, northing (n_row, n_col) of a square grid, turned counter-clockwise."""
-    a = np.radians(degrees)
-    i, j = np.mgrid[:n_row, :n_col] * 50.0
-    return origin[0] + j * np.cos(a) - i * np.sin(a), origin[1] + j * np.sin(a) + i * np.cos(a)
+    return turned(degrees, (n_row, n_col), 50.0, origin)[:2]
 
 
 def in_the_world(surface: TriSurface) -> set:

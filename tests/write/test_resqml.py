@@ -15,6 +15,7 @@ from geosurf.cli import main
 from geosurf.errors import FormatError, InputError, OutputError
 from geosurf.write.model3d import parts_of
 from geosurf.write.resqml_framework import lines_of, shells_of
+from tests.grids import gridded
 from tests.read.test_resqml import edited
 from tests.write.sealed import assert_equal
 
@@ -38,11 +39,7 @@ def rotated(horizon):
     """The same horizon, turned by 30 degrees about its first node: no step gives its nodes."""
     x, y = np.meshgrid(horizon.easting, horizon.northing)
     c, s = np.cos(np.pi / 6), np.sin(np.pi / 6)
-    out = horizon.rename(northing="row", easting="column").drop_vars(["row", "column"])
-    return out.assign_coords(
-        easting=(("row", "column"), c * x - s * y + 461_000.1),
-        northing=(("row", "column"), s * x + c * y),
-    )
+    return gridded(horizon.values, c * x - s * y + 461_000.1, s * x + c * y, **horizon.attrs)
 
 
 class Package:
