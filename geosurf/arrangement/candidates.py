@@ -254,7 +254,7 @@ def find_candidates(
     voxels: bool,
     voxel_size: float | None,
     origin: np.ndarray,
-    known: Mapping[tuple[int, int], Known] | None = None,
+    known: Mapping[tuple[int, int], Known],
 ) -> tuple[
     list[tuple[int, int, np.ndarray]], dict[tuple[int, int], dict[str, int]], dict[str, int]
 ]:
@@ -263,7 +263,6 @@ def find_candidates(
     What `known` has is not searched.
     """
     found = []
-    known = known or {}
     costs = {}
     cost = {"voxels": 0, "nodes": 0, "candidate_faces": 0, "pairs_tested": 0}
 

@@ -6,7 +6,7 @@ its lattice has made, and in a small one. Triangles of the lattice that are gone
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 
@@ -42,7 +42,6 @@ class TornTree:
     copies: Tree
     doubted: np.ndarray
     sizes: np.ndarray
-    is_small: bool = field(default=False, init=False)
 
     @property
     def nodes(self) -> np.ndarray:

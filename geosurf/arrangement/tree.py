@@ -16,7 +16,7 @@ from geosurf.kernels.contacts.aligned_grids import aligned_pairs
 from geosurf.kernels.contacts.axis_grids import axis_grid_pairs
 from geosurf.kernels.lattices.lattice_corners import LARGEST, SMALLEST, build_list_tree, survey_list
 from geosurf.kernels.search import tree
-from geosurf.kernels.search.tree import IS_LATTICE, N_COL, N_PLACE, N_ROW, triangle_boxes
+from geosurf.kernels.search.tree import N_COL, N_PLACE, N_ROW, triangle_boxes
 from geosurf.model import Lattice, TriSurface
 
 _NO_TRIANGLES = np.empty((0, 3), dtype=np.int64)
@@ -24,7 +24,6 @@ _NO_ORDER = np.empty(0, dtype=np.int64)
 _LISTED = "_listed"
 _NEIGHBOURS = 48  # of a triangle in its own surface, seldom more
 _ROOM = 1 << 17  # 2 MB: below what the system hands out in huge pages, filled with zeros
-_FINE = 1 << 12  # cells or triangles of a small tree, which faults usually have
 
 
 @dataclass(frozen=True)
@@ -42,13 +41,6 @@ class Tree:
     def bounds(self) -> np.ndarray:
         """Box around all that the tree holds: lower, then upper corner."""
         return self.nodes[-1]
-
-    @property
-    def is_small(self) -> bool:
-        """Whether it has few cells or triangles."""
-        if self.places[IS_LATTICE]:
-            return bool((self.places[N_ROW] - 1) * (self.places[N_COL] - 1) <= _FINE)
-        return len(self.order) <= _FINE
 
     def arguments(self) -> tuple:
         """The tree as kernels take it."""

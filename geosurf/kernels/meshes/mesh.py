@@ -185,15 +185,15 @@ def half_edges_by_vertex(t, n_vertex):
 
 
 @scalar
-def match_in_buckets(start, bucket, begin, end, n_vertex, ring):
-    """Put half-edges in the buckets of vertices `begin` to `end` - 1 into rings; number of edges.
+def match_in_buckets(start, bucket, n_vertex, ring):
+    """Put half-edges in the buckets of all vertices into rings; number of edges.
 
     `start` and `bucket` as from `half_edges_by_vertex`. In the long bucket of a vertex with
     thousands of triangles, each upper vertex stores the last half-edge that led to it.
     """
     last = np.empty(0, dtype=np.int64)
     count = 0
-    for v in range(begin, end):
+    for v in range(n_vertex):
         low, high = start[v], start[v + 1]
 
         # Short buckets are searched backwards, long ones use a table of upper vertices.
@@ -238,7 +238,7 @@ def edges(t, n_vertex):
     start, bucket = half_edges_by_vertex(t, n_vertex)
     # A half-edge that stays alone is a ring of its own.
     ring = np.arange(3 * t.shape[0])
-    return ring, match_in_buckets(start, bucket, 0, n_vertex, n_vertex, ring)
+    return ring, match_in_buckets(start, bucket, n_vertex, ring)
 
 
 @scalar

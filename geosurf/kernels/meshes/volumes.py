@@ -127,18 +127,14 @@ def add_runs(a, sums, face, out):
 
 
 @scalar
-def _extend(out, i, c, up):
-    """Add the triangle with corners c to row i: area, bounds, and its map area.
-
-    `up` is the column for triangles that go round counter-clockwise on the map: 8, or 10 if the
-    surface is turned over.
-    """
+def _extend(out, i, c):
+    """Add the triangle with corners c to row i: area, bounds, and its map area."""
     ax, ay, az = c[1, 0] - c[0, 0], c[1, 1] - c[0, 1], c[1, 2] - c[0, 2]
     bx, by, bz = c[2, 0] - c[0, 0], c[2, 1] - c[0, 1], c[2, 2] - c[0, 2]
     nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
     two_sum(out, i, 0, 0.5 * np.sqrt(nx * nx + ny * ny + nz * nz))
-    # Columns 8 and 10: areas that look up and down, exchanged for a turned surface.
-    two_sum(out, i, up if nz > 0.0 else 18 - up, abs(nz))
+    # Columns 8 and 10: areas that look up and down.
+    two_sum(out, i, 8 if nz > 0.0 else 10, abs(nz))
     for k in range(3):
         out[i, 2 + k] = min(out[i, 2 + k], min(c[0, k], min(c[1, k], c[2, k])))
         out[i, 5 + k] = max(out[i, 5 + k], max(c[0, k], max(c[1, k], c[2, k])))
@@ -157,7 +153,7 @@ def extent_triangles(x, t, face, asked, out):
         for corner in range(3):
             for k in range(3):
                 c[corner, k] = x[t[i, (low + corner) % 3], k]
-        _extend(out, face[i], c, 8)
+        _extend(out, face[i], c)
 
 
 @scalar
