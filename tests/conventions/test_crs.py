@@ -69,8 +69,7 @@ def test_the_vertical_part_of_a_system_is_in_metres_or_refused(unit, metres, wor
     if metres == 1.0:
         assert len(scene.units)
         return
-    with pytest.raises(InputError, match=r"vertical part of .* is in units of 0\.304801 m"):
-        scene.units  # noqa: B018
+    refused(InputError, r"vertical part of .* is in units of 0\.304801 m", lambda: scene.units)
 
 
 # ---- Which shifts of coordinates lose nothing.

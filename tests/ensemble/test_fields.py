@@ -25,6 +25,7 @@ from geosurf.model.distributions import (
     distribution_of,
     reach_of,
 )
+from tests.messages import refused
 
 # of the variance: what the seam of the torus leaves (`Covariance.independent`)
 SEAM = {"gaussian": 2e-5, "exponential": 3e-4, "spherical": 1e-12}
@@ -131,8 +132,7 @@ def test_weights_are_exact_at_nodes_and_for_planes():
 
 def test_impossible_fields_are_refused():
     grid = grid_of(40, 40)
-    with pytest.raises(InputError, match="range is 0; give metres above 0"):
-        Covariance(1.0, 0)
+    refused(InputError, "range is 0; give metres above 0", Covariance, 1.0, 0)
     with pytest.raises(InputError, match=r"model is 'gausian'.*Did you mean 'gaussian'"):
         Covariance(1.0, 100.0, "gausian")
     with pytest.raises(InputError, match=r"needs .* nodes, more than"):
@@ -200,8 +200,7 @@ def test_reach_is_the_largest_value_that_is_likely():
     ],
 )
 def test_impossible_parameters_are_refused(make, words):
-    with pytest.raises(InputError, match=words.replace("(", r"\(")):
-        make()
+    refused(InputError, words.replace("(", r"\("), make)
 
 
 def test_streams_depend_on_seed_realisation_and_parameter_only():

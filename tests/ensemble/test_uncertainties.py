@@ -26,6 +26,7 @@ from geosurf.ensemble.uncertain import shifted, turned
 from geosurf.errors import InputError
 from tests.ensemble.worlds import AREA, fault, layer_cake, plane
 from tests.grids import gridded
+from tests.messages import refused
 
 
 class Result:
@@ -249,11 +250,9 @@ def test_sheets_are_refused_with_the_remedy():
 
 
 def test_contacts_need_one_of_two_words():
-    with pytest.raises(InputError, match="give either elevation= or shift="):
-        ContactLevel("OWC")
+    refused(InputError, "give either elevation= or shift=", ContactLevel, "OWC")
     blocks = {"OWC": {"F1+": -1050.0, "F1-": -1060.0}}
     scene = layer_cake(faults={"F1": fault()}, contacts=blocks)
     with pytest.raises(InputError, match=r"given for several blocks.*Give shift="):
         Result(scene, 2, [ContactLevel("OWC", elevation=-1040.0)])
-    with pytest.raises(InputError, match=r"give throw= \[m\], or factor="):
-        Throw("F1")
+    refused(InputError, r"give throw= \[m\], or factor=", Throw, "F1")

@@ -14,6 +14,7 @@ from geosurf import TriSurface, intersect_surfaces, rebuild_surfaces
 from geosurf.errors import InputError, SurfaceError
 from geosurf.intersect.link import shared_curves
 from tests import laws, oracles
+from tests.messages import refused
 from tests.strategies import grid, moved, relief, sheet, shuffled, soup, soups
 
 LEVEL = [(-1, -1, 1), (9, -1, 1), (9, 9, 1), (-1, 9, 1)]
@@ -152,8 +153,7 @@ def test_upright_triangles_that_overlap_above_a_slope(along, offset):
 
 def test_refusals():
     top = grid("Top", np.zeros((3, 3)))
-    with pytest.raises(InputError, match=r"1 surfaces were passed; at least 2 are needed"):
-        intersect_surfaces([top])
+    refused(InputError, r"1 surfaces were passed; at least 2 are needed", intersect_surfaces, [top])
     with pytest.raises(
         InputError,
         match=r"surface 1 is a list, not a TriSurface. Convert it with triangulate_horizon",
@@ -164,8 +164,7 @@ def test_refusals():
         intersect_surfaces([top, empty])
     line = soup("F1", [[[0, 0, 0], [1, 1, 1], [0, 1, 0]], [[5, 5, 5], [6, 6, 6], [7, 7, 7]]])
     words = r"'F1': 1 of 2 triangles have no area.*triangle 1 at \(E 5,.*Remove them"
-    with pytest.raises(SurfaceError, match=words):
-        intersect_surfaces([top, line])
+    refused(SurfaceError, words, intersect_surfaces, [top, line])
     far = soup("F2", [[[0, 0, 0], [1e30, 1, 1], [0, 1, 0]]])
     with pytest.raises(SurfaceError, match=r"'F2' has a coordinate of 1e\+30 m; the limit"):
         intersect_surfaces([top, far])

@@ -205,18 +205,11 @@ def test_sub(w, a, b):
     assert get(w, 0) == a - b
 
 
-@given(a=number, b=number, factor=st.sampled_from([-2, -1, 1, 2]))
-def test_add_with_a_factor(w, a, b, factor):
-    put(w, 0, a), put(w, 20, b)
-    bigint.accumulate(w, 0, N, 20, N, factor)
-    assert get(w, 0) == a + factor * b
-
-
-@given(a=number, b=number, factor=st.sampled_from([-1, 1]))
-def test_add_to_a_longer_number(w, a, b, factor):
-    put(w, 0, a, N + 5), put(w, 20, b)
-    bigint.accumulate(w, 0, N + 5, 20, N, factor)
-    assert get(w, 0, N + 5) == a + factor * b
+@given(a=number, b=number, factor=st.sampled_from([-2, -1, 1, 2]), more=st.integers(0, 5))
+def test_add_with_a_factor_to_a_number_as_long_or_longer(w, a, b, factor, more):
+    put(w, 0, a, N + more), put(w, 20, b)
+    bigint.accumulate(w, 0, N + more, 20, N, factor)
+    assert get(w, 0, N + more) == a + factor * b
 
 
 @given(a=number, b=number)

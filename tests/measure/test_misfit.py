@@ -9,6 +9,7 @@ import geosurf as gs
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.synthetic.torn_horizon import side_of
 from tests.measure.worlds import tops_at
+from tests.messages import refused
 
 
 @pytest.fixture(scope="module")
@@ -97,10 +98,8 @@ def test_tops_from_a_file_and_without(planes, tmp_path):
     (tmp_path / "tops.csv").write_text(f"Well,X,Y,TVDSS,Top\nW1,{east},{north},{-up + 4},Top\n")
     found = planes.replace(positive="down").misfit(tmp_path / "tops.csv")
     assert found.misfit.values.tolist() == pytest.approx([4.0])
-    with pytest.raises(InputError, match="the scene has no well tops"):
-        planes.misfit()
-    with pytest.raises(InputError, match="tops is dict without all of well"):
-        planes.misfit({"well": ["W1"]})
+    refused(InputError, "the scene has no well tops", planes.misfit)
+    refused(InputError, "tops is dict without all of well", planes.misfit, {"well": ["W1"]})
 
 
 # ---- A horizon on the nodes of a grid is where the model has it; what faults lose is stated.

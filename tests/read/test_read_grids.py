@@ -393,8 +393,7 @@ def test_scale_offset_and_unit_of_the_band_count(tmp_path):
 @pytest.mark.filterwarnings("ignore::Warning")
 def test_maps_that_cannot_be_used_get_one_sentence(tmp_path, place, words, error, message):
     path = made(tmp_path / "t.tif", place, **words)
-    with pytest.raises(error, match=message):
-        gs.read_horizon(path, positive="up")
+    refused(error, message, gs.read_horizon, path, positive="up")
 
 
 def test_damaged_files_get_one_sentence(tmp_path):
@@ -402,8 +401,7 @@ def test_damaged_files_get_one_sentence(tmp_path):
     whole = path.read_bytes()
     for data in (whole[:150], whole[:9], b"II*\0" + bytes(100), whole[:8] + b"\xff" * 200):
         path.write_bytes(data)
-        with pytest.raises(FormatError, match=r"t\.tif: "):
-            gs.read_horizon(path, positive="up")
+        refused(FormatError, r"t\.tif: ", gs.read_horizon, path, positive="up")
 
 
 def test_without_rasterio_the_extra_is_named(tmp_path, monkeypatch):

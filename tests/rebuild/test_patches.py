@@ -13,6 +13,7 @@ from geosurf import TriSurface, build_walls, carve_units, rebuild_surfaces
 from geosurf.carve.certificate import certify
 from geosurf.errors import InputError
 from tests import laws, oracles
+from tests.messages import refused
 from tests.strategies import faulted_worlds, grid, relief, sheet, shuffled, soups
 
 seeds = st.integers(0, 2**32 - 1)
@@ -102,10 +103,8 @@ def test_taking_apart():
     assert patches.surface("Top").n_triangle == patches.surface(0).n_triangle
     with pytest.raises(InputError, match=r"no surface 'F2'\. The surfaces are \['Top', 'F1'\]"):
         patches.surface("F2")
-    with pytest.raises(InputError, match=r"there is no surface 2; rows are 0 to 1"):
-        patches.surface(2)
-    with pytest.raises(InputError, match=r"there is no patch 4; patches are 0 to 3"):
-        patches.patch(4)
+    refused(InputError, r"there is no surface 2; rows are 0 to 1", patches.surface, 2)
+    refused(InputError, r"there is no patch 4; patches are 0 to 3", patches.patch, 4)
 
 
 # ------------------------------------------------------------------ same answer

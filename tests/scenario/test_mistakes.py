@@ -20,6 +20,7 @@ from geosurf.scenario import read_scenario
 from geosurf.scenario.keys import BoxRanges
 from geosurf.scenario.output_keys import OutputSettings
 from geosurf.scenario.validate import find_mistakes
+from tests.messages import refused
 
 RIGHT = """title = "A"
 [[horizons]]
@@ -100,8 +101,7 @@ def test_each_mistake_has_its_line(tmp_path, mistake):
     assert line == row
     assert words in sentence
     assert not rest or row in (3, 7, 11)  # a surface without its name is unknown elsewhere
-    with pytest.raises(ScenarioError, match=r"scenario.toml(, line \d+)?: "):
-        read_scenario(path)
+    refused(ScenarioError, r"scenario.toml(, line \d+)?: ", read_scenario, path)
 
 
 def test_a_depth_is_no_elevation_of_a_contact(tmp_path):
@@ -154,8 +154,7 @@ def test_a_line_that_is_not_toml_is_named(tmp_path, row, line):
     path = wrong(tmp_path, [(row, line, "")])
     ((number, sentence),) = found_in(path)
     assert (number, "is not TOML" in sentence) == (row, True)
-    with pytest.raises(ScenarioError, match=rf"scenario.toml, line {row}: "):
-        read_scenario(path)
+    refused(ScenarioError, rf"scenario.toml, line {row}: ", read_scenario, path)
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ import pytest
 import geosurf as gs
 from geosurf import Scene
 from geosurf.errors import InputError
+from tests.messages import refused
 from tests.scene.conftest import level, ran, upright
 from tests.strategies import BOX
 
@@ -25,8 +26,7 @@ def test_files_that_are_not_asked_for_are_not_read(tmp_path):
     missing = tmp_path / "missing.ts"
     scene = Scene({"Top": level(3), "Base": missing}, {"F1": upright(1)}, BOX)
     assert len(scene.cutoffs("Top", "F1")) == 1
-    with pytest.raises(InputError, match=r"missing\.ts"):
-        scene.surface("Base")
+    refused(InputError, r"missing\.ts", scene.surface, "Base")
 
 
 def test_the_second_time_comes_from_memory(scene):
@@ -89,8 +89,7 @@ def planes():
     [("unconformity", "erosional"), ("Erosion", "erosional"), ("onlap", "base"), ("bse", "base")],
 )
 def test_field_words_lead_to_the_rule(planes, word, rule):
-    with pytest.raises(InputError, match=f"Did you mean '{rule}'"):
-        planes.replace(column={"Base": word})
+    refused(InputError, f"Did you mean '{rule}'", planes.replace, column={"Base": word})
 
 
 def test_depths_in_place_of_elevations_are_warned_of(planes):

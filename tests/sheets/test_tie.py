@@ -15,6 +15,7 @@ from geosurf.sheets.tie.tie_horizon import map_distances, points_of_data
 from geosurf.synthetic.torn_horizon import side_of
 from tests.grids import gridded
 from tests.measure.worlds import tops_at
+from tests.messages import refused
 
 REACH = 300.0
 
@@ -226,12 +227,10 @@ def test_the_default_range_is_stated_with_its_effect():
 
 
 def test_a_tie_needs_tops_and_data():
-    with pytest.raises(InputError, match="tie needs well tops"):
-        gs.Scene({"Top": plane()}, tie=True)
+    refused(InputError, "tie needs well tops", lambda: gs.Scene({"Top": plane()}, tie=True))
     world = gs.synthetic.torn("through", n=41)
     (fault,), make = tearing(world)
     sheet = make(world.horizons["Top"])
     top = sheet.lattice.places_of_nodes(np.array([41 * 20 + 5]))[0] + [0.0, 0.0, 6.0]
     scene = gs.Scene({"Top": sheet}, {"F1": fault}, tops=tops_at(top), tie=True)
-    with pytest.raises(InputError, match=r"torn before.*misses them by up to 6 m"):
-        scene.surface("Top")
+    refused(InputError, r"torn before.*misses them by up to 6 m", scene.surface, "Top")

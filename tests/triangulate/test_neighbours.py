@@ -334,5 +334,4 @@ def test_a_mesh_is_not_simplified_and_says_so():
     top = horizon_of_triangles()
     with pytest.raises(HorizonError, match=r"simplifies grids only, not meshes"):
         gs.triangulate_horizon(top, tolerance=1.0)
-    with pytest.raises(SurfaceError, match="positive up"):
-        gs.triangulate_horizon(top, positive="down")
+    refused(SurfaceError, "positive up", gs.triangulate_horizon, top, positive="down")

@@ -18,6 +18,7 @@ from geosurf.model import FaultSticks, TriSurface
 from geosurf.triangulate import orient_fault, triangulate_fault, triangulate_sticks
 from geosurf.triangulate.mesh import find_zero_area
 from geosurf.triangulate.sticks import sorted_along
+from tests.messages import refused
 from tests.triangulate.test_triangulate import in_the_world, normals
 
 DIMS = ("down_dip", "along_strike")
@@ -154,8 +155,7 @@ WRONG_FAULTS = {
 def test_a_fault_is_refused_with_what_where_and_what_next(case):
     make, message = WRONG_FAULTS[case]
     obj, arguments = make()
-    with pytest.raises(InputError, match=re.compile(message, re.DOTALL)):
-        triangulate_fault(obj, **arguments)
+    refused(InputError, re.compile(message, re.DOTALL), triangulate_fault, obj, **arguments)
 
 
 # ---- orientation ---------------------------------------------------------------------
@@ -321,8 +321,7 @@ WRONG_STICKS = {
 @pytest.mark.parametrize("case", WRONG_STICKS)
 def test_sticks_are_refused_with_what_where_and_what_next(case):
     sticks, message = WRONG_STICKS[case]
-    with pytest.raises(SurfaceError, match=re.compile(message, re.DOTALL)):
-        triangulate_sticks(sticks, name="F1")
+    refused(SurfaceError, re.compile(message, re.DOTALL), triangulate_sticks, sticks, name="F1")
 
 
 def test_minus_zero_is_zero():

@@ -12,6 +12,7 @@ import geosurf as gs
 from geosurf.errors import FormatError
 from geosurf.read.model3d import read_model3d, read_regions
 from geosurf.write.model3d import parts_of
+from tests.messages import refused
 from tests.strategies import BOX, faulted_worlds, grid, sheet
 from tests.write.sealed import assert_equal, carve
 
@@ -97,8 +98,7 @@ def test_damage_is_named(graben, tmp_path, old, new, words):
     else:
         head = head.replace(old, new)
     path.write_text(head + end + rest)
-    with pytest.raises(FormatError, match=words):
-        gs.read_units(path)
+    refused(FormatError, words, gs.read_units, path)
 
 
 def test_two_regions_on_one_side_of_a_part_are_refused(graben, tmp_path):
@@ -107,8 +107,7 @@ def test_two_regions_on_one_side_of_a_part_are_refused(graben, tmp_path):
     at = [i for i, line in enumerate(lines) if line.startswith("REGION ")][1:3]
     lines[at[1] + 1] = lines[at[0] + 1]
     path.write_text("\n".join(lines))
-    with pytest.raises(FormatError, match="lie on the same side of TFACE"):
-        gs.read_units(path)
+    refused(FormatError, "lie on the same side of TFACE", gs.read_units, path)
 
 
 def test_vertices_that_rounding_brought_to_one_place_leave_the_region_closed(tmp_path):
