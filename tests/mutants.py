@@ -111,7 +111,7 @@ MUTANTS = (
     Mutant("read", 'above = max(float(values["datum"][at[0]] - points[at[0], 2]), 0.0)', "above = 0.0", "tests/read/test_odd_files.py"),
     Mutant("measure", "(np.nan if len(points) and points[0, 2] < 0.0 else 0.0)", "0.0", "tests/measure/test_sample.py"),
     Mutant("measure", "return int(off.argmax())", "return len(points) // 2 if len(points) < 4 else 0", "tests/measure/test_section.py"),
-    Mutant("scene", "return None if strangers else found", "return found", "tests/model/test_copies.py"),
+    Mutant("scene", "return None if strangers else content", "return content", "tests/model/test_copies.py"),
     Mutant("sheets", "picks.nodes_of(rows)]) * side[rows]", "picks.nodes_of(rows)])", "tests/sheets/test_propose_trim.py"),
     Mutant("sheets", "pairs = pairs[~_near_holes(band, pairs[:, 0], holes)]", "pairs = pairs[:0]", "tests/sheets/test_junctions.py"),
     Mutant("write", "columns = grid.values[::-1].T", "columns = grid.values.T", "tests/write"),

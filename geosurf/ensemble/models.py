@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, is_dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -43,6 +42,7 @@ from geosurf.scene.given import (
     prepared_faults,
     torn_like,
 )
+from geosurf.scene.memory import fingerprint
 from geosurf.scene.tearing import longer_faults
 
 OWN_NUMBERS = "a function that builds scenes draws its own numbers. Leave out uncertain=."
@@ -179,14 +179,9 @@ class SceneModel:
     def identity(self) -> str:
         """Return a hash of all inputs: the same in every process."""
         # Names and arrays: a store must not be continued with other data.
-        digest = hashlib.sha256()
-        for name in self.horizon_names:
-            add_to(digest, (name, self._points(name)))
-        for name in self.fault_names:
-            fault = self.fault(name)
-            add_to(digest, (name, fault.vertices, fault.triangles))
-        add_to(digest, (self.contacts, given_settings(self.scene)))
-        return digest.hexdigest()
+        horizons = [(name, self._points(name)) for name in self.horizon_names]
+        faults = [self.fault(name) for name in self.fault_names]
+        return content_of(horizons, faults, self.contacts, given_settings(self.scene))
 
     def _points(self, name: str) -> np.ndarray:
         """Points of a horizon, of a sheet those of its mesh."""
@@ -246,48 +241,27 @@ class BuiltModel:
         return f"{self.function.__module__}.{getattr(self.function, '__qualname__', '')}"
 
 
-def add_to(digest: Any, value: Any) -> None:
-    """Add a value to a hash, by its content: the same in every process.
+def content_of(*values: Any) -> str:
+    """Return a hash of values by their content: the same in every process.
 
     Examples
     --------
-    >>> one, two = hashlib.sha256(), hashlib.sha256()
-    >>> add_to(one, {"a": [1.0, np.arange(3)]})
-    >>> add_to(two, {"a": [1.0, np.arange(3)]})
-    >>> one.hexdigest() == two.hexdigest()
+    >>> content_of({"a": [1.0, np.arange(3)]}) == content_of({"a": [1.0, np.arange(3)]})
     True
     """
-    # By kind: each value contributes its content and enough of its structure that no two are alike.
-    if isinstance(value, TriSurface):
-        add_to(digest, (value.name, value.vertices, value.triangles))
-    elif hasattr(value, "to_dict") and hasattr(value, "coords"):
-        add_to(digest, value.to_dict())
-    elif is_dataclass(value) and not isinstance(value, type):
-        digest.update(type(value).__name__.encode())
-        try:
-            add_to(digest, asdict(value))
-        except TypeError:  # holds something that cannot be copied
-            digest.update(repr(value).encode())
-    # In the order of the mapping, which is part of the meaning.
-    elif isinstance(value, Mapping):
-        for key in value:
-            digest.update(f"{key}:".encode())
-            add_to(digest, value[key])
-    elif isinstance(value, np.ndarray):
-        digest.update(f"{value.dtype} {value.shape}".encode())
-        # Bytes of a slice depend on its layout: one piece first.
-        digest.update(np.ascontiguousarray(value))
-    elif isinstance(value, tuple | list):
-        digest.update(f"{len(value)}".encode())
-        for part in value:
-            add_to(digest, part)
-    # A function counts by its name, a frozen distribution by its arguments.
-    elif callable(value):
-        name = getattr(value, "__qualname__", type(value).__name__)
-        args = getattr(value, "args", ())
-        add_to(digest, (name, tuple(args) if isinstance(args, tuple) else ()))
-    else:
-        digest.update(f"{type(value).__name__} {value!r}".encode())
+    # in a mapping words are words, not paths of files
+    return fingerprint({"": values}, _by_name)
+
+
+def _by_name(value: Any) -> str:
+    """What stands for an object in every process: its repr, of a function its name."""
+    # a frozen distribution of scipy.stats and a partial hold what they call with arguments
+    called = getattr(value, "dist", getattr(value, "func", value))
+    if not callable(called):
+        return repr(value)
+    name = getattr(called, "__qualname__", type(called).__name__)
+    words = getattr(value, "kwds", getattr(value, "keywords", {}))
+    return content_of(name, getattr(value, "args", ()), words)
 
 
 def _plans_of(sheets: Mapping[str, Sheet]) -> dict[str, TearPlan]:

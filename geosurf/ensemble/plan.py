@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -14,7 +13,7 @@ from geosurf import __version__
 from geosurf.conventions import counted
 from geosurf.conventions.running import silence
 from geosurf.ensemble.change import Change, Draws, Prepared, Uncertainty
-from geosurf.ensemble.models import add_to
+from geosurf.ensemble.models import content_of
 from geosurf.ensemble.record import Layers, Record, Rock, RockProperty, areas_of
 from geosurf.ensemble.uncertain import (
     ContactLevel,
@@ -107,11 +106,9 @@ class Plan:
     def identity(self) -> str:
         """A hash of everything that results depend on."""
         # The version counts: another geosurf may compute other volumes.
-        digest = hashlib.sha256(f"{__version__} {self.seed}".encode())
-        digest.update(self.model.identity().encode())
         layers = self.layers.identity if self.layers else ""
-        add_to(digest, (self.uncertain, layers, self.rock.identity))
-        return digest.hexdigest()
+        model = self.model.identity()
+        return content_of(__version__, self.seed, model, self.uncertain, layers, self.rock.identity)
 
     # ---- scenes --------------------------------------------------------------------------
 

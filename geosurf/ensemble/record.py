@@ -475,7 +475,7 @@ class Rock:
 
     @property
     def identity(self) -> tuple[Any, ...]:
-        """All that amounts depend on, as `add_to` takes it."""
+        """All that amounts depend on, as `content_of` takes it."""
         return (self.rule.entries, self.system, [
             (factor.name, sorted(words), (one.easting, one.northing, one.elevation)
              if isinstance(one, Lattice) else one)

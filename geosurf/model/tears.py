@@ -84,12 +84,6 @@ class FaultThrow:
     hanging_wall: float = 1.0
     direction: str = "local"
 
-    @property
-    def content(self) -> Any:
-        """The throw as part of a key of results: what is no array and no function as text."""
-        throw = self.throw
-        return throw if hasattr(throw, "dtype") or callable(throw) else repr(throw)
-
     def largest(self, length: float) -> float:
         """Return the largest throw [m]; a function is asked along the length of its fault [m].
 

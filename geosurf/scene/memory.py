@@ -12,7 +12,7 @@ import weakref
 from collections import OrderedDict
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -37,18 +37,24 @@ from geosurf.warning import collected, issue, pass_on
 _PART = 1 << 24  # bytes of a file that are read at once
 _LONG = 1 << 20  # bytes of an array that is shortened before it is hashed
 _LANES = 2048  # numbers of 64 bits to which it is shortened: they stay in the nearest cache
+Unknown = Callable[[Any], str]
 
 
-def fingerprint(value: Any, strangers: list[Any] | None = None) -> str:
+def by_identity(value: Any) -> str:
+    """What stands for an object of which nothing is known, as long as somebody holds it."""
+    return f"{id(value)}"
+
+
+def fingerprint(value: Any, unknown: Unknown = by_identity) -> str:
     """
     Return a hash of what an input of a scene holds.
 
     Parameters
     ----------
     value : path, TriSurface, Sheet, FaultSticks, xarray object, arrays, or anything else
-        Files count by path and content; any other object by its identity.
-    strangers : list, optional
-        Gets what counted by its identity, which means something while it is held only.
+        Files count by path and content.
+    unknown : callable
+        Returns what stands for an object of which nothing is known.
 
     Returns
     -------
@@ -63,28 +69,40 @@ def fingerprint(value: Any, strangers: list[Any] | None = None) -> str:
     False
     """
     digest = hashlib.sha256()
-    _add(digest, value, [] if strangers is None else strangers)
+    _add(digest, value, unknown)
     return digest.hexdigest()
 
 
-def _add(digest: Any, value: Any, strangers: list[Any]) -> None:
+def known_fingerprint(value: Any) -> str | None:
+    """Return the fingerprint of what an input holds; None if only its identity is known."""
+    strangers: list[Any] = []
+
+    def note(stranger: Any) -> str:
+        strangers.append(stranger)
+        return ""
+
+    content = fingerprint(value, note)
+    return None if strangers else content
+
+
+def _add(digest: Any, value: Any, unknown: Unknown) -> None:
     """Add one input to a hash, with the lengths and kinds that separate its parts."""
     if isinstance(value, Sheet):
         # a sheet is its torn mesh; reports and cut-offs follow from it
         if value.mesh is not None:
-            _add(digest, value.surface, strangers)
+            _add(digest, value.surface, unknown)
             return
         # the lattice, and the triangles at its faults: the mesh follows from them
         digest.update(f"{value.name} {value.crs}".encode())
-        _add(digest, TriSurface(value.name, "horizon", lattice=value.lattice), strangers)
-        _add(digest, (value.divided, value.copies, value.ghosts, value.outer), strangers)
+        _add(digest, TriSurface(value.name, "horizon", lattice=value.lattice), unknown)
+        _add(digest, (value.divided, value.copies, value.ghosts, value.outer), unknown)
         for sector in value.sectors:
-            _add_sector(digest, sector, strangers)
+            _add_sector(digest, sector, unknown)
         for key, array in sorted((value.walls or {}).items()):
             digest.update(f"wall of {key}".encode())
-            _add(digest, array, strangers)
+            _add(digest, array, unknown)
         if value.extrapolated is not None:
-            _add(digest, value.extrapolated, strangers)
+            _add(digest, value.extrapolated, unknown)
     elif isinstance(value, str | Path):
         # by path and content: a file that changes is another input
         path = Path(value)
@@ -94,22 +112,22 @@ def _add(digest: Any, value: Any, strangers: list[Any]) -> None:
     elif isinstance(value, TriSurface):
         digest.update(f"{value.name} {value.role} {value.crs}".encode())
         if value.lattice is None:
-            _add(digest, (value.vertices, value.triangles), strangers)
+            _add(digest, (value.vertices, value.triangles), unknown)
         else:  # as a lattice: its triangles need not be made
             grid = value.lattice
             digest.update(f"{grid.rising} {grid.reverse}".encode())
-            _add(digest, (grid.easting, grid.northing, grid.elevation), strangers)
+            _add(digest, (grid.easting, grid.northing, grid.elevation), unknown)
         for one in value.sectors:
-            _add_sector(digest, one, strangers)
+            _add_sector(digest, one, unknown)
         for key, array in sorted(value.vertex_data.items()):
             digest.update(key.encode())
-            _add(digest, array, strangers)
+            _add(digest, array, unknown)
     elif isinstance(value, FluidContact):
         digest.update(f"{value.zones} {value.block!r} {value.name!r}".encode())
-        _add(digest, value.at, strangers)
+        _add(digest, value.at, unknown)
     elif isinstance(value, FaultSticks):
         digest.update(f"{value.crs}".encode())
-        _add(digest, tuple(value.sticks), strangers)
+        _add(digest, tuple(value.sticks), unknown)
     elif hasattr(value, "to_dict") and hasattr(value, "coords"):
         # attributes count, since they may hold unit, direction and reference system
         # of coordinates the arrays alone: labels cost more than what they label
@@ -120,7 +138,7 @@ def _add(digest: Any, value: Any, strangers: list[Any]) -> None:
         for key, array in arrays.items():
             digest.update(f"{key} {array.dims}".encode())
             _add_attrs(digest, array.attrs)
-            _add(digest, array.values, strangers)
+            _add(digest, array.values, unknown)
     elif isinstance(value, np.ndarray) and not value.dtype.hasobject:
         digest.update(f"{value.dtype} {value.shape}".encode())
 
@@ -129,38 +147,39 @@ def _add(digest: Any, value: Any, strangers: list[Any]) -> None:
         digest.update(content if content.nbytes < _LONG else _shortened(content))
         # without the module there are none, and loading it takes a while
         if "numpy.ma" in sys.modules and isinstance(value, np.ma.MaskedArray):
-            _add(digest, np.ma.getmaskarray(value), strangers)
+            _add(digest, np.ma.getmaskarray(value), unknown)
     elif isinstance(value, tuple | list):
         # the length first, so that (a, b), c and a, (b, c) differ
         digest.update(f"{type(value).__name__} {len(value)}".encode())
         digest.update(getattr(value, "crs", "").encode())  # of a `PlainMesh`
         for part in value:
-            _add(digest, part, strangers)
+            _add(digest, part, unknown)
     elif isinstance(value, Mapping):
-        _add_words(digest, list(value.items()), strangers)
+        _add_words(digest, list(value.items()), unknown)
     elif hasattr(value, "columns") and hasattr(value, "index"):  # a table of pandas
         for part in (value.columns, value.index, value):
-            _add_words(digest, part.to_numpy(), strangers)
+            _add_words(digest, part.to_numpy(), unknown)
     elif isinstance(value, int | float | np.number):
-        digest.update(repr(value).encode())
+        digest.update(f"{value!r} ".encode())
+    elif is_dataclass(value) and not isinstance(value, type):
+        digest.update(f"{type(value).__name__} {getattr(value, 'crs', '')}".encode())
+        _add_words(digest, [getattr(value, one.name) for one in fields(value)], unknown)
     else:
-        # nothing is known of it: it stands for itself as long as it is held
-        strangers.append(value)
-        digest.update(f"{id(value)}".encode())
+        digest.update(f"{unknown(value)} ".encode())
 
 
-def _add_words(digest: Any, value: Any, strangers: list[Any]) -> None:
+def _add_words(digest: Any, value: Any, unknown: Unknown) -> None:
     """Add a part of a table: words and numbers by what they are, here no words are paths."""
     if isinstance(value, np.ndarray) and value.dtype.hasobject:
         value = value.tolist()
     if isinstance(value, list | tuple):
         digest.update(f"{len(value)} ".encode())
         for part in value:
-            _add_words(digest, part, strangers)
+            _add_words(digest, part, unknown)
     elif value is None or isinstance(value, str):
         digest.update(f"{value!r} ".encode())
     else:
-        _add(digest, value, strangers)
+        _add(digest, value, unknown)
 
 
 def _shortened(array: np.ndarray) -> bytes:
@@ -179,9 +198,9 @@ def _shortened(array: np.ndarray) -> bytes:
     return state.tobytes() + content[mixed:].tobytes()
 
 
-def _add_sector(digest: Any, sector: Sector, strangers: list[Any]) -> None:
+def _add_sector(digest: Any, sector: Sector, unknown: Unknown) -> None:
     digest.update(f"{sector.faults} {sector.front} {sector.rising}".encode())
-    _add(digest, (sector.corner, sector.step, sector.elevation), strangers)
+    _add(digest, (sector.corner, sector.step, sector.elevation), unknown)
 
 
 def _add_file(digest: Any, path: Path) -> None:
@@ -392,17 +411,12 @@ class Memory:
 
     def hold(self, value: Any) -> str:
         """Return the fingerprint of an input, and hold one that only its identity distinguishes."""
-        # an identity means nothing once its object is gone: hold it
-        strangers: list[Any] = []
-        found = fingerprint(value, strangers)
-        self.store.held.update((id(one), one) for one in strangers)
-        return found
+        return fingerprint(value, self._held)
 
-    def mark(self, value: Any) -> str | None:
-        """Return the fingerprint of what an input holds; None if only its identity is known."""
-        strangers: list[Any] = []
-        found = fingerprint(value, strangers)
-        return None if strangers else found
+    def _held(self, value: Any) -> str:
+        """The identity of an object; it means nothing once the object is gone."""
+        self.store.held[id(value)] = value
+        return by_identity(value)
 
     def get_or_compute(
         self,

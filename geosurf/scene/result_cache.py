@@ -51,7 +51,7 @@ from geosurf.model.expected import path_of
 from geosurf.model.sheets import BaseHeights, DataUse, Extended, LostThrow, TearPlan
 from geosurf.model.surfaces import Sector
 from geosurf.model.units import Check
-from geosurf.scene.memory import fingerprint
+from geosurf.scene.memory import known_fingerprint
 from geosurf.scene.scene import Scene
 from geosurf.warning import collected, issue, warn
 
@@ -243,12 +243,13 @@ def cache_in(folder: str | os.PathLike[str] | None) -> ResultCache | None:
 
 def name_of_result(kind: str, inputs: tuple[Any, ...]) -> str | None:
     """Return the file name of a result; None if an input is only known by its identity."""
-    strangers: list[Any] = []
     digest = hashlib.sha256(f"{kind} {environment()}".encode())
     for one in inputs:
-        text = f"text {one!r}" if _is_text(one) else fingerprint(one, strangers)
+        text = f"text {one!r}" if _is_text(one) else known_fingerprint(one)
+        if text is None:
+            return None
         digest.update(f"{len(text)} {text}".encode())
-    return None if strangers else f"{kind}-{digest.hexdigest()}{SUFFIX}"
+    return f"{kind}-{digest.hexdigest()}{SUFFIX}"
 
 
 def _is_text(one: Any) -> bool:

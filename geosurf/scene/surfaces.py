@@ -24,7 +24,7 @@ from geosurf.model.tops import TieReport, TieSettings, Tops, tops_of
 from geosurf.read import otherwise, read_fault, read_horizon, read_points, read_polygons, read_tops
 from geosurf.read.file_info import kind_of_file
 from geosurf.scene.inputs import Box, SceneInputs, are_one, changing, undeclared
-from geosurf.scene.memory import Memory
+from geosurf.scene.memory import Memory, known_fingerprint
 from geosurf.triangulate import build_contacts, orient_fault, triangulate_fault, triangulate_horizon
 from geosurf.triangulate.decimate import can_be_decimated, decimate_frame, strides_of
 from geosurf.triangulate.horizon import (
@@ -468,7 +468,7 @@ class InputSurfaces:
         for name, value in new.items():
             again = {name, before.inputs.halves.whole_of(name)} & named
             if again or name not in before._marks or not are_one(value, old[name]):
-                self._marks[name] = _mark(value, self.memory)
+                self._marks[name] = _mark(value)
                 continue
             self._marks[name] = before._marks[name]
             if name in before._fingerprints and not isinstance(value, Sheet):
@@ -515,7 +515,7 @@ class InputSurfaces:
         """What shows that inputs have changed: of all of them, when the first one is read."""
         if self._marks is None:
             inputs = changing(self.inputs).items()
-            self._marks = {name: _mark(value, self.memory) for name, value in inputs}
+            self._marks = {name: _mark(value) for name, value in inputs}
         return self._marks
 
     def unchanged(self, name: str | tuple[str]) -> None:
@@ -524,7 +524,7 @@ class InputSurfaces:
         A scene is what its inputs were then: a model of old and new data is nobody's.
         """
         value = changing(self.inputs)[name]
-        if self._marked()[name] != _mark(value, self.memory):
+        if self._marked()[name] != _mark(value):
             what = f"the file {value}" if isinstance(value, str | Path) else repr("".join(name))
             raise InputError(
                 f"{what} has changed since this scene read its first input, and the scene would "
@@ -597,7 +597,7 @@ class InputSurfaces:
         return footprint(name, data, undeclared(data, self.inputs.options))
 
 
-def _mark(value: Any, memory: Memory) -> Hashable:
+def _mark(value: Any) -> Hashable:
     """What shows that an input has changed; None for what nobody can change, or reads later."""
     if isinstance(value, str | Path):
         try:
@@ -606,7 +606,7 @@ def _mark(value: Any, memory: Memory) -> Hashable:
             return None  # whoever reads it says what is wrong
         return found.st_size, found.st_mtime_ns, found.st_ino
     fixed = isinstance(value, Sheet | TriSurface | FaultSticks | Tops | int | float | type(None))
-    return None if fixed or is_stored(value) else memory.mark(value)
+    return None if fixed or is_stored(value) else known_fingerprint(value)
 
 
 def as_surface(

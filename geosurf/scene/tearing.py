@@ -540,10 +540,10 @@ def _thrown(plain: Graph, name: str, throws: Sequence[FaultThrow], faults: Fault
         word: of_fault(word) for word in ("reach", "hanging_wall", "direction")
     }
     run = partial(throw_horizon, horizon, moving, of_fault("throw"), name=name, **words)
-    shapes = [one.content for one in throws]
-    held = [one if isinstance(one, str) else memory.hold(one) for one in shapes]
+    shapes = [one.throw for one in throws]
     return memory.get_or_compute(
-        "tear", name, ("thrown", *map(memory.key_of, (horizon, *moving)), repr(words), *held),
+        "tear", name,
+        ("thrown", *map(memory.key_of, (horizon, *moving)), repr(words), memory.hold(shapes)),
         lambda: _stored(memory, lambda: (horizon, *moving, repr(words), *shapes), run),
         outcome_of, again=False,
     )  # fmt: skip

@@ -14,11 +14,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy import stats
 
 import geosurf as gs
 from geosurf.conventions import machine
 from geosurf.ensemble import ContactLevel, DepthError, DepthShift, Normal, Uniform, on_dask
 from geosurf.ensemble import store as store_room
+from geosurf.ensemble.models import content_of
 from geosurf.ensemble.on_dask import check_workers
 from geosurf.ensemble.plan import Plan
 from geosurf.ensemble.run import planned
@@ -336,6 +338,15 @@ def test_a_store_of_something_else_is_left_alone(tmp_path):
     with pytest.raises(InputError, match="an ensemble of other inputs"):
         run(n=1, store=tmp_path / "e.zarr", maps=None, seed=5)
     refused(InputError, "is not an ensemble", lambda: gs.ensemble.open_ensemble(tmp_path / "other"))
+
+
+def test_distributions_of_scipy_count_by_what_they_draw():
+    """By kind and numbers: of two equal ones, made in two processes, a store is continued."""
+    kinds = [stats.norm, stats.uniform]
+    made = [kind(loc=0.0, scale=scale) for kind in kinds for scale in (1.0, 2.0) for _ in range(2)]
+    known = [content_of(DepthShift("Top", distribution)) for distribution in made]
+    assert known[::2] == known[1::2]
+    assert len(set(known)) == 4
 
 
 def test_two_writers_exclude_each_other(tmp_path, made):

@@ -141,6 +141,7 @@ FACES = [(0, 1, 2), (1, 3, 2)]
 LINE = np.vstack([QUAD[:2], QUAD[:1] + 3.0, QUAD[2:]])
 MAP = gridded(SQUARE, [0.0, 9.0])
 DIFFERENT = {
+    "numbers that follow each other": ([1.0, 23.0], [1.02, 3.0]),
     "shapes": (SQUARE, ROW),
     "types": (ROW, ROW.view(np.int64)),
     "masks": [np.ma.array(ROW, mask=limit < ROW) for limit in (-1, 1)],
