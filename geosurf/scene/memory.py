@@ -79,7 +79,7 @@ def known_fingerprint(value: Any) -> str | None:
 
     def note(stranger: Any) -> str:
         strangers.append(stranger)
-        return ""
+        return by_identity(stranger)
 
     content = fingerprint(value, note)
     return None if strangers else content
