@@ -19,7 +19,7 @@ import numpy as np
 
 import geosurf as gs
 from benchmarks.results import MODELS, inputs_of
-from tests.measure.rays import Shells, is_on_boundary, unit_by_rays
+from tests.measure.rays import Shells, holds, unit_by_rays, whole
 
 N_POINT, N_PEER, REPEAT = 10_000_000, 120_000, 3
 
@@ -54,6 +54,15 @@ def on_boundaries(scene: gs.Scene, n: int) -> dict[str, np.ndarray]:
         "on faces": 0.25 * (a + b) + 0.5 * c,
         "anywhere": places - units[0].origin,
     }
+
+
+def is_on_boundary(points: np.ndarray, shells: Shells) -> np.ndarray:
+    """Whether each point (n, 3), local, lies exactly on a triangle of a shell."""
+    found = []
+    for point in points:
+        p = [whole(c) for c in point]
+        found.append(any(holds(face, p) for _, face in shells.near(point)[1]))
+    return np.array(found)
 
 
 def compare_exactly(scene: gs.Scene, n: int) -> None:

@@ -58,6 +58,9 @@ def test_halves_cut_the_same_blocks_as_two_faults_that_cross(older):
         x = split.surface(name).vertices
         assert (sign * (x[:, 0] + x[:, 2] - 8)).min() == 0
     assert split.surface("F1").bounds == dipping().bounds
+    for cut, side in zip(split.fault_actions, "+-", strict=True):
+        assert " ends at F1 along " in str(cut)
+        assert str(cut).endswith(f" on its {side} side kept")
 
     # blocks on one side of F1 lie on one half only
     for unit in split.units.values():

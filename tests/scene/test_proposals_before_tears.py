@@ -94,6 +94,7 @@ def test_a_scenario_lists_and_proposes_for_the_faults_as_its_rules_left_them(sce
     assert any(" m until F1: " in str(action) for action in scene.fault_actions)
     assert len(scene.fault_actions) > 1
     assert scene.truncations == {"F2": (("F1", "hanging wall", True),)}
+    assert str(scene.fault_actions[-1]).endswith(" in its hanging wall kept")
 
 
 def test_every_scene_with_longer_faults_looks_for_passed_ones(field, scenario, monkeypatch):
