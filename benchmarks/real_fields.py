@@ -124,6 +124,8 @@ def field_of(name: str, at: str, files: str, folder: Path, answers: bool) -> Row
     cache = f" --cache-dir {at}/cache" if answers else ""
     run = f"geosurf run {at}/scenario.toml -o {at}/out{cache}"
     row = Row(name, [done(f"geosurf new {at} {files}", folder)])
+    if row.run.code != 0:  # also where an earlier run has left a scenario
+        raise SystemExit("\n".join(row.run.lines))
     row.commands.append(done(run, folder))
     if row.run.code == 0:
         row.coverage = coverage_apart(folder / at / "scenario.toml")

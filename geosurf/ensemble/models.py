@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import fields, is_dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -255,6 +255,9 @@ def content_of(*values: Any) -> str:
 
 def _by_name(value: Any) -> str:
     """What stands for an object in every process: its repr, of a function its name."""
+    if is_dataclass(value) and not isinstance(value, type):
+        numbers = {one.name: getattr(value, one.name) for one in fields(value)}
+        return content_of(type(value).__qualname__, numbers)
     # a frozen distribution of scipy.stats and a partial hold what they call with arguments
     called = getattr(value, "dist", getattr(value, "func", value))
     if not callable(called):

@@ -443,9 +443,12 @@ class WallMesh:
             crossing = self._crossings_at(arc[1:-1])
             if not crossing.any():
                 return np.array([n, n + len(arc) - 1])
-            k = 1 + int(crossing.argmax())
-            notches.append((arc[k - 1], arc[k + 1], arc[k]))
-            arc = np.delete(arc, k)
+            # of neighbours only the one that crosses most, so that each notch is one triangle
+            behind = np.zeros(len(arc), dtype=bool)
+            for k in 1 + np.argsort(-crossing, kind="stable"):
+                behind[k] = crossing[k - 1] > 0 and not (behind[k - 1] or behind[k + 1])
+            notches += [(arc[k - 1], arc[k + 1], arc[k]) for k in np.flatnonzero(behind)]
+            arc = arc[~behind]
             self.undo()
 
     def join(

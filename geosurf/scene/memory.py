@@ -161,7 +161,8 @@ def _add(digest: Any, value: Any, unknown: Unknown) -> None:
             _add_words(digest, part.to_numpy(), unknown)
     elif isinstance(value, int | float | np.number):
         digest.update(f"{value!r} ".encode())
-    elif is_dataclass(value) and not isinstance(value, type):
+    # of other classes the code is not known: in a notebook it may change
+    elif is_dataclass(value) and type(value).__module__.startswith("geosurf."):
         digest.update(f"{type(value).__name__} {getattr(value, 'crs', '')}".encode())
         _add_words(digest, [getattr(value, one.name) for one in fields(value)], unknown)
     else:

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import textwrap
 import time
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -340,13 +341,26 @@ def test_a_store_of_something_else_is_left_alone(tmp_path):
     refused(InputError, "is not an ensemble", lambda: gs.ensemble.open_ensemble(tmp_path / "other"))
 
 
-def test_distributions_of_scipy_count_by_what_they_draw():
+@dataclass
+class Drawn:
+    """A distribution of the user."""
+
+    middle: float
+
+    def quantile(self, share):
+        return self.middle + share
+
+
+def test_distributions_count_by_what_they_draw():
     """By kind and numbers: of two equal ones, made in two processes, a store is continued."""
     kinds = [stats.norm, stats.uniform]
     made = [kind(loc=0.0, scale=scale) for kind in kinds for scale in (1.0, 2.0) for _ in range(2)]
     known = [content_of(DepthShift("Top", distribution)) for distribution in made]
     assert known[::2] == known[1::2]
     assert len(set(known)) == 4
+    # of a class of the user by its name and fields
+    given = [content_of(DepthShift("Top", Drawn(middle))) for middle in (1.0, 1.0, 2.0)]
+    assert given[0] == given[1] != given[2]
 
 
 def test_two_writers_exclude_each_other(tmp_path, made):

@@ -121,3 +121,6 @@ def test_an_overlay_is_drawn_on_views_maps_and_sections(scene, top, curves, tmp_
     assert "W" in [text.get_text() for text in figure.axes[1].texts]
     outline = [[0, 0, 0], [9, 0, 0], [9, 9, 0]]
     assert PictureOverlay(polygons={"A": outline}).polygons["A"][0].shape == (3, 2)
+    for wrong in ({"wells": {"W": [1, 2]}}, {"points": {"P": [[0, 0, np.nan]]}}, {"points": 3}):
+        with pytest.raises(InputError):
+            PictureOverlay(**wrong)

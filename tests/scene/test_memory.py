@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import random
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -140,7 +141,23 @@ QUAD = np.array([(1.0, -1, 9), (1, -1, -5), (1, 5, 9), (1, 5, -5)])
 FACES = [(0, 1, 2), (1, 3, 2)]
 LINE = np.vstack([QUAD[:2], QUAD[:1] + 3.0, QUAD[2:]])
 MAP = gridded(SQUARE, [0.0, 9.0])
+
+
+def linear(rate):
+    """A throw of a class whose code geosurf does not know: cells of notebooks define it again."""
+
+    @dataclass
+    class Linear:
+        rate: float
+
+        def __call__(self, along):
+            return self.rate * along
+
+    return Linear(rate)
+
+
 DIFFERENT = {
+    "classes of one name": (linear(1.0), linear(1.0)),
     "numbers that follow each other": ([1.0, 23.0], [1.02, 3.0]),
     "shapes": (SQUARE, ROW),
     "types": (ROW, ROW.view(np.int64)),
