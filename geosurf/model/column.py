@@ -289,7 +289,7 @@ ENDS = ("start", "end")  # of strike by the right-hand rule, as for `Extension`
 _SUFFIX = " (virtual)"
 HOW = (
     'Write compartments=True for all faults, or by fault: compartments={"F3": "boundary", '
-    '"F4": "F1", "F5": {"end": "nearest"}}'
+    '"F4": "F1", "F5": {"end": "nearest"}}; in a scenario, F3 = "boundary" in [compartments]'
 )
 
 

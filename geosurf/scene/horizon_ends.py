@@ -527,15 +527,20 @@ def _way_around(
         {part.target for part in wall.parts} - {*compartments, BOUNDARY, "top", "base"}
     )
     left = [end for end in ENDS if not {end, EITHER} & {*compartments[name]}]
+
+    def in_scenario(fault: str) -> str:
+        """What continues a fault at both ends."""
+        return f'in a scenario, {toml_key(fault)} = "nearest" in [compartments]'
+
     if missing:
         what = f"fault {missing[0]!r}, at which it ends, dies inside the model"
-        how = f"compartments={{{name!r}: ..., {missing[0]!r}: True}}"
+        how = f"compartments={{{name!r}: ..., {missing[0]!r}: True}}; {in_scenario(missing[0])}"
     elif left:
         what = f"its {left[0]} stays open"
-        how = f"compartments={{{name!r}: True}}"
+        how = f"compartments={{{name!r}: True}}; {in_scenario(name)}"
     elif len(compartments) < sum(source.role == "fault" for source in patches.sources):
         what = "another fault that bounds the compartment dies inside the model"
-        how = "compartments=True"
+        how = "compartments=True; in a scenario, list all faults in [compartments]"
     else:
         return GeometryError(
             f"there is a way around fault {name!r} and its virtual wall near {place(at)}: "
