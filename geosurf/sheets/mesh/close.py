@@ -467,7 +467,9 @@ def close_as_planned(data: Data, faults: Sequence[TriSurface], plan: TearPlan) -
 
     def closed(rebuilt: Rebuilt, start: Repairs, is_solved: bool = False) -> Closed:
         """The mesh with the repairs of the plan, and those that go on from there."""
-        built = built_of(rebuilt, surfaces, False, start, is_beyond, is_solved)
+        # where the sheet of the plan lost throw, this one may: a search ends there, too
+        at_any_cost = plan.loss > 0.0
+        built = built_of(rebuilt, surfaces, at_any_cost, start, is_beyond, is_solved)
         return Closed(rebuilt, built, surfaces, (), trims, given, built.n_cut)
 
     def is_beyond(stuck: Sequence[Hole]) -> bool:
