@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Any, TextIO
+from typing import Any
 
 from geosurf.errors import GeosurfError, GeosurfWarning, InputError
 from geosurf.stopping import STOPPED
@@ -124,33 +124,9 @@ def _apology(error: BaseException) -> str:
 # Lines of finished steps; `geosurf.conventions.running` shows the one that is running below them.
 
 
-class Lines:
+def step_lines(options: argparse.Namespace, *, steps: bool) -> Callable[[str], None]:
     """
-    Prints a line for each finished step.
-
-    Parameters
-    ----------
-    lines : stream or None
-        Where they go; None prints nothing.
-    memory : bool
-        Whether lines end with the peak memory of the process.
-    """
-
-    def __init__(self, lines: TextIO | None, *, memory: bool) -> None:
-        self._lines = lines
-        self._memory = memory
-
-    def __call__(self, line: str) -> None:
-        """Print the line of a finished step."""
-        clear_line()
-        if self._lines is not None:
-            more = f"  {peak_megabytes():6.0f} MB at most" if self._memory else ""
-            print(f"{line}{more}", file=self._lines, flush=True)
-
-
-def step_lines(options: argparse.Namespace, *, steps: bool) -> Lines:
-    """
-    Return what prints the steps of a command as it was asked to.
+    Return what prints the line of a finished step, with the peak memory if all is asked for.
 
     Parameters
     ----------
@@ -160,12 +136,17 @@ def step_lines(options: argparse.Namespace, *, steps: bool) -> Lines:
         Whether the command prints its steps without ``--verbose``, too.
     """
     # stdout holds the answer: steps that were not asked for, or go with JSON, are on stderr
-    lines: TextIO | None = None
-    if options.verbose:
-        lines = sys.stderr
-    elif steps and not (options.quiet or options.json):
-        lines = sys.stdout
-    return Lines(lines, memory=options.verbose)
+    shown = options.verbose or (steps and not (options.quiet or options.json))
+
+    def show(line: str) -> None:
+        """Print the line of a finished step."""
+        clear_line()
+        if options.verbose:
+            print(f"{line}  {peak_megabytes():6.0f} MB at most", file=sys.stderr, flush=True)
+        elif shown:
+            print(line, flush=True)
+
+    return show
 
 
 def peak_megabytes() -> float:

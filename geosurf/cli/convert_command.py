@@ -80,14 +80,6 @@ def _surface(path: Path, options: argparse.Namespace) -> TriSurface:
 
 
 OF_SURFACES = ".ts"  # the suffix of files that hold surfaces only
-FUNCTIONS = {
-    "horizon": "read_horizon",
-    "fault": "read_fault",
-    "points": "read_points",
-    "polygons": "read_polygons",
-    "tops": "read_tops",
-    "wells": "read_wells",
-}
 SPLIT = re.compile(rb"[,;\t]")
 
 
@@ -246,7 +238,7 @@ def _of_table(source: Source, options: argparse.Namespace) -> dict[str, Any]:
 def _function(path: Path, functions: str, suffix: str, read_as: str | None) -> str:
     """Return which function reads a file: the one asked for, or the one that fits the target."""
     if read_as is not None:
-        return FUNCTIONS[read_as]
+        return f"read_{read_as}"
     if not functions:
         raise InputError(
             f"{path}: geosurf does not know what this file holds. See geosurf info {path}, and add "

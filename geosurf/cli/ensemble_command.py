@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import csv
 import sys
 import time
 from pathlib import Path
@@ -12,7 +11,7 @@ from geosurf.cli.console import Answer
 from geosurf.cli.scenario_commands import scenario_of
 from geosurf.conventions.machine import missing_sentence
 from geosurf.ensemble import run_ensemble
-from geosurf.ensemble.results import quantile_csv, quantile_text, realisations_csv
+from geosurf.ensemble.results import quantile_frame, quantile_text, realisations_csv
 from geosurf.ensemble.run import console_line
 from geosurf.files import refused_writing, write_whole
 from geosurf.scenario.output import input_files
@@ -40,8 +39,9 @@ def ensemble_command(options: argparse.Namespace) -> Answer:
     groups: dict[str, tuple[str, ...]] = {
         "total": (), "region": ("region", parts), "zone": ("zone", parts), "unit": ("unit",)
     }  # fmt: skip
-    tables = {by: quantile_csv(ensemble, keys, include) for by, keys in groups.items()}
-    for by, text in tables.items():
+    tables = {by: quantile_frame(ensemble, keys, include) for by, keys in groups.items()}
+    for by, table in tables.items():
+        text = table.to_csv(index=False, na_rep="nan", lineterminator="\n")
         write_whole(out / f"quantiles_{by}.csv", text.encode("utf-8"))
     each = realisations_csv(ensemble, include)
     write_whole(out / "realisations.csv", each.encode("utf-8"))
@@ -63,7 +63,7 @@ def ensemble_command(options: argparse.Namespace) -> Answer:
         "realisations": count,
         "seconds": seconds,
         "report": page,
-        "quantiles": {by: _rows(text) for by, text in tables.items()},
+        "quantiles": {by: table.to_dict("records") for by, table in tables.items()},
     }
     return Answer(
         data,
@@ -74,21 +74,6 @@ def ensemble_command(options: argparse.Namespace) -> Answer:
             f"All results: {out / 'ensemble.zarr'}",
         ),
     )
-
-
-def _rows(text: str) -> list[dict[str, str | float]]:
-    """Return the rows of a table, with numbers where cells are numbers."""
-    return [
-        {key: _cell(value) for key, value in row.items()}
-        for row in csv.DictReader(text.splitlines())
-    ]
-
-
-def _cell(text: str) -> str | float:
-    try:
-        return float(text)
-    except ValueError:
-        return text
 
 
 class _Log:

@@ -194,12 +194,8 @@ def validate_command(options: argparse.Namespace) -> Answer:
     rows = [{"line": one.line, "mistake": one.sentence} for one in mistakes]
     data = {"scenario": options.scenario, "settings": options.set, "mistakes": rows}
     if mistakes:
-        lines = []
-        for one in mistakes:
-            where = "" if one.line is None else f", line {one.line}"
-            lines.append(f"{options.scenario}{where}: {one.sentence}")
         if not (options.json or options.quiet):
-            print("\n".join(lines), flush=True)
+            print(*(one.in_file(options.scenario) for one in mistakes), sep="\n", flush=True)
             print(f"{counted(len(mistakes), 'mistake')}.", file=sys.stderr)
         return Answer(data, code=InputError.exit_code)
     scenario = scenario_of(options)

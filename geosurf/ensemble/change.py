@@ -16,7 +16,7 @@ from geosurf.conventions import did_you_mean, is_whole
 from geosurf.conventions.checks import are_points
 from geosurf.ensemble.fields import GaussianField
 from geosurf.errors import InputError
-from geosurf.model import Lattice, Sheet, TriSurface
+from geosurf.model import Sheet, TriSurface
 from geosurf.model.distributions import Distribution
 from geosurf.model.tops import Tops
 from geosurf.sheets.lattice.data import points_of
@@ -80,19 +80,7 @@ class HorizonData:
         # The same kind of object comes back, so that the scene treats it as before.
         if self.surface is None:
             return self._points_at(self.points[:, 2] + up)
-        lattice = self.surface.lattice
-        elevation = self.points[:, 2] + up
-        if lattice is None:
-            vertices = np.column_stack([self.points[:, :2], elevation])
-            made = TriSurface(self.name, "horizon", vertices, self.surface.triangles)
-        else:
-            # The axes are shared; only elevations are new.
-            made = TriSurface(self.name, "horizon", lattice=Lattice(
-                lattice.easting, lattice.northing, elevation.reshape(lattice.shape),
-                lattice.rising, lattice.reverse,
-            ))  # fmt: skip
-        made.crs = self.surface.crs
-        return made
+        return self.surface.lifted(lambda z: z + up.reshape(z.shape)).renamed(self.name, "horizon")
 
     def _points_at(self, elevation: np.ndarray) -> Any:
         """The points at other elevations, as `read_points` returns them."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
@@ -638,27 +636,21 @@ def _in_order(key: str, words: list[str], regions: Sequence[str]) -> list[str]:
 def _rank_correlation(one: np.ndarray, other: np.ndarray) -> float:
     """Spearman's rank correlation; 0 where one of them does not vary."""
     # The correlation of ranks, which ignores how values are spread.
-    a, b = (_ranks(values) for values in (one, other))
+    a, b = (pandas.Series(values).rank().to_numpy() for values in (one, other))
     a, b = a - a.mean(), b - b.mean()
     size = float(np.sqrt((a * a).sum() * (b * b).sum()))
     return float((a * b).sum()) / size if size > 0 else 0.0
-
-
-def _ranks(values: np.ndarray) -> np.ndarray:
-    """Ranks from 0, equal values sharing their mean rank."""
-    _, inverse, count = np.unique(values, return_inverse=True, return_counts=True)
-    # Equal values share the mean of their ranks.
-    last = np.cumsum(count)
-    return (last - 0.5 * (count + 1.0))[inverse]
 
 
 # ---- tables ----------------------------------------
 # Tables of an ensemble, for people and for spreadsheets.
 
 
-def quantile_csv(ensemble: Any, by: Sequence[str], include: str = "reservoir") -> str:
+def quantile_frame(
+    ensemble: Any, by: Sequence[str], include: str = "reservoir"
+) -> pandas.DataFrame:
     """
-    Return quantiles of all columns as text with commas.
+    Return quantiles of all columns as a table.
 
     Parameters
     ----------
@@ -668,20 +660,17 @@ def quantile_csv(ensemble: Any, by: Sequence[str], include: str = "reservoir") -
 
     Returns
     -------
-    str
+    pandas.DataFrame
         One row for each column and sum that is not 0 everywhere; ``n`` and ``failed`` count
         realisations.
     """
-    file = io.StringIO()
-    writer = csv.writer(file, lineterminator="\n")
-    writer.writerow([*by, "quantity", "units", *STATISTICS, "n", "failed"])
-    for of in ensemble.columns:
-        for labels, found in ensemble.rows(of, include, [by]):
-            # repr() keeps all digits.
-            numbers = [repr(found[key]) for key in STATISTICS]
-            units = ensemble.data[of].attrs["units"]
-            writer.writerow([*labels, of, units, *numbers, ensemble.n_built, ensemble.n_failed])
-    return file.getvalue()
+    ends = (ensemble.n_built, ensemble.n_failed)
+    rows = [
+        [*labels, of, ensemble.data[of].attrs["units"], *(found[key] for key in STATISTICS), *ends]
+        for of in ensemble.columns
+        for labels, found in ensemble.rows(of, include, [by])
+    ]
+    return pandas.DataFrame(rows, columns=[*by, "quantity", "units", *STATISTICS, "n", "failed"])
 
 
 def realisations_csv(ensemble: Any, include: str = "reservoir") -> str:

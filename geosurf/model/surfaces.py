@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
@@ -14,7 +14,7 @@ from geosurf.conventions import checked_points, is_word
 from geosurf.conventions.card import Card
 from geosurf.conventions.checks import no_data_in
 from geosurf.errors import SurfaceError
-from geosurf.model.base import Shown, frozen, polydata
+from geosurf.model.base import Shown, frozen, in_crs_of, polydata
 from geosurf.model.expected import expect, listed, name_of
 from geosurf.model.lattice import Lattice
 from geosurf.model.torn_lattice import TornLattice
@@ -416,6 +416,16 @@ class TriSurface(Shown):
         twin.__dict__.update(self.__dict__)
         twin.name, twin.role = name_of(name, self.role), self.role if role is None else role
         return twin
+
+    def lifted(self, change: Callable[[np.ndarray], np.ndarray]) -> TriSurface:
+        """Return the surface with changed elevations [m] of nodes or vertices; a grid stays one."""
+        if self.lattice is not None:
+            lattice = self.lattice.with_elevation(change(self.lattice.elevation))
+            made = TriSurface(self.name, self.role, lattice=lattice)
+        else:
+            vertices = np.column_stack([self.vertices[:, :2], change(self.vertices[:, 2])])
+            made = TriSurface(self.name, self.role, vertices, self.triangles)
+        return in_crs_of(made, [self])
 
     def to_pyvista(self) -> pyvista.PolyData:
         """Return the surface as a mesh of pyvista.

@@ -154,7 +154,7 @@ MOST_NAMED = 12  # names in one message
 
 
 def chosen(
-    path: Path, groups: Mapping[str, Sequence[Part]], name: str | None, what: str
+    path: Path, parts: Sequence[tuple[str, Part]], name: str | None, what: str
 ) -> tuple[str, list[Part]]:
     """
     Return the name and the parts of the one object that a caller means.
@@ -162,8 +162,8 @@ def chosen(
     Parameters
     ----------
     path : pathlib.Path
-    groups : mapping of str to sequence
-        Parts of each object; without a name under "".
+    parts : sequence of (str, part)
+        Parts of all objects, each with the name of its object, "" without one.
     name : str or None
         The name that the caller gives; any name is right where there is one object.
     what : str
@@ -176,22 +176,21 @@ def chosen(
 
     Examples
     --------
-    >>> chosen(Path("f.dat"), {"F1": [1, 2], "F2": [3]}, "F2", "faults")
+    >>> parts = [("F1", 1), ("F1", 2), ("F2", 3)]
+    >>> chosen(Path("f.dat"), parts, "F2", "faults")
     ('F2', [3])
-    >>> chosen(Path("f.dat"), {"F1": [1, 2], "F2": [3]}, None, "faults")  # doctest: +ELLIPSIS
+    >>> chosen(Path("f.dat"), parts, None, "faults")  # doctest: +ELLIPSIS
     Traceback (most recent call last):
     geosurf.errors.InputError: f.dat: the file has 2 faults: F1, F2. Choose one, as in name='F1' ...
     """
-    names = list(groups)
+    names = list(dict.fromkeys(title for title, _ in parts))
     listed = _listed(names)
     if any(names):
         noted("names", f"{len(names)} {what}: {listed}" if len(names) > 1 else listed)
-    if len(names) <= 1:
-        return (names or [""])[0], [part for parts in groups.values() for part in parts]
-    if name in groups:
-        return str(name), list(groups[str(name)])
-    if is_looking():  # `geosurf.info` looks at all of them
-        return "", [part for parts in groups.values() for part in parts]
+    if len(names) > 1 and name in names:
+        return str(name), [part for title, part in parts if title == name]
+    if len(names) <= 1 or is_looking():  # `geosurf.info` looks at all of them
+        return names[0] if len(names) == 1 else "", [part for _, part in parts]
     asked = "" if name is None else f", but none is called {name!r}"
     guess = "" if name is None else did_you_mean(name, names)
     raise InputError(

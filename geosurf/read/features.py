@@ -332,10 +332,8 @@ def read_feature_sticks(path: Path, request: Request) -> FaultSticks:
         As `read_feature_points`.
     """
     found = features(path).checked().raised(request.columns)
-    groups: dict[str, list[Feature]] = {}
-    for one in found.only(("line",), "read_fault"):
-        groups.setdefault(one.name, []).append(one)
-    title, items = chosen(found.path, groups, request.name, "faults")
+    lines = [(one.name, one) for one in found.only(("line",), "read_fault")]
+    title, items = chosen(found.path, lines, request.name, "faults")
     scale = found.scale(request, "fault sticks")
     sticks = tuple(found.to_metres(one, scale) for one in items)
     return in_crs_of(FaultSticks(request.name or title or found.path.stem, sticks), [found])

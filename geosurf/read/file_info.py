@@ -258,11 +258,21 @@ def points_of_file(path: Path, key: str, function: str) -> np.ndarray:
     else:
         # the sentence of the reader names kinds of files that geosurf does not read
         data = read.read_horizon(path, **ASSUMED)
-    return np.concatenate([_array(one) for one in (data if isinstance(data, list) else [data])])
+    listed = data if isinstance(data, list) else [data]
+    return np.concatenate([points_of(_some_of(one)) for one in listed])
 
 
-def _array(data: Any) -> np.ndarray:
-    """Points (n, 3) of what a reader returns."""
+def _some_of(data: Any) -> Any:
+    """What a reader returns; of a grid that is opened, not read, some rows and columns."""
+    if not hasattr(getattr(data, "data", None), "dask"):
+        return data
+    step = math.ceil(math.sqrt(data.size / _SHOWN))
+    noted("read", f"every {step}th row and column of a large grid")
+    return data[::step, ::step]
+
+
+def points_of(data: Any) -> np.ndarray:
+    """Return the points (n, 3) of what a reader returns, undefined ones too."""
     if isinstance(data, np.ndarray):
         return data
     if hasattr(data, "sticks"):
@@ -270,10 +280,6 @@ def _array(data: Any) -> np.ndarray:
     if hasattr(data, "vertices"):
         return np.asarray(data.vertices, dtype=np.float64)
     z = data.elevation if hasattr(data, "data_vars") else data
-    if hasattr(z.data, "dask"):  # opened, not read: some rows and columns show what it is
-        step = math.ceil(math.sqrt(z.size / _SHOWN))
-        z = data = z[::step, ::step]
-        noted("read", f"every {step}th row and column of a large grid")
     x, y = data.easting.values, data.northing.values
     if x.ndim == 1 and z.ndim == 2:
         x, y = np.meshgrid(x, y)

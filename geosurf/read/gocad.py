@@ -24,7 +24,6 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from geosurf.conventions import did_you_mean
 from geosurf.conventions.crs import label
 from geosurf.errors import FormatError, GeosurfWarning, InputError
 from geosurf.lazy import xarray as xr
@@ -33,6 +32,7 @@ from geosurf.model.base import in_crs_of
 from geosurf.read._common import (
     Request,
     check_name,
+    chosen,
     integer,
     is_looking,
     noted,
@@ -497,25 +497,14 @@ def read_gocad(path: Path, request: Request) -> TriSurface:
     <TriSurface 'F1' (fault): 3 vertices, 1 triangles>
     """
     surfaces = read_tsurf(path, request)
-    if len(surfaces) == 1:
-        return surfaces[0] if request.name is None else surfaces[0].renamed(request.name)
-
-    # several surfaces: exactly one of them has to have the name
-    names = [surface.name for surface in surfaces]
-    found = [surface for surface in surfaces if surface.name == request.name]
-    if len(found) != 1:
-        guess = "" if request.name is None else did_you_mean(request.name, names)
-        asked = (
-            "name= is not given"
-            if request.name is None
-            else f"{len(found)} are called {request.name!r}"
-        )
+    named = [(surface.name, surface) for surface in surfaces]
+    title, found = chosen(path, named, request.name, "surfaces")
+    if len(found) > 1:
         raise InputError(
-            f"{path}: the file has {len(surfaces)} surfaces, {names}, but {asked}.{guess} "
-            f"{'' if len(found) > 1 else 'Select one with name=, or '}"
-            "Read all with geosurf.read.read_tsurf."
+            f"{path}: {len(found)} of {len(surfaces)} surfaces are called {title!r}. Read all with "
+            "geosurf.read.read_tsurf."
         )
-    return found[0]
+    return found[0] if request.name is None else found[0].renamed(request.name)
 
 
 def read_tsurf(path: str | Path, request: Request) -> list[TriSurface]:

@@ -404,7 +404,8 @@ def read_gltf(path: Path, request: Request) -> TriSurface:
     order = [one.get("name") for one in _listed(document, "nodes")]
     meshes = dict(sorted(meshes.items(), key=lambda one: one[0] in order and order.index(one[0])))
     noted("names", ", ".join(meshes))
-    title, parts = chosen(path, meshes, request.name, "meshes")
+    named = [(name, part) for name, parts in meshes.items() for part in parts]
+    title, parts = chosen(path, named, request.name, "meshes")
     points, triangles, n_point = [np.empty((0, 3))], [np.empty((0, 3), dtype=np.int64)], 0
     for part_points, part_triangles in parts:
         points.append(part_points)

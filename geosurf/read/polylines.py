@@ -573,10 +573,7 @@ def read_charisma_sticks(path: Path, request: Request) -> FaultSticks:
 
 def sticks_from(path: Path, parts: list[Part], request: Request) -> FaultSticks:
     """Sticks of the one fault that is meant."""
-    groups: dict[str, list[Part]] = {}
-    for part in parts:
-        groups.setdefault(part.name, []).append(part)
-    title, sticks = chosen(path, groups, request.name, "faults")
+    title, sticks = chosen(path, [(one.name, one) for one in parts], request.name, "faults")
     title = request.name or title or path.stem
     what = f"{path.name}: fault {title!r}"
     scale = request.scale(what)

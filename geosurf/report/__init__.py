@@ -373,7 +373,8 @@ def _changes(scene: ReportedModel, include: str) -> Iterable[Section]:
         yield Section(heading, page.folded(count, table), name="slivers")
     yield from _listed("Slivers merged into their neighbours", tables.merged_table(units.merged))
     yield from _listed("Detached pieces", tables.remnant_table(pieces))
-    yield from _listed("Units thinner than the rounding error", tables.thin_table(thin))
+    listed = tables.remnant_table(thin, ".1e")
+    yield from _listed("Units thinner than the rounding error", listed)
 
 
 def _lines(scene: ReportedModel) -> str:

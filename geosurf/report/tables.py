@@ -524,13 +524,13 @@ def clipped_table(clipped: Iterable[Clipped]) -> Table:
     return Table((*head, "Places", *largest), rows, n_label=3)
 
 
-def remnant_table(remnants: Iterable[Remnant]) -> Table:
-    """Return slivers and detached pieces, with the centre of their bounds [m]."""
-    rows = tuple(
-        (remnant.name, number(remnant.volume, 1), *(number(v, 1) for v in remnant.place))
-        for remnant in remnants
-    )
-    return Table(("Unit", "Volume [m³]", "Easting", "Northing", "Elevation"), rows)
+def remnant_table(remnants: Iterable[Remnant], digits: str = "") -> Table:
+    """Return slivers, detached pieces and thin units, with the centre of their bounds [m]."""
+    rows = []
+    for one in remnants:
+        volume = format(one.volume, digits) if digits else number(one.volume, 1)
+        rows.append((one.name, volume, *(number(v, 1) for v in one.place)))
+    return Table(("Unit", "Volume [m³]", "Easting", "Northing", "Elevation"), tuple(rows))
 
 
 def merged_table(merged: Iterable[MergedSliver]) -> Table:
@@ -564,14 +564,6 @@ def compartment_table(units: Units, include: str = "reservoir") -> Table:
             volume[key] = volume.get(key, 0.0) + unit.volume / 1e6
     rows = tuple((*key, number(value, 3)) for key, value in sorted(volume.items()))
     return Table(("Block", "Compartment", "GRV [million m³]"), rows, n_label=2)
-
-
-def thin_table(thin: Iterable[Remnant]) -> Table:
-    """Return units thinner than the rounding error of their vertices, with their centres [m]."""
-    rows = tuple(
-        (unit.name, f"{unit.volume:.1e}", *(number(v, 1) for v in unit.place)) for unit in thin
-    )
-    return Table(("Unit", "Volume [m³]", "Easting", "Northing", "Elevation"), rows)
 
 
 def region_table(units: Units, regions: Mapping[str, tuple[float, str]]) -> Table:

@@ -238,11 +238,10 @@ def check_faults(faults: tuple[FaultInput, ...], at: KeyPath) -> None:
                 place.inside("polygons").refuse(
                     f"{where}: two polygons are of horizon {twice!r}. Give one for each horizon."
                 )
-        with place.noting():
-            if isinstance(entry.lengthen_m, Mapping) and entry.lengthen:
-                place.inside("lengthen").refuse(
-                    f"{where}: lengthen_m names sides already. Remove lengthen."
-                )
+        if isinstance(entry.lengthen_m, Mapping) and entry.lengthen:
+            place.inside("lengthen").note(
+                f"{where}: lengthen_m names sides already. Remove lengthen."
+            )
 
 
 # ---- area keys ----------------------------------------

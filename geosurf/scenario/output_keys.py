@@ -135,10 +135,9 @@ def check_uncertain(scenario: Any, at: values.KeyPath) -> None:
     """Refuse uncertainties that contradict themselves, or name what does not exist."""
     # A sealed model has no data that could vary.
     if scenario.uncertain and scenario.model is not None:
-        with at.noting():
-            at.of("uncertain").refuse(
-                "[[uncertain]] cannot be combined with [model]. Remove one of them."
-            )
+        at.of("uncertain").note(
+            "[[uncertain]] cannot be combined with [model]. Remove one of them."
+        )
         return
 
     # Names as the scenario has them, by the table that they come from.
@@ -147,8 +146,8 @@ def check_uncertain(scenario: Any, at: values.KeyPath) -> None:
     known["velocities"] = [name for name in scenario.velocity or () if name != DATUM]
     for row, entry in enumerate(scenario.uncertain):
         label = f"uncertain[number {row + 1}]"
-        with at.of(label).noting():
-            _check_one(scenario, entry, known[KINDS[entry.kind]], label, at.of(label))
+        with at.of(label).noting() as place:
+            _check_one(scenario, entry, known[KINDS[entry.kind]], label, place)
 
 
 def _check_one(

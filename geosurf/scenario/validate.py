@@ -142,14 +142,13 @@ def check_tears(scenario: Scenario, at: KeyPath) -> None:
     }
     given: set[tuple[str, str]] = set()  # pairs of fault and horizon that have a throw already
     for row, entry in enumerate(scenario.throws):
-        with at.of(f"throws[number {row + 1}]").noting():
-            _check_throw(scenario, entry, known, given, at.of(f"throws[number {row + 1}]"))
-    with at.of("tops", "tie").noting():
-        if scenario.tops is not None and scenario.tops.tie and scenario.throws:
-            at.of("tops", "tie").refuse(
-                "tops.tie cannot be combined with [[throws]]: throw moves horizons off their tops. "
-                "Set tie = false; the report still lists the misfit of each top."
-            )
+        with at.of(f"throws[number {row + 1}]").noting() as place:
+            _check_throw(scenario, entry, known, given, place)
+    if scenario.tops is not None and scenario.tops.tie and scenario.throws:
+        at.of("tops", "tie").note(
+            "tops.tie cannot be combined with [[throws]]: throw moves horizons off their tops. "
+            "Set tie = false; the report still lists the misfit of each top."
+        )
 
     # curves of sheets are where the model has them; a tolerance would have no effect there
     place = at.of("tolerance_m")
@@ -168,25 +167,22 @@ def check_tears(scenario: Scenario, at: KeyPath) -> None:
             )
     if scenario.tear is None:
         return
-    with at.of("tear").noting():
-        try:
-            torn = scenario.tear.horizons or known["horizon"]
-            filling_by_horizon(scenario.tear.fill_empty_blocks, torn)
-        except InputError as error:
-            at.of("tear", "fill_empty_blocks").refuse(f"[tear]: {error}")
+    with at.of("tear", "fill_empty_blocks").noting("[tear]: "):
+        torn = scenario.tear.horizons or known["horizon"]
+        filling_by_horizon(scenario.tear.fill_empty_blocks, torn)
     trims = scenario.tear.trim_cells
     named = {"fault": trims if isinstance(trims, dict) else (), "horizon": scenario.tear.horizons}
     for (kind, names), key in zip(named.items(), ("trim_cells", "horizons"), strict=True):
         for name in names:
-            with at.of("tear", key).noting():
-                at.of("tear", key).refuse_unknown(f"tear.{key}", kind, name, known[kind])
+            with at.of("tear", key).noting() as place:
+                place.refuse_unknown(f"tear.{key}", kind, name, known[kind])
 
     # a horizon is torn from its data or by throws, never both
     for row, entry in enumerate(scenario.throws):
-        with at.of(f"throws[number {row + 1}]").noting():
+        with at.of(f"throws[number {row + 1}]").noting() as place:
             for name in entry.horizons or known["horizon"]:
                 if is_torn_as_picked(scenario, name):
-                    at.of(f"throws[number {row + 1}]").refuse(
+                    place.refuse(
                         f"horizon {name!r} is torn twice: by [tear], and by the throw of "
                         f"{entry.fault!r}. Select the horizons of each with horizons = [...]."
                     )
@@ -254,6 +250,10 @@ class MistakeOnLine:
     line: int | None
     sentence: str
 
+    def in_file(self, path: str | os.PathLike[str]) -> str:
+        """Return the sentence behind the place."""
+        return f"{path}{'' if self.line is None else f', line {self.line}'}: {self.sentence}"
+
 
 def read_scenario(path: str | os.PathLike[str], settings: Sequence[str] = ()) -> Scenario:
     r"""
@@ -290,10 +290,7 @@ def read_scenario(path: str | os.PathLike[str], settings: Sequence[str] = ()) ->
     path = path_of(path, "a scenario")
     scenario, mistakes = _examined(path, settings)
     if scenario is None or mistakes:
-        lines = [
-            f"{path}{'' if one.line is None else f', line {one.line}'}: {one.sentence}"
-            for one in mistakes
-        ]
+        lines = [one.in_file(path) for one in mistakes]
         error = ScenarioError(lines[0])
         for line in lines[1:MOST_NOTED]:
             error.add_note(line)
@@ -435,8 +432,7 @@ def _check_names(scenario: Scenario, at: KeyPath) -> None:
         _check_model(scenario, at)
         return
     if not scenario.horizons:
-        with at.of("horizons").noting():
-            at.of("horizons").refuse("no horizons are given. Add a table [[horizons]] or [model].")
+        at.of("horizons").note("no horizons are given. Add a table [[horizons]] or [model].")
     check_faults(scenario.faults, at)
     _check_places(scenario, at)
 
@@ -453,9 +449,8 @@ def _check_names(scenario: Scenario, at: KeyPath) -> None:
     lists = (("horizon", scenario.horizons), ("fault", scenario.faults))
     named = [(kind, entry.name) for kind, entries in lists for entry in entries]
     for k, (kind, name) in enumerate(named):
-        with at.of(f"{kind}s[{name!r}]", "name").noting():
-            if name in [one for _, one in named[:k]] and (fault := shared_name(named)):
-                at.of(f"{kind}s[{name!r}]", "name").refuse(fault)
+        if name in [one for _, one in named[:k]] and (fault := shared_name(named)):
+            at.of(f"{kind}s[{name!r}]", "name").note(fault)
     _check_files(scenario, at)
     with at.of("compartments").noting():
         read_compartments(scenario.compartments, [entry.name for entry in scenario.faults])
@@ -470,8 +465,8 @@ def _check_names(scenario: Scenario, at: KeyPath) -> None:
     # pictures refer to surfaces by name, too
     surfaces = [name for _, name in named]
     for name in scenario.output.search or ():
-        with at.of("output", "search").noting():
-            at.of("output", "search").refuse_unknown("output.search", "surface", name, surfaces)
+        with at.of("output", "search").noting() as place:
+            place.refuse_unknown("output.search", "surface", name, surfaces)
 
 
 def _check_files(scenario: Scenario, at: KeyPath) -> None:
@@ -490,28 +485,24 @@ def _check_files(scenario: Scenario, at: KeyPath) -> None:
             remedy = "Correct one of them."
             if data[0].suffix.lower() in OF_VARIABLES:
                 remedy = "Correct one of them, or give each its variable, as in variable = 'Top'."
-            with place.noting():
-                place.refuse(
-                    f"horizons[{entry.name!r}].file is that of horizon {seen[data]!r}, "
-                    f"{entry.file}, so that nothing lies between them. {remedy}"
-                )
+            place.note(
+                f"horizons[{entry.name!r}].file is that of horizon {seen[data]!r}, "
+                f"{entry.file}, so that nothing lies between them. {remedy}"
+            )
         seen[data] = entry.name
 
 
 def _check_model(scenario: Scenario, at: KeyPath) -> None:
     """A sealed model comes alone: it has its surfaces, its box, and its faults as they are."""
     for word in ("horizons", "zones", "faults", "truncations", "tear", "throws", "box"):
-        with at.of(word).noting():
-            if getattr(scenario, word) or (word == "truncations" and scenario.network.apply):
-                at.of(word).refuse(
-                    f"[model] and {word} cannot be combined: a sealed model has its own. Remove "
-                    "one."
-                )
-    with at.of("tops", "tie").noting():
-        if scenario.tops is not None and scenario.tops.tie:
-            at.of("tops", "tie").refuse(
-                "[model] and tops.tie cannot be combined: a sealed model stays as it is."
+        if getattr(scenario, word) or (word == "truncations" and scenario.network.apply):
+            at.of(word).note(
+                f"[model] and {word} cannot be combined: a sealed model has its own. Remove one."
             )
+    if scenario.tops is not None and scenario.tops.tie:
+        at.of("tops", "tie").note(
+            "[model] and tops.tie cannot be combined: a sealed model stays as it is."
+        )
     _check_places(scenario, at)
 
 
@@ -576,28 +567,24 @@ def _check_contacts(scenario: Scenario, at: KeyPath) -> None:
         # the horizons of a sealed model are not known yet
         with at.of("reservoir").noting():
             if scenario.model is None:
-                try:
-                    reservoir_of(zones, scenario.reservoir)
-                except InputError as error:
-                    at.of("reservoir").refuse(str(error))
+                reservoir_of(zones, scenario.reservoir)
 
         # a block is named by sides of faults, such as 'F1+ F2-'
         faults = [entry.name for entry in scenario.faults]
         sides = [name + sign for name in faults for sign in "+-"]
         for name, named in (scenario.regions or {}).items():
-            with at.of("regions", name).noting():
+            with at.of("regions", name).noting() as place:
                 for side in named if isinstance(named, tuple) and isinstance(named[0], str) else ():
-                    place = at.of("regions", name)
                     place.refuse_unknown(f"regions.{name}", "side", side, sides)
         for entry in scenario.contacts:
             label = f"contacts[{entry.name!r}]"
-            with at.of(label, "zones").noting():
+            with at.of(label, "zones").noting() as place:
                 for zone in entry.zones:
-                    at.of(label, "zones").refuse_unknown(label, "zone", zone, zones)
-            with at.of(label, "block").noting():
+                    place.refuse_unknown(label, "zone", zone, zones)
+            with at.of(label, "block").noting() as place:
                 if entry.block not in (None, ELSEWHERE) and not parse_sides(entry.block, faults):
                     known = ", ".join(map(repr, sides)) or "none"
-                    at.of(label, "block").refuse(
+                    place.refuse(
                         f"{label}: unknown block {entry.block!r}. Name sides of faults: {known}."
                         f"{did_you_mean(entry.block, sides)}"
                     )
@@ -633,10 +620,10 @@ def _check_seal(scenario: Scenario, at: KeyPath) -> None:
     """Zones of ``[seal]`` are those of the model."""
     if scenario.seal is not None:
         names = SimpleNamespace(horizon_names=[entry.name for entry in scenario.horizons])
-        with at.of("seal").noting():
+        with at.of("seal").noting() as place:
             vshale_of(names, scenario.seal.vshale)
             if scenario.seal.permeability_md is not None and scenario.grid is None:
-                at.of("seal").refuse("permeability_md is of the cells of [grid]. Add [grid].")
+                place.refuse("permeability_md is of the cells of [grid]. Add [grid].")
 
 
 def _check_grid(scenario: Scenario, at: KeyPath) -> None:
@@ -645,10 +632,6 @@ def _check_grid(scenario: Scenario, at: KeyPath) -> None:
         return
     from geosurf.grid.pillars import layers_of  # loaded by those who want a grid
 
-    place = at.of("grid", "layers")
-    with place.noting():
+    with at.of("grid", "layers").noting("grid.layers: "):
         zones = names_of_zones([entry.name for entry in scenario.horizons])
-        try:
-            layers_of(scenario.grid.layers, zones, zones[1:-1])
-        except InputError as error:
-            place.refuse(f"grid.layers: {error}")
+        layers_of(scenario.grid.layers, zones, zones[1:-1])

@@ -232,6 +232,10 @@ class KeyPath:
         """End the check of this value with a sentence."""
         raise WrongValue(Mistake(self.keys, sentence))
 
+    def note(self, sentence: str) -> None:
+        """Note a mistake of this value; the check goes on."""
+        self.found.append(Mistake(self.keys, sentence))
+
     def refuse_unknown(self, label: str, kind: str, name: str, known: Sequence[str]) -> None:
         """Refuse a name that none of some things has, and list those that they have."""
         if name not in known:
@@ -240,14 +244,14 @@ class KeyPath:
             self.refuse(f"{label}: unknown {kind} {name!r}; the scenario has {listed}.{guess}")
 
     @contextmanager
-    def noting(self) -> Iterator[None]:
-        """Note a mistake that the block raises, and go on behind it."""
+    def noting(self, label: str = "") -> Iterator[KeyPath]:
+        """Note a mistake that the block raises, and go on behind it; a label precedes its words."""
         try:
-            yield
+            yield self
         except WrongValue as error:
             self.found.append(error.mistake)
         except InputError as error:
-            self.found.append(Mistake(self.keys, str(error)))
+            self.note(f"{label}{error}")
 
 
 class Check(Protocol):

@@ -364,9 +364,7 @@ def moved_horizon(
     else:
         elevation = lattice.elevation.copy()
         elevation[lattice.present] = moved(data.vertices)[:, 2]
-        grid = Lattice(
-            lattice.easting, lattice.northing, elevation, lattice.rising, lattice.reverse
-        )
+        grid = lattice.with_elevation(elevation)
         made = TriSurface(name, "horizon", lattice=grid, vertex_data=data.vertex_data)
     return in_crs_of(made, [data])
 

@@ -151,10 +151,8 @@ def with_empty_blocks(
         if own is None or other is None or own.shape != other.shape:
             continue
         z = np.where(np.isnan(own.elevation), other.elevation, own.elevation)
-        lattice = Lattice(own.easting, own.northing, z, own.rising, own.reverse)
-        made = TriSurface(name, "horizon", lattice=lattice)
-        made.crs = found[name].crs
-        found[name] = made
+        made = TriSurface(name, "horizon", lattice=own.with_elevation(z))
+        found[name] = in_crs_of(made, [found[name]])
     return found
 
 

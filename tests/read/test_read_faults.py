@@ -102,8 +102,8 @@ def test_several_surfaces_in_one_file(tmp_path):
     path.write_text(one + two)
     assert [s.name for s in read_tsurf(path)] == ["North", "South"]
     assert gs.read_fault(path, name="South").name == "South"
-    refused(InputError, r"2 surfaces, \['North', 'South'\], but name= is not", gs.read_fault, path)
-    with pytest.raises(InputError, match=r"0 are called 'Nort'. Did you mean 'North'.*name="):
+    refused(InputError, r"2 surfaces: North, South. Choose one, as in name=", gs.read_fault, path)
+    with pytest.raises(InputError, match=r"none is called 'Nort'. Did you mean 'North'.*name="):
         gs.read_fault(path, name="Nort")
 
 

@@ -170,8 +170,7 @@ def read_resqml_polygons(path: Path, request: Request) -> list[np.ndarray]:
     with open_package(path) as package:
         sets = _of_kinds(package, LINES, "polylines")
         if request.name is not None:
-            groups = {one.title: [one] for one in sets}
-            sets = chosen(path, groups, request.name, "polylines")[1]
+            sets = chosen(path, [(one.title, one) for one in sets], request.name, "polylines")[1]
         return [line for one in sets for line in lines_of(package, one, request)[0]]
 
 
@@ -202,8 +201,8 @@ def function_of(path: Path, name: str | None, sealed: bool) -> str:
             return "read_units"
         if name is None and trajectories(package) and not representations(package):
             return "read_wells"
-        groups = {one.title: [one] for one in _of_kinds(package, KINDS, "surfaces")}
-        return _function(chosen(path, groups, name, "objects")[1][0])
+        named = [(one.title, one) for one in _of_kinds(package, KINDS, "surfaces")]
+        return _function(chosen(path, named, name, "objects")[1][0])
 
 
 def all_points(path: Path) -> list[np.ndarray]:
@@ -240,8 +239,8 @@ def _one(package: Package, name: str | None, kinds: tuple[str, ...], role: str) 
         held = [one for one in held if one.title == name]
     fitting = [one for one in held if one.role == role]
     open_ones = [one for one in held if not one.role]
-    groups = {one.title: [one] for one in fitting or open_ones or held}
-    found = chosen(package.path, groups, name, f"{role}s")[1][0]
+    named = [(one.title, one) for one in fitting or open_ones or held]
+    found = chosen(package.path, named, name, f"{role}s")[1][0]
     return found if name is None else replace(found, title=name)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from geosurf.conventions.checks import are_points
 from geosurf.conventions.text import length_text
 from geosurf.errors import GeosurfError
-from geosurf.model import Lattice, TriSurface
+from geosurf.model import TriSurface
 from geosurf.model.column import ENDS, VirtualWall
 from geosurf.model.network import NetworkRow
 from geosurf.scenario.new.judge import Found, Ready, thinned
@@ -200,13 +200,7 @@ def _with_elevations(surface: TriSurface, one: Found) -> TriSurface:
     """A surface whose z is as in its file, with elevations [m]."""
     if one.scale == 1.0:
         return surface
-    name, role, grid = surface.name, surface.role, surface.lattice
-    if grid is not None:
-        z = grid.elevation * one.scale
-        scaled = Lattice(grid.easting, grid.northing, z, grid.rising, grid.reverse)
-        return TriSurface(name, role, lattice=scaled)
-    vertices = np.asarray(surface.vertices) * [1.0, 1.0, one.scale]
-    return TriSurface(name, role, vertices=vertices, triangles=surface.triangles)
+    return surface.lifted(lambda z: z * one.scale)
 
 
 def _end(row: NetworkRow, vertices: np.ndarray, clouds: list[np.ndarray]) -> End:

@@ -30,7 +30,7 @@ from geosurf.read import (
     read_tsurf,
 )
 from geosurf.read._common import collected, read_text
-from geosurf.read.file_info import kind_of_file, strange
+from geosurf.read.file_info import kind_of_file, points_of, strange
 from geosurf.read.netcdf import holds_fault
 from geosurf.read.polylines import NAMED_LINES, fault_names
 from geosurf.read.registry import TITLES, detect
@@ -52,25 +52,13 @@ def surface_of_file(path: Path, read: Any, form: str, kind: str, note: str) -> F
     """Read a file with direction and unit as defaults; find out whether it states them."""
     with collected() as notes:
         data = read(path, **UP)
-    points = points_in(data)
+    points = points_of(data)
+    points = points[np.isfinite(points).all(axis=1)]
     one = Found(path, kind, form, note or str(len(points)), data=data)
     one.points = thinned(points, MOST_POINTS)
     one.states_direction = "stated by the file" in notes.get("sign", "")
     one.states_unit = "stated by the file" in notes.get("unit of z", "")
     return one
-
-
-def points_in(data: Any) -> np.ndarray:
-    """Points (n, 3) of a DataArray, a Dataset or a TriSurface, without undefined ones."""
-    if hasattr(data, "vertices"):
-        return np.asarray(data.vertices, dtype=np.float64)
-    z = data.elevation if hasattr(data, "data_vars") else data
-    x, y = data.easting, data.northing
-    # Axes become node coordinates.
-    if x.ndim == 1 and z.ndim == 2:
-        x, y = np.meshgrid(x.values, y.values)
-    points = np.column_stack([np.ravel(v) for v in (x, y, z)]).astype(np.float64)
-    return points[np.isfinite(points).all(axis=1)]
 
 
 # ---- surfaces ----------------------------------------
