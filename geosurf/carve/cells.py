@@ -18,7 +18,7 @@ import numpy as np
 
 from geosurf.arrangement.threads import in_ranges, map_threads
 from geosurf.carve import measures
-from geosurf.carve.outside import NO_HIT, Rays, box_of, outside_of_walls, walls_among
+from geosurf.carve.outside import NO_HIT, Rays, box_of, outside_of_walls, rise_of, walls_among
 from geosurf.conventions import place
 from geosurf.errors import InvariantError
 from geosurf.kernels.exact.predicates import frame_of
@@ -389,8 +389,7 @@ class Cells:
         if "extent" not in self.__dict__:
             wanted = np.zeros(len(self.surface_of), dtype=bool)
             wanted[faces] = True
-            found: np.ndarray = measures.extent(self.pieces, self.face_of_element, wanted)[faces]
-            return found
+            return measures.extent(self.pieces, self.face_of_element, wanted)[faces]
         return self.extent[faces]
 
     @property
@@ -420,16 +419,18 @@ class Cells:
         # every triangle takes over the face of the element that it was a part of
         face = self.face_of_element[full.element]
         row = np.flatnonzero(face >= 0)
-        face = face[row]
+        return self.with_triangles(face[row], full.triangles[row], row, full.local)
 
+    def with_triangles(
+        self, face: np.ndarray, triangles: np.ndarray, row: np.ndarray, x: np.ndarray
+    ) -> FullCells:
+        """The same with a face for each of some triangles, given the face that each is of."""
         # faces that several surfaces own, as many times as they have triangles
         several = np.flatnonzero(np.isin(face, list(self.also)))
-        also = {
-            i: self.also[k] for i, k in zip(several.tolist(), face[several].tolist(), strict=True)
-        }
+        also = {i: self.also[face[i]] for i in several.tolist()}
         return FullCells(
             self.surface_of[face], also, self.cell_of_side[face], self.n_cell, self.patches,
-            self.pieces, self.face_of_element, full.triangles[row], row, full.local,
+            self.pieces, self.face_of_element, triangles, row, x,
         )  # fmt: skip
 
 
@@ -454,8 +455,7 @@ class FullCells(Cells):
     @cached_property
     def flat(self) -> np.ndarray:
         """Twice the area of each triangle in the map, below 0 where its front looks down [m2]."""
-        a, b, c = (self.x[self.triangles[:, k]] for k in range(3))
-        return np.cross(b - a, c - a)[:, 2]
+        return rise_of(self.x[self.triangles])
 
     @property
     def in_full(self) -> FullCells:
@@ -649,62 +649,26 @@ def place_floating(
     rays = Rays(x, t)
     outer, holding = rays.shoot(first, piece).T
     label = shell[outer]
-    # the label of each label once they are united, and whether others than outer sides have it
-    parent = np.arange(int(shell.max()) + 1)
-    of_others = np.zeros(len(parent), dtype=bool)
-    of_others[shell[_others(piece, shell, floating, label)]] = True
-    start, outside = label, -1
+    at = np.minimum(np.searchsorted(floating, piece), len(floating) - 1)
+    floats = floating[at] == piece
+    # labels of all sides but the outer ones of floating pieces
+    of_others = shell[~(np.repeat(floats, 2) & (shell == np.repeat(label[at], 2)))]
+    start, outside, united = label, -1, np.empty((0, 2), dtype=np.int64)
     while True:
         beyond = holding == NO_HIT
         if beyond.any() and outside < 0:
             # the topmost side of the walls sees the outside as well
             outside = int(shell[rays.shoot(wall, np.where(np.isin(piece, fixed), -1, piece))[0, 0]])
         held = np.where(beyond, outside, shell[holding])
-        for one, holder in zip(start.tolist(), held.tolist(), strict=True):
-            one, holder = _root(parent, one), _root(parent, holder)
-            if one != holder:
-                parent[one] = holder
-                of_others[holder] |= of_others[one]
-        root = _roots(parent)
+        united = np.concatenate([united, np.stack([start, held], axis=1)])
+        root = join_pairs(united, int(shell.max()) + 1)
         # pieces that float side by side may see each other only: ask beyond all of them
         # pieces whose shells only see each other are one group; the next rays start from its
         # members and pass through all of it
         alone, member = np.unique(root[label], return_index=True)
-        member = member[~of_others[alone]]
+        member = member[~np.isin(alone, root[of_others])]
         if len(member) == 0:
             return root[shell]
         group = piece.copy()
-        at = np.minimum(np.searchsorted(floating, piece), len(floating) - 1)
-        floats = floating[at] == piece
         group[floats] = 1 + piece.max() + root[label[at[floats]]]
         start, holding = label[member], rays.shoot(first[member], group)[:, 1]
-
-
-def _others(
-    piece: np.ndarray, shell: np.ndarray, floating: np.ndarray, label: np.ndarray
-) -> np.ndarray:
-    """Sides that are not outer sides of floating pieces."""
-    at = np.minimum(np.searchsorted(floating, piece), len(floating) - 1)
-    floats = floating[at] == piece
-    outer = np.repeat(floats, 2) & (shell == np.repeat(label[at], 2))
-    others: np.ndarray = np.flatnonzero(~outer)
-    return others
-
-
-def _root(parent: np.ndarray, one: int) -> int:
-    """Where a label leads, halving the way."""
-    while parent[one] != one:
-        # path halving: later walks are short
-        parent[one] = parent[parent[one]]
-        one = int(parent[one])
-    return one
-
-
-def _roots(parent: np.ndarray) -> np.ndarray:
-    """Where each label leads."""
-    while True:
-        # pointer jumping, all rows at once, until each points to its root
-        onward = parent[parent]
-        if np.array_equal(onward, parent):
-            return onward
-        parent = onward

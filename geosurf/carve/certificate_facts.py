@@ -100,8 +100,7 @@ class LatticeRuns:
     def run_of(self, keys: np.ndarray) -> np.ndarray:
         """Run that holds each triangle; -1 for none."""
         strips = self.strips
-        found: np.ndarray = runs_of_keys(strips.places, strips.runs, strips.start, keys)
-        return found
+        return runs_of_keys(strips.places, strips.runs, strips.start, keys)
 
     def count(self, sides: np.ndarray, counts: np.ndarray) -> int:
         """Add private nodes and open edges to the counts of units, given those on both sides of
@@ -216,8 +215,7 @@ def _ranges(shape: tuple[int, int]) -> Iterator[tuple[int, int]]:
 
 def _lengths(strips: Strips) -> np.ndarray:
     """Number of triangles of each run."""
-    lengths: np.ndarray = strips.runs[:, LAST] - strips.runs[:, FIRST] + 1
-    return lengths
+    return strips.runs[:, LAST] - strips.runs[:, FIRST] + 1
 
 
 def _touched(label: np.ndarray, shared: np.ndarray, rising: bool) -> np.ndarray:
@@ -469,7 +467,7 @@ class Facts:
         behind = turned == turn[row]
         return Matched(
             unit, surface, key[of], row, behind, turned, key, turn, n_key + n_all - n,
-            self.n_triangle[of], _Middles(self, of),
+            self.n_triangle[of], lambda i: self.middle_of(of[i : i + 1]),
         )  # fmt: skip
 
     def corners_of_unit(self, sides: np.ndarray, unit: int) -> np.ndarray:
@@ -484,6 +482,10 @@ class Facts:
         found, inward = np.concatenate(corners), sides[np.concatenate(of), 0] == unit
         found[inward] = found[inward][:, [0, 2, 1]]
         return found
+
+    def middle_of(self, element: np.ndarray) -> np.ndarray:
+        """The middle of the first triangle of an element (1,)."""
+        return self.first_corners(element)[0].mean(axis=0) + self.patches.origin
 
     def first_corners(self, elements: np.ndarray) -> np.ndarray:
         """Corners (n, 3, 3) of the triangle with the lowest key of each of some elements, which
@@ -585,8 +587,7 @@ class Facts:
         if not isinstance(lattice, TornLattice):
             return np.empty(0, dtype=np.int64)
         keys = self.pieces.key[self.cut[i] : self.cut[i + 1]]
-        rows: np.ndarray = self.cut[i] + np.flatnonzero(keys >= lattice.n_key)
-        return rows
+        return self.cut[i] + np.flatnonzero(keys >= lattice.n_key)
 
     @cached_property
     def graphs(self) -> np.ndarray:
@@ -634,19 +635,6 @@ class Facts:
 def _area(sums: np.ndarray) -> float:
     """The area that some rows of sums have [m2]."""
     return 0.5 * math.fsum(sums[:, 2:4].ravel().tolist())
-
-
-@dataclass(frozen=True, eq=False)
-class _Middles:
-    """The middle of the first triangle of each of some elements: see `Matched`."""
-
-    facts: Facts
-    elements: np.ndarray
-
-    def __call__(self, i: int) -> np.ndarray:
-        corners = self.facts.first_corners(self.elements[i : i + 1])[0]
-        middle: np.ndarray = corners.mean(axis=0) + self.facts.patches.origin
-        return middle
 
 
 def _bounds(patches: Patches) -> np.ndarray:

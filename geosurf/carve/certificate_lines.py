@@ -288,8 +288,7 @@ def limits_of(x: np.ndarray) -> np.ndarray:
     if not len(x):
         return np.zeros((2, 3))
     # axis by axis, since numpy is slow along short rows
-    found: np.ndarray = np.array([[of.min(), of.max()] for of in x.T]).T
-    return found
+    return np.array([[of.min(), of.max()] for of in x.T]).T
 
 
 def beside_parents(local: np.ndarray, parts: Iterable[Part], origin: np.ndarray) -> list[Check]:
@@ -338,8 +337,7 @@ def _turned_over(local: np.ndarray, t: np.ndarray, parent: np.ndarray) -> np.nda
     x = np.concatenate([local.take(t.ravel(), axis=0), parent.reshape(-1, 3)])
     t, of = np.split(np.arange(len(x)).reshape(-1, 3), 2)
     m, w = frame_of(x)
-    found: np.ndarray = inverted_triangles(x, t, of, np.arange(len(t)), m, w)
-    return found
+    return inverted_triangles(x, t, of, np.arange(len(t)), m, w)
 
 
 def areas_agree(patches: Patches, found: list[tuple[float, float, float]], largest: float) -> Check:

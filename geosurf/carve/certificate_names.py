@@ -169,28 +169,18 @@ class Around:
         some = self._level if level else self._all
         return self._links[0][some > self._times[one]]
 
-    def touched(self, one: int, *, inside: bool = False) -> np.ndarray:
-        """Whether each unit touches the front and the back of a surface, bool (n_unit, 2).
-
-        With `inside`, triangles on walls do not count.
-        """
-        found: np.ndarray = self._touched[int(inside), one]
-        return found
-
-    @property
-    def touched_all(self) -> np.ndarray:
-        """Whether units touch front and back of each surface, bool (n_surface, n_unit, 2)."""
-        found: np.ndarray = self._touched[0]
-        return found
-
     @cached_property
-    def _touched(self) -> np.ndarray:
-        """What `touched` says of all surfaces with and without walls, bool (2, n, n_unit, 2)."""
+    def touched(self) -> np.ndarray:
+        """Whether units touch front and back of each surface, bool (2, n_surface, n_unit, 2).
+
+        First by all triangles, then by those that are not on walls.
+        """
         shell, surface, behind = self.on
         out = np.zeros((2, len(self.facts.sources), self.n_unit, 2), dtype=bool)
         unit, side = self.found.unit[shell], behind.astype(np.int64)
         out[0, surface, unit, side] = True
-        off = ~self._on_walls[self.found.key[shell]]
+        walls = lie_on(self.facts, self.found, self.facts.rows_of("wall"))
+        off = ~walls[self.found.key[shell]]
         out[1, surface[off], unit[off], side[off]] = True
         return out
 
@@ -203,7 +193,7 @@ class Around:
         # regions: units that are connected without passing through the surfaces
         links = self._links[0][self._all > self._times_of(some)]
         region = join_pairs(links, self.n_unit)
-        seen = _gathered(np.any([self.touched(one) for one in some], axis=0), region)
+        seen = _gathered(np.logical_or.reduce(self.touched[0, some]), region)
         if (seen[:, 0] != seen[:, 1]).any():
             for one in some:
                 seen[np.isin(region, region[self.holding(one)])] = True
@@ -223,7 +213,7 @@ class Around:
         """
         # stacks: units between which only other horizons and contacts lie share a side
         stack = join_pairs(self.neighbours_except_across(one, level=True), self.n_unit)
-        touched = _gathered(self.touched(one, inside=True), stack)
+        touched = _gathered(self.touched[1, one], stack)
         side = front * (touched[:, 0].astype(np.int64) - touched[:, 1])
         torn = touched[:, 0] & touched[:, 1]
 
@@ -244,7 +234,7 @@ class Around:
     def holding(self, one: int) -> np.ndarray:
         """Units that contain a part of a surface which belongs to no shell."""
         mine = self._bare[self.found.of_patches] & (self.facts.surface_of_triangle == one)
-        rows = np.flatnonzero(mine & self._within)
+        rows = np.flatnonzero(mine & self.facts.within)
         if len(rows) == 0:
             return np.empty(0, dtype=np.int64)
 
@@ -268,14 +258,6 @@ class Around:
         bare = np.ones(self.found.n_key, dtype=bool)
         bare[self.found.key] = False
         return bare
-
-    @cached_property
-    def _on_walls(self) -> np.ndarray:
-        return lie_on(self.facts, self.found, self.facts.rows_of("wall"))
-
-    @cached_property
-    def _within(self) -> np.ndarray:
-        return self.facts.within
 
     @cached_property
     def _shell_rows(self) -> np.ndarray:
@@ -343,7 +325,8 @@ def named(facts: Facts, units: Units, found: Matched, divided: bool) -> Check:
     faults, virtual = tuple(_faults(facts)), bool(facts.rows_of("virtual"))
     zones = names_of_zones([facts.names[i] for i in facts.rows_of("horizon")])
     wrong = [unit.name for unit in parts if not _spelt(zones, faults, virtual, unit)]
-    upward, merged = _upward(facts), units.unmerged is not None
+    # whether the front of each surface faces up as a whole, by its map area inside the box
+    upward, merged = facts.rise >= 0.0, units.unmerged is not None
     if not merged:
         wrong += [parts[u].name for u in _in_other_zones(facts, parts, found, upward)]
 
@@ -353,7 +336,7 @@ def named(facts: Facts, units: Units, found: Matched, divided: bool) -> Check:
     for name, rows in _faults(facts).items():
         for row in rows:
             fault[row] = name
-    for one, u, back in np.argwhere(around.touched_all).tolist():
+    for one, u, back in np.argwhere(around.touched[0]).tolist():
         if fault[one] + ("+" if back else "-") in parts[u].fault_sides:
             wrong.append(parts[u].name)
     if divided:
@@ -470,13 +453,6 @@ def _spelt(zones: list[str], faults: tuple[str, ...], virtual: bool, unit: Unit)
 def _faults(facts: Facts) -> dict[str, list[int]]:
     """Faults, and the surfaces of each: its own, and its virtual wall."""
     return separators(facts.names, [source.role for source in facts.sources])
-
-
-def _upward(facts: Facts) -> np.ndarray:
-    """Whether the front of each surface faces up, within the bounds of the walls."""
-    # signed map area of each surface inside the box: up or down as a whole
-    upward: np.ndarray = facts.rise >= 0.0
-    return upward
 
 
 def _in_other_zones(

@@ -7,15 +7,16 @@ around these parts, which is more than volumes of units cost. Realisations of an
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from functools import cached_property
-from typing import overload
+from typing import Any
 
 import numpy as np
 
 from geosurf.carve.cells import Cells, FullCells
 from geosurf.carve.column import Turn
 from geosurf.carve.measures import AREA, volume_of
+from geosurf.carve.outside import rise_of
 from geosurf.carve.zones import ABOVE, BELOW, distinct_pairs, faces_between, owned_by, upper_sides
 from geosurf.kernels.meshes.mesh import join_pairs
 from geosurf.kernels.meshes.nearest import vertical_distances
@@ -63,12 +64,7 @@ def list_faces(cells: Cells, wanted: np.ndarray) -> FullCells:
 
     listed = list_triangles(pieces, chosen)
     face = cells.face_of_element[listed.element]
-    several = np.flatnonzero(np.isin(face, list(cells.also)))
-    also = {i: cells.also[k] for i, k in zip(several.tolist(), face[several].tolist(), strict=True)}
-    return FullCells(
-        cells.surface_of[face], also, cells.cell_of_side[face], cells.n_cell, cells.patches,
-        pieces, cells.face_of_element, listed.triangles, np.arange(len(face)), listed.x,
-    )  # fmt: skip
+    return cells.with_triangles(face, listed.triangles, np.arange(len(face)), listed.x)
 
 
 def clipped_by(
@@ -116,18 +112,11 @@ class Clips(Sequence[Clipped]):
     def _found(self) -> tuple[Clipped, ...]:
         return _measured(*self._from)
 
-    @overload
-    def __getitem__(self, at: int) -> Clipped: ...
-    @overload
-    def __getitem__(self, at: slice) -> tuple[Clipped, ...]: ...
-    def __getitem__(self, at: int | slice) -> Clipped | tuple[Clipped, ...]:
+    def __getitem__(self, at: Any) -> Any:
         return self._found[at]
 
     def __len__(self) -> int:
         return len(self._found)
-
-    def __iter__(self) -> Iterator[Clipped]:
-        return iter(self._found)
 
     def __eq__(self, other: object) -> bool:
         return self._found == (other._found if isinstance(other, Clips) else other)
@@ -179,8 +168,7 @@ def _gone(turn: Turn, rows: np.ndarray, sides: np.ndarray) -> np.ndarray:
 
     They are between cells on one side after the turn and on two before it.
     """
-    gone: np.ndarray = np.unique(rows[_settled(turn.after, sides) & ~_settled(turn.before, sides)])
-    return gone
+    return np.unique(rows[_settled(turn.after, sides) & ~_settled(turn.before, sides)])
 
 
 def _around_lost(cells: Cells, turns: Sequence[Turn], horizons: list[int]) -> np.ndarray:
@@ -248,10 +236,8 @@ def _thickest(
     x = full.x
     if len(shell) == 0:
         return 0.0, _middle(full, gone) if len(gone) else (math.nan,) * 3
-    a, b, c = (x[shell[:, k]] for k in range(3))
-
     # shells face outward: what looks up is the top of the piece
-    rise = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
+    rise = rise_of(x[shell])
     upper, lower = shell[rise > 0], shell[rise < 0]
     best, place = 0.0, x[shell[0, 0]]
 

@@ -200,8 +200,7 @@ def outside_of_model(
         across = found.inside[inner] & ~found.inside[onward]
         kept[piece[onward[across & stays[inner]]]] = True
         gone[piece[onward[across & ~stays[inner]]]] = True
-    result: np.ndarray = ~found.inside & (kept & ~gone)[piece]
-    return result
+    return ~found.inside & (kept & ~gone)[piece]
 
 
 # ---- leaks ----------------------------------------
@@ -342,8 +341,7 @@ def _outward(corners: np.ndarray, at: np.ndarray) -> np.ndarray:
     along = ends[row, k] - corners[row, k]
     out = at - corners[row, (k + 2) % 3]
     out = out - (out @ along) / (along @ along) * along
-    direction: np.ndarray = out / np.linalg.norm(out)
-    return direction
+    return out / np.linalg.norm(out)
 
 
 def _along(corners: np.ndarray, at: np.ndarray, direction: np.ndarray) -> np.ndarray:

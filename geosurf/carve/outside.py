@@ -193,15 +193,17 @@ def box_of(patches: Patches) -> np.ndarray:
     return np.stack([corners.min(axis=0), corners.max(axis=0)])
 
 
+def _corners_of_walls(patches: Patches) -> np.ndarray:
+    """Local corners (n, 3, 3) of the triangles of all walls."""
+    walls = [source for source in patches.sources if source.role == "wall"]
+    return np.concatenate([(wall.vertices - patches.origin)[wall.triangles] for wall in walls])
+
+
 def walls_are_a_box(patches: Patches, bounds: np.ndarray) -> bool:
     """Whether all walls lie in the six planes of their bounds (2, 3), local."""
     # each triangle has its three corners in one of the six planes, to the last digit
-    for wall in (s for s in patches.sources if s.role == "wall"):
-        corners = (wall.vertices - patches.origin)[wall.triangles]
-        flush = (corners[:, :, None, :] == bounds[None, None]).all(axis=1)
-        if not flush.any(axis=(1, 2)).all():
-            return False
-    return True
+    flush = (_corners_of_walls(patches)[:, :, None, :] == bounds[None, None]).all(axis=1)
+    return bool(flush.any(axis=(1, 2)).all())
 
 
 def walls_among(patches: Patches, owners: Sequence[tuple[tuple[int, int], ...]]) -> np.ndarray:
@@ -258,29 +260,22 @@ def outside_of_walls(
             place=where,
             surfaces=(name,),
         )
-    outside: np.ndarray = numbers[root == beyond]
-    return outside
+    return numbers[root == beyond]
 
 
 def is_fence(patches: Patches, bounds: np.ndarray) -> bool:
     """Whether all walls are vertical or lie in the planes of the lower and the upper bound."""
     # fences are upright, or level at the bottom and the top
-    for wall in (s for s in patches.sources if s.role == "wall"):
-        corners = (wall.vertices - patches.origin)[wall.triangles]
-        level = (corners[:, :, None, 2] == bounds[None, None, :, 2]).all(axis=1).any(axis=1)
-        if not (level | (rise_of(corners) == 0)).all():
-            return False
-    return True
+    corners = _corners_of_walls(patches)
+    level = (corners[:, :, None, 2] == bounds[None, None, :, 2]).all(axis=1).any(axis=1)
+    return bool((level | (rise_of(corners) == 0)).all())
 
 
 def footprint_of(patches: Patches, bounds: np.ndarray) -> float:
     """Area in map view of a model in a fence [m2]: of the walls in the plane of the lower bound."""
-    total = 0.0
-    for wall in (s for s in patches.sources if s.role == "wall"):
-        corners = (wall.vertices - patches.origin)[wall.triangles]
-        corners = corners[(corners[:, :, 2] == bounds[0, 2]).all(axis=1)]
-        total += float(np.abs(rise_of(corners)).sum()) / 2.0
-    return total
+    corners = _corners_of_walls(patches)
+    corners = corners[(corners[:, :, 2] == bounds[0, 2]).all(axis=1)]
+    return float(np.abs(rise_of(corners)).sum()) / 2.0
 
 
 def size_of_shells(x: np.ndarray, outward: np.ndarray) -> tuple[float, float]:
@@ -296,8 +291,7 @@ def size_of_shells(x: np.ndarray, outward: np.ndarray) -> tuple[float, float]:
 def rise_of(corners: np.ndarray) -> np.ndarray:
     """Twice the area in the map of triangles (n, 3, 3), below 0 where they look down."""
     a, b, c = (corners[:, k, :2] for k in range(3))
-    turn: np.ndarray = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
-    return turn
+    return (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
 
 
 __all__ = ["NO_HIT", "Rays"]

@@ -90,20 +90,22 @@ class Shells:
         """Number of triangles of the shell of a unit."""
         return int(self.cells.n_triangles[self.faces(u)].sum())
 
-    def surfaces(self, u: int) -> list[int]:
-        """Surfaces that a unit has on one side only, rising."""
-        rows: list[int] = np.unique(self.cells.surface_of[self.faces(u)]).tolist()
-        return rows
+    def surfaces(self, u: int) -> tuple[str, ...]:
+        """Names of the surfaces that a unit has on one side only, in their order."""
+        rows = np.unique(self.cells.surface_of[self.faces(u)]).tolist()
+        return tuple(self.cells.patches.names[i] for i in rows)
 
     def corner(self, u: int) -> tuple[float, float, float]:
         """Western, southern and lower bound of a unit, local."""
         west, south, bottom = self.cells.extent[self.faces(u), LOWER].min(axis=0).tolist()
         return west, south, bottom
 
-    def bounds(self, u: int) -> tuple[np.ndarray, np.ndarray]:
-        """Lower and upper corner of the bounds of a unit (3,), local."""
-        extent = self.cells.extent_of(self.faces(u))
-        return extent[:, LOWER].min(axis=0), extent[:, UPPER].max(axis=0)
+    def middle(self, u: int) -> tuple[float, float, float]:
+        """Middle of the bounds of a unit, in world coordinates."""
+        extent, origin = self.cells.extent_of(self.faces(u)), self.cells.patches.origin
+        low, high = extent[:, LOWER].min(axis=0) + origin, extent[:, UPPER].max(axis=0) + origin
+        east, north, up = (0.5 * (low + high)).tolist()
+        return east, north, up
 
     def heights(self, u: int) -> tuple[float, float]:
         """Lowest and highest local elevation of a unit [m]."""
@@ -291,7 +293,7 @@ def _sum_exactly(shells: Shells) -> None:
             shells.thin.append(u)
 
 
-class _Carved(Unit):
+class CarvedUnit(Unit):
     """A unit whose arrays, area and sides of faults are made when they are first requested."""
 
     _shell: tuple[Shells, int]
@@ -316,8 +318,7 @@ class _Carved(Unit):
     @cached_property
     def fault_sides(self) -> tuple[str, ...]:
         """Sides of faults that it lies on."""
-        sides: tuple[str, ...] = self._sides()
-        return sides
+        return self._sides()
 
     @cached_property
     def region(self) -> str:
@@ -325,14 +326,16 @@ class _Carved(Unit):
         regions: RegionFinder | None = self.__dict__.get("_regions")
         return "" if regions is None else regions.found.of(self.zone, self.block)
 
+    def _of_faces(self, name: str, read: Callable[[Shells, int], Any]) -> Any:
+        """What is read from faces, where no triangle is listed; else that of a `Unit`."""
+        if self._shell is None:  # a copy with other triangles
+            return getattr(Unit, name).func(self)
+        return read(*self._shell)
+
     @cached_property
     def bounded_by(self) -> tuple[str, ...]:
-        """Names of the surfaces that bound the unit, from faces: no triangle is listed."""
-        if self._shell is None:  # a copy with other triangles
-            found: tuple[str, ...] = Unit.bounded_by.func(self)
-            return found
-        shells, u = self._shell
-        return tuple(self.surface_names[i] for i in shells.surfaces(u))
+        """Names of the surfaces that bound the unit."""
+        return self._of_faces("bounded_by", Shells.surfaces)
 
     @cached_property
     def area(self) -> float:
@@ -342,38 +345,24 @@ class _Carved(Unit):
 
     @cached_property
     def map_area(self) -> float:
-        """Area of its upper side in the map [m2], from faces: no triangle is listed."""
-        if self._shell is None:  # a copy with other triangles
-            return float(Unit.map_area.func(self))
-        shells, u = self._shell
-        return shells.map_area(u)
+        """Area of its upper side in the map [m2]."""
+        return self._of_faces("map_area", Shells.map_area)
 
     @cached_property
     def zone_map_area(self) -> float:
         """The same where that is not a fluid contact [m2]."""
-        if self._shell is None:  # a copy with other triangles
-            return float(Unit.zone_map_area.func(self))
-        shells, u = self._shell
-        return shells.map_area(u, rows_of_contacts(self.surface_names, self.beneath))
+        contacts = rows_of_contacts(self.surface_names, self.beneath)
+        return self._of_faces("zone_map_area", lambda shells, u: shells.map_area(u, contacts))
 
     @cached_property
     def n_triangle(self) -> int:
-        """Number of triangles of the shell; none is listed."""
-        if self._shell is None:  # a copy with other triangles
-            return int(Unit.n_triangle.func(self))
-        shells, u = self._shell
-        return shells.n_triangle(u)
+        """Number of triangles of the shell."""
+        return self._of_faces("n_triangle", Shells.n_triangle)
 
     @cached_property
     def middle(self) -> tuple[float, float, float]:
         """Easting, northing and elevation of the middle of its bounds [m]."""
-        if self._shell is None:  # a copy with other triangles
-            found: tuple[float, float, float] = Unit.middle.func(self)
-            return found
-        shells, u = self._shell
-        low, high = (corner + self.origin for corner in shells.bounds(u))
-        east, north, up = (0.5 * (low + high)).tolist()
-        return east, north, up
+        return self._of_faces("middle", Shells.middle)
 
     @cached_property
     def local(self) -> np.ndarray:
@@ -402,59 +391,18 @@ def unit_name(zone: str, block: str, contact: str = "") -> str:
     return " ".join(word for word in (zone, "" if block == WHOLE else block, contact) if word)
 
 
-def build_unit(
-    patches: Patches,
-    shells: Shells,
-    u: int,
-    *,
-    zone: str,
-    zone_index: int,
-    block: str,
-    contact: str,
-    beneath: tuple[str, ...],
-    sides: Callable[[], tuple[str, ...]],
-    compartment_of: str = "",
-) -> Unit:
-    """Return one unit with its volume."""
-    volume = shells.volumes[u]
-    name = unit_name(zone, block, contact)
-    if volume <= 0:
-        raise _turned_inside_out(patches, shells, u, name)
-    return _Carved(
-        (shells, u),
-        sides,
-        name=name,
-        zone=zone,
-        zone_index=zone_index,
-        block=block,
-        contact=contact,
-        beneath=beneath,
-        compartment_of=compartment_of,
-        origin=patches.origin,
-        surface_names=patches.names,
-        volume=volume,
-    )
-
-
 def unit_of_volume(whole: Unit, contact: str, beneath: tuple[str, ...], volume: float) -> Unit:
     """Return a part of a unit by its volume: it has labels, and no shell."""
-    part = _Carved(
-        name=unit_name(whole.zone, whole.block, contact),
-        zone=whole.zone,
-        zone_index=whole.zone_index,
-        block=whole.block,
-        contact=contact,
-        beneath=beneath,
-        compartment_of=whole.compartment_of,
-        origin=whole.origin,
-        surface_names=whole.surface_names,
-        volume=volume,
-    )
+    kept = ("zone", "zone_index", "block", "compartment_of", "origin", "surface_names")
+    part = CarvedUnit(
+        name=unit_name(whole.zone, whole.block, contact), contact=contact, beneath=beneath,
+        volume=volume, **{key: getattr(whole, key) for key in kept},
+    )  # fmt: skip
     part.__dict__["_regions"] = whole.__dict__.get("_regions")
     return part
 
 
-def _turned_inside_out(patches: Patches, shells: Shells, u: int, name: str) -> GeometryError:
+def turned_inside_out(patches: Patches, shells: Shells, u: int, name: str) -> GeometryError:
     """Say which unit is inside out, by rounding or since a surface crosses itself unsplit."""
     x, triangles, surface = shells.triangles(u)
     where = 0.5 * (x.min(axis=0) + x.max(axis=0)) + patches.origin

@@ -30,11 +30,12 @@ from geosurf.carve.regions import (
     surfaces_of,
 )
 from geosurf.carve.shells import (
+    CarvedUnit,
     Shells,
     beside_pieces,
     beside_triangles,
-    build_unit,
     shells_of,
+    turned_inside_out,
     unit_name,
 )
 from geosurf.carve.zones import (
@@ -425,14 +426,21 @@ def _blocks_of(
     patches: Patches, cells: Cells, unit_of_cell: np.ndarray, zone: np.ndarray, faults: Faults
 ) -> _Blocks:
     """Name the blocks of units, given the unit and the zone of each cell."""
+    shells, of_unit, words, names = _named_blocks(cells, unit_of_cell, zone, faults)
+    sides = _FaultSides(cells, unit_of_cell, faults, words)
+    within = _without_virtual(patches, cells, unit_of_cell, zone, faults)
+    return _Blocks(unit_of_cell, of_unit, names, words, sides, shells, within)
+
+
+def _named_blocks(
+    cells: Cells, unit_of_cell: np.ndarray, zone: np.ndarray, faults: Faults
+) -> tuple[Shells, np.ndarray, list[tuple[str, ...]], list[str]]:
+    """Shells, zones, sides of faults that set them apart, and names of the blocks of cells."""
     shells = shells_of(cells, unit_of_cell)
     of_unit = np.zeros(len(shells.volumes), dtype=np.int64)
     of_unit[unit_of_cell[1:]] = zone[1:]
     words = fault_sides(cells, unit_of_cell, of_unit, faults)
-    names = name_blocks(words, of_unit, shells.volumes, shells.corner)
-    sides = _FaultSides(cells, unit_of_cell, faults, words)
-    within = _without_virtual(patches, cells, unit_of_cell, zone, faults)
-    return _Blocks(unit_of_cell, of_unit, names, words, sides, shells, within)
+    return shells, of_unit, words, name_blocks(words, of_unit, shells.volumes, shells.corner)
 
 
 def _without_virtual(
@@ -447,11 +455,8 @@ def _without_virtual(
     # units of one zone on the two sides of a virtual wall are one
     joined = _merge(patches, cells, zone, unit_of_cell)
     own = {name: [i for i in rows if i not in virtual] for name, rows in faults.items()}
-    shells = shells_of(cells, joined)
-    of_block = np.zeros(len(shells.volumes), dtype=np.int64)
-    of_block[joined[1:]] = zone[1:]
-    words = fault_sides(cells, joined, of_block, {name: of for name, of in own.items() if of})
-    names = name_blocks(words, of_block, shells.volumes, shells.corner)
+    own = {name: rows for name, rows in own.items() if rows}
+    *_, names = _named_blocks(cells, joined, zone, own)
     block = np.zeros(n_unit, dtype=np.int64)
     block[unit_of_cell[1:]] = joined[1:]
     return [names[k] for k in block.tolist()]
@@ -496,6 +501,20 @@ class _Named:
         zone = self.zone_names[self.blocks.zone[whole]]
         return unit_name(zone, self.blocks.names[whole], self.parts.contact[u])
 
+    def unit(self, u: int) -> Unit:
+        """One unit with its volume."""
+        patches, blocks, parts = self.patches, self.blocks, self.parts
+        name, whole, volume = self.name(u), parts.of[u], parts.shells.volumes[u]
+        if volume <= 0:
+            raise turned_inside_out(patches, parts.shells, u, name)
+        zone, sides = int(blocks.zone[whole]), partial(blocks.sides.of, whole)
+        return CarvedUnit(
+            (parts.shells, u), sides, name=name, zone=self.zone_names[zone], zone_index=zone,
+            block=blocks.names[whole], contact=parts.contact[u], beneath=parts.beneath[u],
+            compartment_of=blocks.compartment_of[whole], origin=patches.origin,
+            surface_names=patches.names, volume=volume,
+        )  # fmt: skip
+
 
 def _with_role(patches: Patches, role: str) -> list[int]:
     """Rows of the surfaces of one role."""
@@ -527,24 +546,9 @@ def _units(
     unmerged: Units | None = None,
 ) -> Units:
     """All units in order."""
-    patches, blocks, parts, order = named.patches, named.blocks, named.parts, named.order
-    cells = parts.shells.cells
-    units = [
-        build_unit(
-            patches,
-            parts.shells,
-            u,
-            zone=named.zone_names[blocks.zone[parts.of[u]]],
-            zone_index=int(blocks.zone[parts.of[u]]),
-            block=blocks.names[parts.of[u]],
-            contact=parts.contact[u],
-            beneath=parts.beneath[u],
-            sides=partial(blocks.sides.of, parts.of[u]),
-            compartment_of=blocks.compartment_of[parts.of[u]],
-        )
-        for u in order
-    ]
-    box, footprint, volume = _extent(patches, cells)
+    patches, parts, order = named.patches, named.parts, named.order
+    units = [named.unit(u) for u in order]
+    box, footprint, volume = _extent(patches, parts.shells.cells)
     found = Units(
         [in_crs_of(unit, [patches]) for unit in units],
         box,

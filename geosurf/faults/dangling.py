@@ -54,15 +54,13 @@ def edges_of(patches: Patches, names: Sequence[str]) -> np.ndarray:
 def areas_of(patches: Patches, rows: np.ndarray) -> np.ndarray:
     """Area of some triangles [m2]."""
     a, b, c = (patches.local[patches.triangles[rows, k]] for k in range(3))
-    areas: np.ndarray = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    return areas
+    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
 
 
 def pieces_between(keys: np.ndarray, stops: np.ndarray) -> np.ndarray:
     """Number the pieces of triangles, whose edges (n, 3) are given, between some edges."""
     one, two = pairs_of_equal(keys.ravel(), np.flatnonzero(~np.isin(keys, stops)))
-    found: np.ndarray = join_pairs(np.stack([one // 3, two // 3], axis=1), len(keys))
-    return found
+    return join_pairs(np.stack([one // 3, two // 3], axis=1), len(keys))
 
 
 def crossed_by(patches: Patches, name: str) -> set[str]:

@@ -117,8 +117,7 @@ def nearest_of(segments: np.ndarray, triangles: np.ndarray, limit: float = np.in
 def _gaps(low: np.ndarray, high: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Distance of each of some boxes to the bounds of points (n, 3)."""
     gap = np.maximum(low - points.max(axis=0), points.min(axis=0) - high)
-    gaps: np.ndarray = np.linalg.norm(np.maximum(gap, 0.0), axis=1)
-    return gaps
+    return np.linalg.norm(np.maximum(gap, 0.0), axis=1)
 
 
 def _boxes(shapes: np.ndarray, starts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -202,8 +202,7 @@ def _nearest_on(point: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
     share = ((point - a) * step).sum(axis=1) / np.where(size > 0, size, 1.0)
     at = a + np.clip(share, 0.0, 1.0)[:, None] * step
     away = ((at - point) ** 2).sum(axis=1)
-    found: np.ndarray = at[np.lexsort((at[:, 1], at[:, 0], away))[0]]
-    return found
+    return at[np.lexsort((at[:, 1], at[:, 0], away))[0]]
 
 
 def at_levels(line: np.ndarray, levels: np.ndarray) -> np.ndarray:

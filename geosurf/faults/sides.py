@@ -275,8 +275,7 @@ class _Normals:
     def _same(self, i: np.ndarray, j: np.ndarray) -> np.ndarray:
         """Whether triangles are parts of one input triangle: their normals are equal."""
         surface, parent = self.patches.surface_of_triangle, self.patches.parent_of_triangle
-        same: np.ndarray = (surface[i] == surface[j]) & (parent[i] == parent[j])
-        return same
+        return (surface[i] == surface[j]) & (parent[i] == parent[j])
 
 
 def _signs(

@@ -132,8 +132,7 @@ def arranged_faces(
 
 def _edge_keys(t: np.ndarray, n: int) -> np.ndarray:
     """Keys (n_triangle, 3) of the edges of triangles with rising corners."""
-    keys: np.ndarray = t[:, _LOW] * n + t[:, _HIGH]
-    return keys
+    return t[:, _LOW] * n + t[:, _HIGH]
 
 
 def _distinct(triangles: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
@@ -216,8 +215,7 @@ def _sharing(
 
     # Repeat each face once for each row of its interval.
     of, at = ranges(first, count)
-    keys: np.ndarray = faces[of] * n + others[order[at]]
-    return keys
+    return faces[of] * n + others[order[at]]
 
 
 def _pieces_of_lines(

@@ -154,8 +154,7 @@ def of_pairs(surfaces: np.ndarray, pairs: np.ndarray) -> np.ndarray:
     if len(pairs) == 0:
         return np.zeros(len(surfaces), dtype=bool)
     keys, _ = _keys(np.concatenate([surfaces, pairs]))
-    mask: np.ndarray = np.isin(keys[: len(surfaces)], keys[len(surfaces) :])
-    return mask
+    return np.isin(keys[: len(surfaces)], keys[len(surfaces) :])
 
 
 def canonical(

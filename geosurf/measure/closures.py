@@ -409,8 +409,7 @@ def clipped(x: np.ndarray, t: np.ndarray, level: float) -> tuple[np.ndarray, np.
 def area_in_map(x: np.ndarray, t: np.ndarray) -> np.ndarray:
     """Area of triangles in the map, below 0 for those that look down, float64 (n,) [m2]."""
     (ax, ay), (bx, by) = ((x[t[:, k], :2] - x[t[:, 0], :2]).T for k in (1, 2))
-    found: np.ndarray = 0.5 * (ax * by - ay * bx)
-    return found
+    return 0.5 * (ax * by - ay * bx)
 
 
 AXES = ("easting", "northing", "elevation")

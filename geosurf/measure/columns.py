@@ -220,8 +220,7 @@ def weights_at(corners: np.ndarray, feet: np.ndarray) -> np.ndarray:
 def shares_at(corners: np.ndarray, feet: np.ndarray) -> np.ndarray:
     """The same weights with a sum of 1: shares of the corners in values at the feet."""
     weight = weights_at(corners, feet)
-    shares: np.ndarray = weight / weight.sum(axis=1, keepdims=True)
-    return shares
+    return weight / weight.sum(axis=1, keepdims=True)
 
 
 def elevations(corners: np.ndarray, feet: np.ndarray) -> np.ndarray:
@@ -231,8 +230,7 @@ def elevations(corners: np.ndarray, feet: np.ndarray) -> np.ndarray:
 
     # sum of differences from the lowest corner: a level triangle gets its elevation exactly
     lowest = z.min(axis=1)
-    found: np.ndarray = lowest + (weight * (z - lowest[:, None])).sum(axis=1) / weight.sum(axis=1)
-    return found
+    return lowest + (weight * (z - lowest[:, None])).sum(axis=1) / weight.sum(axis=1)
 
 
 # ---- well columns ----------------------------------------

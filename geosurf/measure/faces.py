@@ -53,14 +53,12 @@ class Faces:
         """Area times unit normal of each triangle, float64 (n, 3) [m2]."""
         # half the cross product is area times normal: one array gives areas, dips and means
         a, b, c = (self.x[self.triangles[:, k]] for k in range(3))
-        half: np.ndarray = 0.5 * np.cross(b - a, c - a)
-        return half
+        return 0.5 * np.cross(b - a, c - a)
 
     @cached_property
     def areas(self) -> np.ndarray:
         """Area of each triangle, float64 (n,) [m2]."""
-        size: np.ndarray = np.linalg.norm(self.vectors, axis=1)
-        return size
+        return np.linalg.norm(self.vectors, axis=1)
 
     @cached_property
     def mean(self) -> np.ndarray:
@@ -74,8 +72,7 @@ class Faces:
                 "the normals of its triangles cancel. Measure its parts separately.",
                 surfaces=(self.name,),
             )
-        unit: np.ndarray = total / size
-        return unit
+        return total / size
 
     @cached_property
     def strike(self) -> np.ndarray:
@@ -142,8 +139,7 @@ class Faces:
         """Distance of local points (n, 3) along the mean strike, from the fault's end [m]."""
         # the first vertex along the strike is 0, so that lines of both walls share one axis
         start = (self.x[distinct(self.triangles), :2] @ self.strike[0]).min()
-        found: np.ndarray = points[:, :2] @ self.strike[0] - start
-        return found
+        return points[:, :2] @ self.strike[0] - start
 
 
 def faces_of(patches: Patches, units: Units, name: str, role: str | None = None) -> Faces:

@@ -63,8 +63,7 @@ class Boundaries:
     def near(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         """Corners (n, 3, 3) of the triangles whose boxes meet a box, local."""
         rows = rows_near(self.tree, self.boxes, np.concatenate([low, high]))
-        corners: np.ndarray = self.x[self.triangles[rows]]
-        return corners
+        return self.x[self.triangles[rows]]
 
 
 def boundaries_of(patches: Patches, units: Units) -> Boundaries:
@@ -411,8 +410,7 @@ def _run_triangles(
 
 def _spread(lattice: Lattice, strips: Strips, values: np.ndarray) -> np.ndarray:
     """The value of each run at all of its triangles, by key; 0 where a curve touches them."""
-    found: np.ndarray = np.append(values, 0)[strips.labels(0, lattice.shape[0] - 1).ravel()]
-    return found
+    return np.append(values, 0)[strips.labels(0, lattice.shape[0] - 1).ravel()]
 
 
 def _put(maps: list[list[tuple[Lattice, np.ndarray]]], lattice: Lattice, step: np.ndarray) -> None:

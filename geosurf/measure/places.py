@@ -631,8 +631,7 @@ def _at(place: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Points of the path at places, each a row and a share of the way to the next row."""
     row = np.minimum(place.astype(np.int64), len(points) - 2)
     share = (place - row)[:, None]
-    at: np.ndarray = points[row] + share * (points[row + 1] - points[row])
-    return at
+    return points[row] + share * (points[row + 1] - points[row])
 
 
 def _named(name: str, run: Callable[..., Any], *given: Any) -> Any:
@@ -679,5 +678,4 @@ def _shares(p: np.ndarray, way: np.ndarray, corners: np.ndarray) -> np.ndarray:
         third = (np.cross(u, at) * normal).sum(axis=1) / area
         inside = (second >= -SLIP) & (third >= -SLIP) & (second + third <= 1.0 + SLIP)
         inside &= (share >= 0.0) & (share <= 1.0)
-    rows: np.ndarray = share[inside]
-    return rows
+    return share[inside]

@@ -155,8 +155,7 @@ def overlap(one: np.ndarray, other: np.ndarray, size: tuple[int, int]) -> np.nda
 def _thickest(found: np.ndarray, n: int) -> np.ndarray:
     """Of the regions at the levels of each place the one at most of them; -1 without any."""
     count = np.stack([(found == k).sum(axis=1) for k in range(n)], axis=1)
-    most: np.ndarray = np.where(count.any(axis=1), count.argmax(axis=1), -1)
-    return most
+    return np.where(count.any(axis=1), count.argmax(axis=1), -1)
 
 
 def _in_common(one: np.ndarray, other: np.ndarray, size: tuple[int, int]) -> np.ndarray:

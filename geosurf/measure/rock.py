@@ -265,8 +265,7 @@ def _fans(x: np.ndarray, t: np.ndarray, inside: np.ndarray, is_fault: np.ndarray
             for of, which in ((one[rock], 1 - bit[rock]), (two[rock], side[rock]))
         ]
         pairs.append(np.stack(faced, axis=1))
-    found: np.ndarray = join_pairs(np.concatenate(pairs), 6 * len(t)).reshape(-1, 2, 3)
-    return found
+    return join_pairs(np.concatenate(pairs), 6 * len(t)).reshape(-1, 2, 3)
 
 
 def _in_order(

@@ -561,8 +561,7 @@ def _from_lowest(corners: np.ndarray) -> np.ndarray:
     n = np.arange(len(corners))
     first = np.where(before(corners[:, 1], corners[:, 0]), 1, 0)
     first = np.where(before(corners[:, 2], corners[n, first]), 2, first)
-    turned: np.ndarray = corners[n[:, None], (first[:, None] + np.arange(3)) % 3]
-    return turned
+    return corners[n[:, None], (first[:, None] + np.arange(3)) % 3]
 
 
 # ---- gridded ----------------------------------------

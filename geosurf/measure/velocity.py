@@ -35,8 +35,7 @@ HOW = (
 def time_word(time: Any) -> str | None:
     """Return how times count, or None; raise an error for another word."""
     if time is None or is_word(time, WAYS):
-        found: str | None = time
-        return found
+        return time
     raise InputError(
         f'time is {time!r}. Write time="two-way" if horizons and faults are in two-way time, '
         'time="one-way" if they are in one-way time, and leave it out if they are in depth.'
@@ -96,8 +95,7 @@ class Field(Noun):
             wells, values = self.value
             square = ((places[:, None] - wells[None]) ** 2).sum(axis=2)
             weights = 1.0 / np.maximum(square, 1e-12)
-            found: np.ndarray = weights @ values / weights.sum(axis=1)
-            return found
+            return weights @ values / weights.sum(axis=1)
         return np.full(len(places), float(self.value))
 
 
@@ -124,8 +122,7 @@ def _bilinear(lattice: Lattice, places: np.ndarray) -> np.ndarray:
             )
         steps = np.linalg.inv(np.array([frame.column, frame.row]))
         at = [*((places - [x[0, 0], y[0, 0]]) @ steps).T[::-1]]
-    found: np.ndarray = map_coordinates(values, at, order=1, mode="nearest")
-    return found
+    return map_coordinates(values, at, order=1, mode="nearest")
 
 
 @dataclass(frozen=True, eq=False)

@@ -110,10 +110,7 @@ class Listed:
 
     @cached_property
     def _first(self) -> list[int]:
-        found: list[int] = np.searchsorted(
-            self.surface_of_triangle, np.arange(len(self.sources) + 1)
-        ).tolist()
-        return found
+        return np.searchsorted(self.surface_of_triangle, np.arange(len(self.sources) + 1)).tolist()
 
     def rows(self, surface: int) -> slice:
         """The triangles of a surface: they follow each other."""
@@ -437,8 +434,7 @@ def _twins_among(twin: np.ndarray, stays: np.ndarray) -> np.ndarray:
     rows = np.flatnonzero(stays)
     first = np.full(len(twin), len(twin))
     np.minimum.at(first, twin[rows], np.arange(len(rows)))
-    found: np.ndarray = first[twin[rows]]
-    return found
+    return first[twin[rows]]
 
 
 def _numbered(strips: Strips, number: np.ndarray) -> Strips:
@@ -506,8 +502,7 @@ def _area(corners: np.ndarray) -> np.ndarray:
     a, b, c = corners.transpose(1, 0, 2)
     (ux, uy, uz), (vx, vy, vz) = (b - a).T, (c - a).T
     x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    area: np.ndarray = 0.5 * np.sqrt(x * x + y * y + z * z)
-    return area
+    return 0.5 * np.sqrt(x * x + y * y + z * z)
 
 
 # ---- moves ----------------------------------------

@@ -334,8 +334,7 @@ def near_pairs(contacts: Contacts) -> np.ndarray:
 def _keys_of(contacts: Contacts, pairs: np.ndarray) -> np.ndarray:
     """One number for each pair of faces, the lower face first: numbers rise as pairs do."""
     one, two = pairs[:, 0], pairs[:, 1]
-    keys: np.ndarray = np.minimum(one, two) * len(contacts.t) + np.maximum(one, two)
-    return keys
+    return np.minimum(one, two) * len(contacts.t) + np.maximum(one, two)
 
 
 def _of_near_pairs(
@@ -384,8 +383,7 @@ def _once(triangles: np.ndarray, first: np.ndarray) -> np.ndarray:
 
 def rounded(places: np.ndarray, step: float) -> np.ndarray:
     """Multiples of a step (of world coordinates)."""
-    out: np.ndarray = np.rint(places / step) * step + 0.0
-    return out
+    return np.rint(places / step) * step + 0.0
 
 
 def shifted(places: np.ndarray, step: float, draw: int) -> np.ndarray:
@@ -438,8 +436,7 @@ def _nearest(values: np.ndarray, places: np.ndarray) -> np.ndarray:
     """The nearest of some rising values to each place."""
     above = np.minimum(np.searchsorted(values, places), len(values) - 1)
     low, high = values[np.maximum(above - 1, 0)], values[above]
-    nearest: np.ndarray = np.where(np.abs(places - low) < np.abs(high - places), low, high)
-    return nearest
+    return np.where(np.abs(places - low) < np.abs(high - places), low, high)
 
 
 def _nodes(lattice: Lattice, rows: np.ndarray) -> np.ndarray:

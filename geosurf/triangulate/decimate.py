@@ -153,8 +153,7 @@ def kept_nodes(n: int, stride: int) -> np.ndarray:
     ([0, 5, 10], [0, 3, 7, 11])
     """
     n_step = -(-(n - 1) // stride)
-    found: np.ndarray = np.arange(n_step + 1) * (n - 1) // n_step
-    return found
+    return np.arange(n_step + 1) * (n - 1) // n_step
 
 
 def measure_differences(

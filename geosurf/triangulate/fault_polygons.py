@@ -334,8 +334,7 @@ def dips_in_horizons(polygon: Any, horizons: Iterable[Any] | Mapping[str, Any]) 
     if length * known.sum() < _ALONG * spacing * _SECTIONS:
         return np.empty(0)
     away, up = np.moveaxis(centres[:, known] - centres[:, known].mean(axis=0), 2, 0)
-    dips: np.ndarray = np.degrees(np.arctan2((up**2).sum(axis=0), -(away * up).sum(axis=0)))
-    return dips
+    return np.degrees(np.arctan2((up**2).sum(axis=0), -(away * up).sum(axis=0)))
 
 
 def _sections(polygon: Any) -> tuple[np.ndarray, np.ndarray]:

@@ -664,8 +664,7 @@ def _free_ends(triangles: np.ndarray, used: np.ndarray, close: np.ndarray) -> np
     ring, _ = edges(mine, len(used))
     row, corner = np.divmod(np.flatnonzero(ring == np.arange(len(ring))), 3)
     ends = distinct(triangles[row, corner], triangles[row, (corner + 1) % 3])
-    found: np.ndarray = ends[close[ends]]
-    return found
+    return ends[close[ends]]
 
 
 def _lines(outline: np.ndarray) -> np.ndarray:

@@ -184,8 +184,7 @@ def _windings(rim: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
     column = np.clip(np.ceil(at - 0.5), 0, columns).astype(np.int64)
     steps = np.zeros((rows, columns + 1), dtype=np.int16)
     np.add.at(steps, (row, column), np.where(v[of] < y[of], 1, -1).astype(np.int16))
-    windings: np.ndarray = np.cumsum(steps[:, :-1], axis=1, dtype=np.int16)
-    return windings
+    return np.cumsum(steps[:, :-1], axis=1, dtype=np.int16)
 
 
 def _entered(rim: np.ndarray, shape: tuple[int, int], slack: np.ndarray) -> np.ndarray:
@@ -225,8 +224,7 @@ def _entered(rim: np.ndarray, shape: tuple[int, int], slack: np.ndarray) -> np.n
 def _filled(covered: np.ndarray) -> np.ndarray:
     from scipy.ndimage import binary_fill_holes
 
-    filled: np.ndarray = binary_fill_holes(covered)
-    return filled
+    return binary_fill_holes(covered)
 
 
 def _pieces(

@@ -15,7 +15,7 @@ import geosurf as gs
 from geosurf import Lattice, Scene, TriSurface, build_walls, carve_units, rebuild_surfaces
 from geosurf.carve.certificate import certify, certify_repeated, same_bytes
 from geosurf.carve.certificate_lines import euler_in_words
-from geosurf.carve.shells import _Carved
+from geosurf.carve.shells import CarvedUnit
 from geosurf.errors import OpenUnitError
 from geosurf.kernels.lattices.strips import FIRST, LAST, ROW
 from geosurf.model import Patches, Units
@@ -167,7 +167,7 @@ def built(patches, units, *, face=None, order=None, **arrays):
     rows = [unit._shell[1] for unit in units.values()]
     rows = rows if order is None else [rows[k] for k in order]
     made = [
-        _Carved((shells, u), None, **{name: getattr(unit, name) for name in FIELDS})
+        CarvedUnit((shells, u), None, **{name: getattr(unit, name) for name in FIELDS})
         for u, unit in zip(rows, units.values(), strict=True)
     ]
     return new, Units(made, units.box)
