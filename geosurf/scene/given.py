@@ -70,13 +70,12 @@ def prepared_faults(scene: Scene) -> dict[str, TriSurface]:
 def torn_like(
     scene: Scene, longer: LongerFaults, plans: Mapping[str, TearPlan], still: Mapping[str, Sheet]
 ) -> Scene:
-    """Return the scene, torn at faults as long as another scene needed them, first as it was.
+    """Let a new scene be torn at faults as long as another one needed them, first as that was.
 
     Horizons that stand `still` have their sheets, as long as they end on the faults of the scene.
     """
-    twin = scene.replace()
-    twin._plain.longer, twin._plain.plans, twin._plain.still = longer, plans, still
-    return twin
+    scene._plain.longer, scene._plain.plans, scene._plain.still = longer, plans, still
+    return scene
 
 
 def longer_in_depth(scene: Scene, longer: Mapping[str, TriSurface]) -> LongerFaults:
