@@ -28,7 +28,7 @@ from geosurf.kernels.meshes.mesh import join_pairs, number_keys
 from geosurf.kernels.meshes.parts import mark_around, open_edges, parts_of
 from geosurf.kernels.meshes.seams import DONE, NEEDS_EXACT, join_seams, sort_seams
 from geosurf.model import Patches, TriSurface
-from geosurf.model.pieces import Pieces, same_turn
+from geosurf.model.pieces import Pieces, corners_of, same_turn
 
 # ---- seams ----------------------------------------
 # Edges at which parts of surfaces end, and the order of the triangles around them, in threads.
@@ -141,18 +141,16 @@ def parents_of(pieces: Pieces, wanted: np.ndarray) -> tuple[np.ndarray, np.ndarr
     is_new[1:] = (key[rows[1:]] != key[rows[:-1]]) | (surface[rows[1:]] != surface[rows[:-1]])
     first, number = rows[is_new], np.full(len(key), -1, dtype=np.int64)
     number[rows] = np.cumsum(is_new) - 1
-    corners = np.empty((3 * len(first), 3))
+    corners = np.empty((len(first), 3, 3))
     cut = np.searchsorted(surface[first], np.arange(len(pieces.sources) + 1))
 
     def write(source: TriSurface, low: int, high: int) -> None:
         """Write the corners of the triangles of one surface."""
-        nodes = source.corners_of_keys(key[first[low:high]]).ravel()
-        places = source.places_of_nodes(nodes)
-        np.subtract(places, pieces.origin, out=corners[3 * low : 3 * high])
+        corners[low:high] = corners_of(source, key[first[low:high]], pieces.origin)
 
     parts = list(zip(pieces.sources, cut[:-1].tolist(), cut[1:].tolist(), strict=True))
     map_threads(write, parts, worth=len(first) > _PARENTS)
-    return number, corners
+    return number, corners.reshape(-1, 3)
 
 
 # ---- half faces ----------------------------------------
@@ -238,8 +236,7 @@ def _corners(pieces: Pieces, elements: np.ndarray, surface: np.ndarray) -> np.nd
         # runs within their own surface
         rows = elements[n:][surface[n:] == i] - n_core - pieces.first_run[i]
         keys = lowest_keys(strips.places, strips.runs[rows])
-        nodes = source.corners_of_keys(keys).ravel()
-        corners.append((source.places_of_nodes(nodes) - pieces.origin).reshape(-1, 3, 3))
+        corners.append(corners_of(source, keys, pieces.origin))
     return np.concatenate(corners)
 
 

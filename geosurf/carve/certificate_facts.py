@@ -31,7 +31,7 @@ from geosurf.kernels.meshes.mesh import edge_keys, edges, number_keys
 from geosurf.kernels.search.tree import faces_in_box, triangle_boxes
 from geosurf.model import Lattice, Patches, TriSurface
 from geosurf.model.excerpt import Boxes
-from geosurf.model.pieces import Pieces, Strips
+from geosurf.model.pieces import Pieces, Strips, corners_of
 from geosurf.model.torn_lattice import TornLattice
 
 # ---- lattice runs ----------------------------------------
@@ -122,13 +122,6 @@ class LatticeRuns:
     def corners(self, keys: np.ndarray, origin: np.ndarray) -> np.ndarray:
         """Local corners (n, 3, 3) of triangles."""
         return corners_of(self.lattice, keys, origin)
-
-
-def corners_of(source: TriSurface | Lattice, keys: np.ndarray, origin: np.ndarray) -> np.ndarray:
-    """Local corners (n, 3, 3) of triangles by key."""
-    nodes = source.corners_of_keys(keys).ravel()
-    places: np.ndarray = source.places_of_nodes(nodes) - origin
-    return places.reshape(-1, 3, 3)
 
 
 def read_runs(

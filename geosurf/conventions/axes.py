@@ -189,6 +189,11 @@ HORIZON_DIMS = ("northing", "easting")
 FAULT_DIMS = ("down_dip", "along_strike")
 
 
+def meaning(words: str, unit: str = "") -> dict[str, str]:
+    """Return the attributes of a variable: its unit of measure, if it has one, and what it is."""
+    return {"units": unit, "long_name": words} if unit else {"long_name": words}
+
+
 # names of the two coordinates of a grid, in lower case; CF has x and y for their axes, too
 MAP_NAMES = {
     "easting": ("easting", "x", "e", "utm_easting", "projection_x_coordinate"),

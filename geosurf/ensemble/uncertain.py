@@ -25,6 +25,7 @@ from geosurf.ensemble.fields import Covariance, FieldGrid, GaussianField
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.measure.velocity import DATUM, ELSEWHERE, is_by_name
 from geosurf.model import Lattice, TriSurface
+from geosurf.model.base import in_crs_of
 from geosurf.model.column import each_level, levels_of
 from geosurf.model.distributions import (
     TAIL,
@@ -756,5 +757,4 @@ def _mapped(fault: TriSurface, way: Any) -> TriSurface:
         x, y, z = np.moveaxis(way(nodes), -1, 0)
         grid = Lattice(x, y, z, lattice.rising, lattice.reverse)
         made = TriSurface(fault.name, "fault", lattice=grid)
-    made.crs = fault.crs
-    return made
+    return in_crs_of(made, [fault])

@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import did_you_mean, is_number, is_word, length_text, place
+from geosurf.conventions.axes import meaning
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.kernels.meshes.mesh import renumbered
 from geosurf.lazy import xarray
@@ -192,8 +193,7 @@ class Tree:
     def _lifted(self, tops: np.ndarray) -> np.ndarray:
         """Summits below a roof, and the highest node of the triangle above each, int64 (n, 2)."""
         x = self.rock.x
-        middle = 0.5 * (x[:, :2].min(axis=0) + x[:, :2].max(axis=0))
-        met = cross_columns(x, self.rock.t, x[tops, :2], middle)
+        met = cross_columns(x, self.rock.t, x[tops, :2])
         rows = np.flatnonzero(met.elevation > x[tops[met.foot], 2])
         rows = rows[np.lexsort((-met.way[rows], met.elevation[rows], met.foot[rows]))]
         foot, first = np.unique(met.foot[rows], return_index=True)
@@ -516,9 +516,8 @@ class _Table:
             ("leak", self.leaks, _LEAK),
         ):
             for k, (key, (unit, words)) in enumerate(columns.items()):
-                more = {"units": unit, "long_name": words} if unit else {"long_name": words}
                 values = np.array([row[k] for row in rows], dtype=float if unit else object)
-                found[key] = (dim, values, more)
+                found[key] = (dim, values, meaning(words, unit))
         return found
 
 

@@ -44,7 +44,7 @@ class Crossings:
 
 
 def cross_columns(
-    x: np.ndarray, triangles: np.ndarray, feet: np.ndarray, middle: np.ndarray
+    x: np.ndarray, triangles: np.ndarray, feet: np.ndarray, middle: np.ndarray | None = None
 ) -> Crossings:
     """
     Find where vertical lines cross triangles.
@@ -55,8 +55,9 @@ def cross_columns(
     triangles : ndarray of int64, shape (n_triangle, 3)
     feet : ndarray of float64, shape (n_foot, 2)
         In the frame of `x` [m].
-    middle : ndarray of float64, shape (2,)
-        Feet on the rim of a shadow count as if they were a little nearer to this.
+    middle : ndarray of float64, shape (2,), optional
+        Feet on the rim of a shadow count as if they were a little nearer to this. Default: the
+        middle of the triangles; lines on their rim then see their inside.
 
     Returns
     -------
@@ -70,6 +71,10 @@ def cross_columns(
     >>> found.triangle.tolist(), found.way.tolist(), found.elevation.tolist()
     ([1], [1], [3.0])
     """
+    if middle is None:
+        used = x[triangles.ravel(), :2]
+        middle = 0.5 * (used.min(axis=0) + used.max(axis=0)) if len(used) else np.zeros(2)
+
     # which way each foot moves, east-west and north-south (n_foot, 2): +1 or -1, never 0
     push = np.where(feet <= middle, 1.0, -1.0)
 
@@ -288,11 +293,7 @@ def columns_through(
 
     # only moved to the origin of the model: the crossing itself is decided in local coordinates
     feet = points[:, :2] - patches.origin[:2]
-
-    # the middle of what is asked for; lines on the rim of a model then see its inside
-    used = patches.local[patches.triangles[rows].ravel(), :2]
-    middle = 0.5 * (used.min(axis=0) + used.max(axis=0)) if len(used) else np.zeros(2)
-    found = cross_columns(patches.local, patches.triangles[rows], feet, middle)
+    found = cross_columns(patches.local, patches.triangles[rows], feet)
 
     # by point, then from the bottom up; triangles that coincide come in the order of their rows
     order = np.lexsort((found.triangle, found.elevation, found.foot))
@@ -339,8 +340,7 @@ def residuals(surface: TriSurface, points: np.ndarray) -> np.ndarray:
     """
     x = surface.vertices - points[0]
     feet = points - points[0]
-    middle = 0.5 * (x[:, :2].min(axis=0) + x[:, :2].max(axis=0))
-    found = cross_columns(x, surface.triangles, feet[:, :2], middle)
+    found = cross_columns(x, surface.triangles, feet[:, :2])
     off = feet[found.foot, 2] - found.elevation
     nearest = np.full(len(points), np.nan)
     # the smallest distance is written last

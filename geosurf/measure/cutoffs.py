@@ -18,7 +18,7 @@ import xarray
 from geosurf.conventions import is_whole
 from geosurf.errors import InputError
 from geosurf.kernels.lattices.sets import is_among
-from geosurf.kernels.meshes.mesh import edge_keys, number_keys
+from geosurf.kernels.meshes.mesh import number_keys
 from geosurf.measure.faces import MINUS, PLUS, POINTS, Faces, edges_of, faces_of, row_inside, row_of
 from geosurf.measure.section import chains_of, ragged, rings_of
 from geosurf.model import Patches, Unit, Units
@@ -89,32 +89,22 @@ def contact_chains(fault: Faces, side: int) -> dict[str, list[np.ndarray]]:
     dict of str to list of ndarray of int64
         Rows of `Faces.x`, see `chains_of`; from the top down where several contacts count.
     """
-    n = len(fault.x)
-    told = np.flatnonzero(fault.sides[:, side] >= 0)
-
-    # as above, with units instead of zones: the two units beside each edge, equal inside one unit
-    unit = np.repeat(fault.sides[told, side], 3)
-    key, edge = np.unique(edge_keys(fault.triangles[told], n), return_inverse=True)
-    one, two = np.full(len(key), len(fault.listed)), np.full(len(key), -1)
-    np.minimum.at(one, edge, unit)
-    np.maximum.at(two, edge, unit)
+    # as above, with units instead of zones
+    edges, one, two = fault.edges_between(side, np.arange(len(fault.listed)))
     found: dict[str, list[np.ndarray]] = {}
 
     # of all pairs of units side by side, those of one zone and block differ in contacts alone: the
     # contacts that lie above one of them and not above the other part the two
-    for a, b in np.unique(np.stack([one, two], axis=1)[one != two], axis=0).tolist():
+    for a, b in np.unique(np.stack([one, two], axis=1), axis=0).tolist():
         upper, lower = fault.listed[a], fault.listed[b]
         if (upper.zone, upper.block) == (lower.zone, lower.block):
             for name in set(upper.beneath) ^ set(lower.beneath):
-                found.setdefault(name, []).append(key[(one == a) & (two == b)])
+                found.setdefault(name, []).append(edges[(one == a) & (two == b)])
 
     # contacts from the top down: units are listed from the top down, and `beneath` as well
     order = dict.fromkeys(name for unit in fault.listed for name in unit.beneath)
     names = sorted(found, key=list(order).index)
-    return {
-        name: chains_of(np.stack(np.divmod(np.concatenate(found[name]), n), axis=1), fault.x)
-        for name in names
-    }
+    return {name: chains_of(np.concatenate(found[name]), fault.x) for name in names}
 
 
 def wall_lines(

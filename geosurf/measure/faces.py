@@ -10,6 +10,7 @@ import numpy as np
 import xarray
 
 from geosurf.conventions import check_word, is_word
+from geosurf.conventions.axes import meaning
 from geosurf.errors import GeometryError, InputError
 from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.meshes.mesh import edge_keys, renumbered
@@ -119,19 +120,19 @@ class Faces:
 
         Edges are rows of `x`, int64 (n, 2), the lower row first; zone indices int64 (n,).
         """
-        return tuple(self._borders(side) for side in (PLUS, MINUS))
+        return tuple(self.edges_between(side, self.zones) for side in (PLUS, MINUS))
 
-    def _borders(self, side: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        # triangles with a unit on this side, and the zone index of that unit
+    def edges_between(
+        self, side: int, of_unit: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Edges between units with different numbers on one side, and the lower and higher one."""
         n = len(self.x)
         rows = np.flatnonzero(self.sides[:, side] >= 0)
-        zone = np.repeat(self.zones[self.sides[rows, side]], 3)
-
-        # for each edge the highest and the lowest zone beside it: indices count downwards
+        beside = np.repeat(of_unit[self.sides[rows, side]], 3)
         key, edge = np.unique(edge_keys(self.triangles[rows], n), return_inverse=True)
         upper, lower = np.full(len(key), len(self.listed)), np.full(len(key), -1)
-        np.minimum.at(upper, edge, zone)
-        np.maximum.at(lower, edge, zone)
+        np.minimum.at(upper, edge, beside)
+        np.maximum.at(lower, edge, beside)
         cut = upper < lower
         return np.stack(np.divmod(key[cut], n), axis=1), upper[cut], lower[cut]
 
@@ -315,24 +316,20 @@ def orientation(patches: Patches, units: Units, name: str) -> xarray.Dataset:
     mean_dip, mean_azimuth = _lie((-total if total[2] < 0 else total)[None])
     middle = faces.x[faces.triangles[kept]].mean(axis=1) + faces.origin
     azimuth_words = "dip direction, clockwise from north"
+    mean_words = f"{azimuth_words}, of the mean normal"
+    mean_strike = (mean_azimuth[0] - 90.0) % 360.0
     data = {
-        "area": ("triangle", areas, {"units": "m2", "long_name": "area"}),
-        "dip": ("triangle", dip, {"units": _DEGREE, "long_name": "dip from horizontal"}),
-        "azimuth": ("triangle", azimuth, {"units": _DEGREE, "long_name": azimuth_words}),
-        "overturned": ("triangle", up, {"units": "1", "long_name": "whether its front looks down"}),
-        "total_area": ((), math.fsum(areas.tolist()), {"units": "m2", "long_name": "area"}),
-        "mean_dip": ((), mean_dip[0], {"units": _DEGREE, "long_name": "dip of the mean normal"}),
-        "mean_azimuth": (
-            (), mean_azimuth[0],
-            {"units": _DEGREE, "long_name": f"{azimuth_words}, of the mean normal"},
-        ),
-        "mean_strike": (
-            (), (mean_azimuth[0] - 90.0) % 360.0,
-            {"units": _DEGREE, "long_name": "strike by the right-hand rule"},
-        ),
-    }  # fmt: skip
+        "area": ("triangle", areas, meaning("area", "m2")),
+        "dip": ("triangle", dip, meaning("dip from horizontal", _DEGREE)),
+        "azimuth": ("triangle", azimuth, meaning(azimuth_words, _DEGREE)),
+        "overturned": ("triangle", up, meaning("whether its front looks down", "1")),
+        "total_area": ((), math.fsum(areas.tolist()), meaning("area", "m2")),
+        "mean_dip": ((), mean_dip[0], meaning("dip of the mean normal", _DEGREE)),
+        "mean_azimuth": ((), mean_azimuth[0], meaning(mean_words, _DEGREE)),
+        "mean_strike": ((), mean_strike, meaning("strike by the right-hand rule", _DEGREE)),
+    }
     for k, axis in enumerate(("easting", "northing", "elevation")):
-        words = {"units": "m", "long_name": f"{axis} of the middle of each triangle"}
+        words = meaning(f"{axis} of the middle of each triangle", "m")
         data[axis] = ("triangle", middle[:, k], words)
     return xarray.Dataset(data, attrs={"surface": name, "role": role})
 

@@ -21,7 +21,7 @@ from geosurf.kernels.meshes.nearest import nearest_distance, point_codes
 from geosurf.kernels.search.rays import rows_near
 from geosurf.measure.columns import signs_of_turns
 from geosurf.model import Lattice, Patches, Units
-from geosurf.model.pieces import Pieces, Strips
+from geosurf.model.pieces import Pieces, Strips, corners_of
 from geosurf.model.torn_lattice import TornLattice
 
 # ---- boundaries ----------------------------------------
@@ -403,9 +403,7 @@ def _run_triangles(
     """The same for the runs of a grid that folds on the map, such as a vertical fault."""
     step = _spread(lattice, strips, sides[:, 1] - sides[:, 0])
     keys = np.flatnonzero(step)
-    nodes = lattice.corners_of_keys(keys)
-    corners = lattice.places_of_nodes(nodes.ravel()) - origin
-    return corners.reshape(-1, 3, 3), step[keys]
+    return corners_of(lattice, keys, origin), step[keys]
 
 
 def _spread(lattice: Lattice, strips: Strips, values: np.ndarray) -> np.ndarray:

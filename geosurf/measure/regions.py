@@ -45,9 +45,7 @@ def regions_by_name(
     InputError
         If a name stands for no region, or two names stand for one: names split nothing.
     """
-    row = {block: k for k, proposal in enumerate(proposals) for block in proposal.blocks}
-    of_unit = [row.get((unit.zone, unit.block), -1) for unit in units.values()]
-    ask = _Asked(patches, units, np.array([*of_unit, -1]), len(proposals))
+    ask = _Asked(patches, units, _rows_of_units(units, proposals), len(proposals))
     found: dict[int, str] = {}
     for name, value in given.items():
         if isinstance(value, np.ndarray):
@@ -109,6 +107,12 @@ def region_labels(patches: Patches, units: Units, horizon: str) -> dict[str, np.
 N_FOOT, N_LEVEL = 64, 32  # along each side of a map, and from bottom to top
 
 
+def _rows_of_units(units: Units, proposals: Sequence[Proposal]) -> np.ndarray:
+    """The proposal that each unit is of, -1 for none; the last one is for the outside."""
+    row = {block: k for k, proposal in enumerate(proposals) for block in proposal.blocks}
+    return np.array([*(row.get((unit.zone, unit.block), -1) for unit in units.values()), -1])
+
+
 def region_map(units: Units, proposals: Sequence[Proposal], box: tuple[float, ...]) -> np.ndarray:
     """
     Return the region at 64 x 64 places all over a box in the map, at 32 levels each.
@@ -127,8 +131,7 @@ def region_map(units: Units, proposals: Sequence[Proposal], box: tuple[float, ..
     ndarray of int16, shape (4096, 32)
         Rows of `proposals`, -1 for none.
     """
-    row = {block: k for k, proposal in enumerate(proposals) for block in proposal.blocks}
-    region = np.array([*(row.get((unit.zone, unit.block), -1) for unit in units.values()), -1])
+    region = _rows_of_units(units, proposals)
     share = (np.arange(N_FOOT) + 0.5) / N_FOOT
     east, north = (low + share * (high - low) for low, high in (box[:2], box[2:4]))
     feet = np.stack(np.meshgrid(east, north), axis=2).reshape(-1, 2)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import is_number, known_names, real_numbers
+from geosurf.conventions.axes import meaning
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.lazy import xarray
 from geosurf.measure.cutoffs import juxtaposition_table, pairs_of, sums_by_group
@@ -244,18 +245,14 @@ def fault_seal(
     held = np.where(known[:, None], sgr, 0.0)
     reach = [known * share_above(held, limit) for limit in (-np.inf, *classes, np.inf)]
     by_class = [sums_by_group(pair, area * (more - less), n) for more, less in pairwise(reach)]
-    told = {"units": "m2", "long_name": "area with a shale gouge ratio in each class"}
+    told = meaning("area with a shale gouge ratio in each class", "m2")
     data["class_area"] = (("pair", "sgr_class"), np.stack(by_class, axis=1), told)
     assumed = values.assumed.reshape(shape).any(axis=1)
-    for name, mask, meaning in (
+    for name, mask, words in (
         ("unknown_area", ~known, "area without a shale gouge ratio"),
         ("assumed_area", assumed, "area that rests on cut-offs continued beyond their ends"),
     ):
-        data[name] = (
-            "pair",
-            sums_by_group(pair, mask * area, n),
-            {"units": "m2", "long_name": meaning},
-        )
+        data[name] = ("pair", sums_by_group(pair, mask * area, n), meaning(words, "m2"))
     data |= _of_pairs(data, pair, np.where(known, area, 0.0), n)
     reservoir = [u.zone in units.reservoir and vshale[u.zone] < shale for u in faces.listed]
     kinds = np.array(JUXTAPOSED, dtype=object)[np.array(reservoir)[pairs].sum(axis=1)]

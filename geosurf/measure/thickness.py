@@ -25,7 +25,7 @@ from geosurf.measure.faces import faces_of
 from geosurf.measure.locate import keys_at, runs_of_keys
 from geosurf.model import Patches, Unit, Units
 from geosurf.model.expected import expect
-from geosurf.model.pieces import Pieces
+from geosurf.model.pieces import Pieces, corners_of
 
 KINDS = ("isochore", "isopach")
 CELLS = 100  # of the default map, along its longer side
@@ -388,6 +388,17 @@ class _Met:
     surface: np.ndarray
     sides: np.ndarray
 
+    @classmethod
+    def of(
+        cls, corners: np.ndarray, surface: np.ndarray, sides: np.ndarray, feet: np.ndarray,
+        middle: np.ndarray,
+    ) -> _Met:  # fmt: skip
+        """Search triangles (n, 3, 3), given the surface of each and the units beside it."""
+        x = corners.reshape(-1, 3)
+        found = cross_columns(x, np.arange(len(x)).reshape(-1, 3), feet, middle)
+        at = found.triangle
+        return cls(found.foot, found.way, corners[at], surface[at], sides[at])
+
 
 def passages(
     units: Units, rows: Sequence[int], feet: np.ndarray, middle: np.ndarray
@@ -466,12 +477,8 @@ def _on_triangles(
 ) -> _Met:
     """Lines through triangles that no run has."""
     rows = wanted[: np.searchsorted(wanted, len(pieces.triangles))]
-    used, triangles = np.unique(pieces.triangles[rows], return_inverse=True)
-    x, triangles = pieces.x[used], triangles.reshape(-1, 3)
-    found = cross_columns(x, triangles, feet, middle)
-    at = found.triangle
-    corners, row = x[triangles[at]], rows[at]
-    return _Met(found.foot, found.way, corners, pieces.surface[row], sides[row])
+    corners = pieces.x[pieces.triangles[rows]]
+    return _Met.of(corners, pieces.surface[rows], sides[rows], feet, middle)
 
 
 def _on_grids(
@@ -488,8 +495,10 @@ def _on_grids(
         runs = wanted[low:high] - first
         keys = keys_at(lattice, pieces.origin, feet, middle)
         if keys is None:  # a grid that folds on the map: its triangles are searched
-            of = strips.keys_of(runs)
-            found.append(_on_some(pieces, sides, i, *of, feet, middle))
+            keys, run = strips.keys_of(runs)
+            corners = corners_of(lattice, keys, pieces.origin)
+            of = np.full(len(keys), i), sides[first + run]
+            found.append(_Met.of(corners, *of, feet, middle))
             continue
 
         # runs that bound none of the units are left out
@@ -497,30 +506,10 @@ def _on_grids(
         is_wanted = np.zeros(len(strips.runs) + 1, dtype=bool)
         is_wanted[runs] = True
         foot = np.flatnonzero(is_wanted[run])
-        nodes = lattice.corners_of_keys(keys[foot])
-        corners = (lattice.places_of_nodes(nodes.ravel()) - pieces.origin).reshape(-1, 3, 3)
+        corners = corners_of(lattice, keys[foot], pieces.origin)
         way = np.full(len(foot), 1 if lattice.right_handed != lattice.turned else -1)
         found.append(_Met(foot, way, corners, np.full(len(foot), i), sides[first + run[foot]]))
     return found
-
-
-def _on_some(
-    pieces: Pieces,
-    sides: np.ndarray,
-    i: int,
-    keys: np.ndarray,
-    run: np.ndarray,
-    feet: np.ndarray,
-    middle: np.ndarray,
-) -> _Met:
-    """Lines through some triangles of a grid by key, and the run of each."""
-    source = pieces.sources[i]
-    used, triangles = np.unique(source.corners_of_keys(keys), return_inverse=True)
-    x, triangles = source.places_of_nodes(used) - pieces.origin, triangles.reshape(-1, 3)
-    found = cross_columns(x, triangles, feet, middle)
-    at = found.triangle
-    of = sides[len(pieces.triangles) + pieces.first_run[i] + run[at]]
-    return _Met(found.foot, found.way, x[triangles[at]], np.full(len(at), i), of)
 
 
 def _joined(parts: list[_Met]) -> _Met:

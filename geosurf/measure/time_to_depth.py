@@ -18,12 +18,15 @@ import numpy as np
 
 from geosurf.arrangement.triangles import halved
 from geosurf.errors import GeometryError, InputError
+from geosurf.kernels.lattices.sets import pairs_of_equal
+from geosurf.kernels.meshes.mesh import edge_keys, number_keys, weld
 from geosurf.measure.columns import cross_columns, shares_at, signs_of_turns
 from geosurf.measure.locate import boundaries_of, locator_of
 from geosurf.measure.places import NAMES, well_intervals
 from geosurf.measure.velocity import Velocity, deeper, later
 from geosurf.model import Patches, Units
 from geosurf.model.base import Noun, frozen
+from geosurf.model.patches import corner_keys
 
 THINNEST = 1.0  # ms or m: thinner zones say nothing of their interval velocity
 MOST_TRIANGLES = 400_000  # of all long ones, after they are divided
@@ -88,22 +91,13 @@ def _zones_beside(
     split: Patches, patches: Patches, units: Units, zones: tuple[str, ...]
 ) -> np.ndarray:
     """Zone in front of and behind each triangle (n_triangle, 2), as the sealed model has it."""
-    # vertices that are equal have one number
-    both = np.concatenate([split.local, patches.local])
-    order = np.lexsort(both.T)
-    number = np.empty(len(both), dtype=np.int64)
-    new = (np.diff(both[order], axis=0) != 0.0).any(axis=1)
-    number[order] = np.concatenate([[0], np.cumsum(new)])
-
     # triangles of one surface with the same vertices: all that the sides of the box do not cut
-    keys = []
-    for model, first in ((split, 0), (patches, len(split.local))):
-        corners = np.sort(number[first + model.triangles], axis=1)
-        keys.append(np.column_stack([model.surface_of_triangle, corners]))
-    n, sort = split.n_triangle, np.concatenate(keys)
-    order = np.lexsort(sort.T)
-    pairs = np.flatnonzero((sort[order[1:]] == sort[order[:-1]]).all(axis=1))
-    here, there = np.sort(np.stack([order[pairs], order[pairs + 1]]), axis=0)
+    number, n_place = weld(np.concatenate([split.local, patches.local]))
+    n, shifted = split.n_triangle, patches.triangles + len(split.local)
+    keys = corner_keys(number[np.concatenate([split.triangles, shifted])], n_place)
+    surface = np.concatenate([split.surface_of_triangle, patches.surface_of_triangle])
+    keys = number_keys(keys)[1] * len(patches.sources) + surface
+    here, there = pairs_of_equal(keys, np.arange(len(keys)))
     zone = np.array([*(zones.index(unit.zone) for unit in units.values()), -1])
     sides = zone[units.sides[there - n]]
     found = np.full((n, 2), -1)
@@ -111,14 +105,9 @@ def _zones_beside(
     found[here[inside]] = sides[inside]
 
     # from there outwards, to neighbours across edges that no other surface has
-    half = np.sort(np.stack([split.triangles, np.roll(split.triangles, -1, axis=1)], axis=2))
-    low, high = half.reshape(-1, 2).T
-    _, edge, count = np.unique(
-        low * len(split.local) + high, return_inverse=True, return_counts=True
-    )
-    order = np.argsort(edge, kind="stable")
-    order = order[count[edge[order]] == 2] // 3
-    a, b = order[::2], order[1::2]
+    keys = edge_keys(split.triangles, len(split.local))
+    _, edge, count = np.unique(keys, return_inverse=True, return_counts=True)
+    a, b = (half // 3 for half in pairs_of_equal(edge, np.flatnonzero(count[edge] == 2)))
     same = split.surface_of_triangle[a] == split.surface_of_triangle[b]
     a, b = np.concatenate([a[same], b[same]]), np.concatenate([b[same], a[same]])
     while True:
@@ -235,10 +224,8 @@ def crossings_of(mesh: Mesh, groups: tuple[int, ...], feet: np.ndarray) -> Cross
     is_boundary = (group[above] != group[below]) & (above >= 0) & (below >= 0)
     rows = np.flatnonzero(is_boundary & (mesh.facing != 0))
     t = mesh.triangles[rows]
-    used = mesh.local[t.ravel(), :2] if len(rows) else np.zeros((1, 2))
-    middle = 0.5 * (used.min(axis=0) + used.max(axis=0))
     feet = np.ascontiguousarray(feet)
-    found = cross_columns(mesh.local, t, feet, middle)
+    found = cross_columns(mesh.local, t, feet)
     order = np.lexsort((found.triangle, -found.elevation, found.foot))
     foot, triangle = found.foot[order], found.triangle[order]
     weights = shares_at(mesh.local[t[triangle]], feet[foot])

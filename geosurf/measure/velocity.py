@@ -25,7 +25,6 @@ DATUM = "datum"
 WELLS = "wells"
 TOPS = "tops"  # in place of checkshots: depths of well tops, and times of their horizons there
 COLUMNS = ("well", "easting", "northing", "depth", "time")
-EVEN = 1e-6  # of a cell: how far nodes of a rotated map may be off equal steps
 HOW = (
     'Write velocity={"above Top": 2000.0, "Top/Base": {"v0": 1800.0, "k": 0.6}, "elsewhere": '
     '3000.0} in m/s; a value may be a map, and "wells" takes checkshots or "tops"'
@@ -114,13 +113,7 @@ def _bilinear(lattice: Lattice, places: np.ndarray) -> np.ndarray:
             order = np.argsort(axis)
             at.append(np.interp(along, axis[order], np.arange(float(len(axis)))[order]))
     else:
-        frame = lattice.map_frame
-        if not frame.off <= EVEN * min(frame.least_step):
-            raise InputError(
-                "a map of velocity is over a curvilinear grid. Give a regular grid, which may be "
-                "rotated."
-            )
-        steps = np.linalg.inv(np.array([frame.column, frame.row]))
+        steps = lattice.map_frame.columns_and_rows("velocity")
         at = [*((places - [x[0, 0], y[0, 0]]) @ steps).T[::-1]]
     return map_coordinates(values, at, order=1, mode="nearest")
 

@@ -47,7 +47,6 @@ COLUMNS = {  # meaning, unit of measure in each system
     "giip": ("free gas initially in place (GIIP)", "Sm3", "scf"),
 }
 SYSTEMS = ("metric", "field")
-EVEN = 1e-6  # of a step: a grid with 2-D coordinates that is off by more is curvilinear
 NEAR = 1e-9  # of a cell: pieces that reach less far over a line are not cut there
 RIM = 1e-9  # of a unit's area in the map: what rounding may put beyond the rim of a map
 AT_ONCE = 100_000  # pieces that are held in memory
@@ -382,13 +381,7 @@ class MapCells:
         if x.ndim == 1:
             # subtracted as from the model: what is equal stays equal, so rims are met exactly
             return cls(np.zeros(2), np.eye(2), (x - origin[0], y - origin[1]), z)
-        frame = lattice.map_frame
-        if not frame.off <= EVEN * min(frame.least_step):
-            raise InputError(
-                f"the map of {name} is over a curvilinear grid, which cannot be integrated. Give a "
-                "regular grid, which may be rotated."
-            )
-        matrix = np.linalg.inv(np.array([frame.column, frame.row]))
+        matrix = lattice.map_frame.columns_and_rows(name)
         lines = np.arange(float(z.shape[1])), np.arange(float(z.shape[0]))
         return cls(np.array([x[0, 0], y[0, 0]]) - origin[:2], matrix, lines, z)
 

@@ -86,7 +86,11 @@ def in_crs_of(made: Made, sources: Iterable[Any]) -> Made:
     """Return what was made of some surfaces, in the reference system that one of them declares."""
     # Systems that differ were refused before; the first one that is declared stands for all.
     found = (getattr(source, "crs", None) for source in sources)
-    crs = next((one for one in found if one is not None), None)
+    return with_crs(made, next((one for one in found if one is not None), None))
+
+
+def with_crs(made: Made, crs: str | None) -> Made:
+    """Return what was made, in a reference system if one is known."""
     if crs is not None:
         object.__setattr__(made, "crs", crs)  # dataclasses among them are frozen
     return made

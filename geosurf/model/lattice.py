@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import real_numbers
-from geosurf.errors import SurfaceError
+from geosurf.errors import InputError, SurfaceError
 from geosurf.model.base import Noun, frozen
 
 # ---- survey ----------------------------------------
@@ -23,6 +23,9 @@ from geosurf.model.base import Noun, frozen
 
 # ---- map frame ----------------------------------------
 # Steps of a grid with 2-D coordinates in the map, and how far nodes are from even ones.
+
+
+EVEN = 1e-6  # of a step: how far nodes of a map may be off equal steps
 
 
 @dataclass(frozen=True)
@@ -65,6 +68,15 @@ class MapFrame:
     def least_step(self) -> tuple[float, float]:
         """No step along columns, and along rows, is shorter [m]; below 0: nothing is proven."""
         return math.hypot(*self.column) - 2.0 * self.off, math.hypot(*self.row) - 2.0 * self.off
+
+    def columns_and_rows(self, what: str) -> np.ndarray:
+        """Columns and rows of each metre to the east and to the north (2, 2); steps are even."""
+        if not self.off <= EVEN * min(self.least_step):
+            raise InputError(
+                f"the map of {what} is over a curvilinear grid, which cannot be used. Give a "
+                "regular grid, which may be rotated."
+            )
+        return np.asarray(np.linalg.inv(np.array([self.column, self.row])))
 
 
 # sums over cells, where they were not requested

@@ -10,9 +10,16 @@ import numpy as np
 
 from geosurf.kernels.lattices.sets import ranges
 from geosurf.model.base import Noun, frozen
+from geosurf.model.lattice import Lattice
 from geosurf.model.surfaces import TriSurface
 
 FREE, PAIRED = -1, -2
+
+
+def corners_of(source: TriSurface | Lattice, keys: np.ndarray, origin: np.ndarray) -> np.ndarray:
+    """Return local corners (n, 3, 3) of triangles by key."""
+    places: np.ndarray = source.places_of_nodes(source.corners_of_keys(keys).ravel()) - origin
+    return places.reshape(-1, 3, 3)
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,6 +12,7 @@ from geosurf.conventions.crs import EPSG, crs_of, label, proj_system, refuse_oth
 from geosurf.errors import FormatError, SurfaceError
 from geosurf.lazy import xarray as xr
 from geosurf.model import TriSurface
+from geosurf.model.base import with_crs
 from geosurf.read._common import Request, agreed_scale, agreed_sign, noted
 from geosurf.read._guard import damaged, read_bytes
 
@@ -26,6 +27,7 @@ def surface_from_mesh(
     triangles: np.ndarray,
     vertex_data: dict[str, Any],
     request: Request,
+    crs: str | None = None,
 ) -> TriSurface:
     """Turn what a mesh file holds into a surface in metres, elevation up."""
     what = f"{path}: surface {name!r}"
@@ -39,7 +41,7 @@ def surface_from_mesh(
         )
     try:
         world = points * [1.0, 1.0, scale * sign]
-        return TriSurface(name, "fault", world, triangles, vertex_data=vertex_data)
+        return with_crs(TriSurface(name, "fault", world, triangles, vertex_data=vertex_data), crs)
     except (SurfaceError, ValueError) as error:
         raise FormatError(f"{path}: {error}") from error
 

@@ -28,7 +28,7 @@ from geosurf.conventions.crs import label
 from geosurf.errors import FormatError, GeosurfWarning, InputError
 from geosurf.lazy import xarray as xr
 from geosurf.model import FaultSticks, TriSurface
-from geosurf.model.base import in_crs_of
+from geosurf.model.base import in_crs_of, with_crs
 from geosurf.read._common import (
     Request,
     check_name,
@@ -568,8 +568,7 @@ def _finish(draft: Draft, request: Request) -> TriSurface:
     # order, units and direction of the axes are settled here, once for all vertices
     points = header.to_metres(np.concatenate(draft.points), request, what)
     surface = TriSurface(name, "fault", points, triangles, vertex_data=_vertex_data(draft))
-    surface.crs = header.crs
-    return surface
+    return with_crs(surface, header.crs)
 
 
 def _vertex_data(draft: Draft) -> dict[str, np.ndarray]:

@@ -414,11 +414,8 @@ def read_gltf(path: Path, request: Request) -> TriSurface:
     world = np.concatenate(points)
     if not np.isfinite(world).all():
         raise damaged(f"{path}: a position is not a finite number")
-    surface = surface_from_mesh(
-        path, request.name or title or path.stem, world, np.concatenate(triangles), {}, request
-    )
-    surface.crs = _crs(document)
-    return surface
+    name, crs = request.name or title or path.stem, _crs(document)
+    return surface_from_mesh(path, name, world, np.concatenate(triangles), {}, request, crs)
 
 
 def _document(path: Path, data: bytes) -> dict[str, Any]:

@@ -28,6 +28,7 @@ import numpy as np
 from geosurf.errors import FormatError
 from geosurf.kernels.meshes.mesh import weld
 from geosurf.model import TriSurface
+from geosurf.model.base import in_crs_of
 from geosurf.read._common import WHOLE, Request, read_text
 from geosurf.read._gocad import quoted_words
 from geosurf.read._guard import damaged
@@ -349,6 +350,4 @@ def welded(surface: TriSurface, role: str) -> TriSurface:
         a, b, c = (vertices[triangles[:, k]] for k in range(3))
         if np.cross(b - a, c - a)[:, 2].sum() < 0:
             triangles = triangles[:, [0, 2, 1]]
-    found = TriSurface(surface.name, role, vertices, triangles)
-    found.crs = surface.crs
-    return found
+    return in_crs_of(TriSurface(surface.name, role, vertices, triangles), [surface])

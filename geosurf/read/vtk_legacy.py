@@ -189,11 +189,8 @@ def read_vtk(path: Path, request: Request) -> TriSurface:
             f"{path}: point {bad[0]} is {found.points[bad[0]].tolist()}, expected finite numbers. "
             "Export the surface without undefined points."
         )
-    made = surface_from_mesh(
-        path, request.named(path), found.points, found.triangles, found.data, request
-    )
-    made.crs = found.crs
-    return made
+    name, triangles = request.named(path), found.triangles
+    return surface_from_mesh(path, name, found.points, triangles, found.data, request, found.crs)
 
 
 def _take_header(at: Cursor) -> None:

@@ -354,16 +354,15 @@ def _surface(
         raise damaged(
             f"{file.path}: point data of its pieces do not fit together ({error})"
         ) from error
-    found = surface_from_mesh(
+    return surface_from_mesh(
         file.path,
         request.name or file.word("name") or file.path.stem,
         _joined(points),
         _joined(triangles),
         data,
         request,
+        file.word("crs"),
     )
-    found.crs = file.word("crs")
-    return found
 
 
 def _joined(parts: list[np.ndarray]) -> np.ndarray:

@@ -47,6 +47,7 @@ from geosurf.model import (
     ThrowReport,
     TriSurface,
 )
+from geosurf.model.base import with_crs
 from geosurf.model.expected import path_of
 from geosurf.model.sheets import BaseHeights, DataUse, Extended, LostThrow, TearPlan
 from geosurf.model.surfaces import Sector
@@ -404,7 +405,7 @@ def _value(tree: Any, data: bytes, at: list[int]) -> Any:
         surface = TriSurface(
             name, role, vertices, triangles, lattice=lattice, vertex_data=vertex_data
         )
-        return _with_crs(surface, crs)
+        return with_crs(surface, crs)
     raise ValueError(f"{kind!r} is not known")
 
 
@@ -426,13 +427,7 @@ def _object(parts: list[Any], data: bytes, at: list[int]) -> Any:
     """One of the known classes, made by its constructor."""
     name, fields, crs = parts
     found = _CLASSES[name](**_value(fields, data, at))
-    return _with_crs(found, _value(crs, data, at))
-
-
-def _with_crs(made: Any, crs: str | None) -> Any:
-    if crs is not None:
-        object.__setattr__(made, "crs", crs)  # dataclasses among them are frozen
-    return made
+    return with_crs(found, _value(crs, data, at))
 
 
 def check_with_cache(scene: Scene, cache: ResultCache | None) -> Certificate:

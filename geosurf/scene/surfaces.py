@@ -16,7 +16,7 @@ from geosurf.conventions import counted, did_you_mean, length_text, rising_diago
 from geosurf.conventions.crs import crs_of, refuse_other_crs
 from geosurf.errors import GeosurfWarning, HorizonError, InputError
 from geosurf.model import FaultSticks, FluidContact, Lattice, Sheet, TriSurface
-from geosurf.model.base import in_crs_of
+from geosurf.model.base import in_crs_of, with_crs
 from geosurf.model.column import levels_of, names_of_zones
 from geosurf.model.expected import path_of
 from geosurf.model.network import in_order
@@ -109,8 +109,7 @@ def footprint(name: str, data: Any, words: Mapping[str, Any]) -> TriSurface:
             "exchanged, name the columns: columns=[x, y, z], by name or by number.",
             surfaces=[name],
         )
-    made.crs = crs_of(data) if not isinstance(data, TriSurface) else data.crs
-    return made
+    return with_crs(made, data.crs if isinstance(data, TriSurface) else crs_of(data))
 
 
 def extent(values: np.ndarray) -> str:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import is_number, length_text, place
+from geosurf.conventions.axes import meaning
 from geosurf.conventions.checks import are_points
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.lazy import xarray
@@ -256,7 +257,7 @@ def corrections(rows: Sequence[Sequence[Any]]) -> xarray.Dataset:
     }
     data = {
         name: ("zone", np.array([row[k + 1] for row in rows], dtype=float if unit else object),
-               {"units": unit, "long_name": told} if unit else {"long_name": told})
+               meaning(told, unit))
         for k, (name, (unit, told)) in enumerate(words.items())
     }  # fmt: skip
     return xarray.Dataset(data, {"zone": np.array([row[0] for row in rows], dtype=object)})

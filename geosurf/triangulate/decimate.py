@@ -27,6 +27,7 @@ from geosurf.kernels.lattices.decimate import (
     near_cells,
 )
 from geosurf.model import Lattice, TriSurface
+from geosurf.model.base import in_crs_of
 
 STRIDES = (20, 10, 8, 5, 4, 3, 2)
 ENOUGH = 10_000  # nodes that stay, at least
@@ -327,8 +328,7 @@ def decimate_horizon(surface: TriSurface, frame: Frame, differences: Differences
     found = (part.ravel() for part in (np.maximum.reduce(corners), *others))
     data.update(zip(IN_VERTEX_DATA, found, strict=True))
     made = TriSurface(surface.name, surface.role, lattice=lattice, vertex_data=data)
-    made.crs = surface.crs
-    return made
+    return in_crs_of(made, [surface])
 
 
 def decimate_frame(frame: Sequence[TriSurface], tolerance: float) -> list[TriSurface]:
@@ -476,7 +476,7 @@ def _body(lattice: Lattice, largest: np.ndarray) -> tuple[np.ndarray, np.ndarray
     """
     low, high = _extremes(lattice.elevation)
     off = largest.reshape(lattice.shape)
-    reach = np.minimum.reduce([off[:-1, :-1], off[:-1, 1:], off[1:, :-1], off[1:, 1:]])
+    reach, _ = _extremes(off)
     return low - reach, high + reach
 
 

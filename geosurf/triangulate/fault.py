@@ -19,7 +19,7 @@ from geosurf.conventions import (
 from geosurf.conventions.crs import crs_of
 from geosurf.errors import InputError, SurfaceError
 from geosurf.model import FluidContact, Lattice, TriSurface
-from geosurf.model.base import in_crs_of
+from geosurf.model.base import in_crs_of, with_crs
 from geosurf.model.column import ELSEWHERE
 from geosurf.model.expected import box_of_sides, name_of
 from geosurf.triangulate.horizon import triangulate_horizon
@@ -117,10 +117,8 @@ def triangulate_fault(
         scale = _scale(title, first_given(positive, "up"), first_given(length_unit, "m"))
         surface = triangulate_mesh(obj, title, "fault", scale=scale, words=(positive, length_unit))
     elif hasattr(obj, "data_vars"):
-        surface = TriSurface(
-            title, "fault", lattice=_read_lattice(obj, title, positive, length_unit)
-        )
-        surface.crs = crs_of(obj)
+        lattice = _read_lattice(obj, title, positive, length_unit)
+        surface = with_crs(TriSurface(title, "fault", lattice=lattice), crs_of(obj))
     elif hasattr(obj, "sticks"):
         scale = _scale(title, first_given(positive, "up"), first_given(length_unit, "m"))
         sticks = [np.asarray(stick, dtype=np.float64) * (1.0, 1.0, scale) for stick in obj.sticks]

@@ -18,6 +18,7 @@ from geosurf.conventions.crs import crs_of
 from geosurf.errors import HorizonError, InputError
 from geosurf.lazy import xarray
 from geosurf.model import Lattice, TriSurface
+from geosurf.model.base import with_crs
 from geosurf.model.expected import name_of
 from geosurf.triangulate.decimate import can_be_decimated, decimate_frame
 from geosurf.triangulate.mesh import (
@@ -185,15 +186,16 @@ def horizon_over(
     check_cells(lattice, what)
 
     made = TriSurface(title, "horizon", lattice=lattice, vertex_data=_marks_of(da, lattice))
-    made.crs = crs_of(da)
-    return _with_fewer_nodes(made, tolerance) if tolerance > 0 else made
+    return _with_fewer_nodes(with_crs(made, crs_of(da)), tolerance)
 
 
 def _with_fewer_nodes(horizon: TriSurface, tolerance: float) -> TriSurface:
     """A horizon with every k-th node, or with all of them where it needs these."""
     # loaded by those who leave nodes out
 
-    found = decimate_frame([horizon], tolerance) if can_be_decimated(horizon) else []
+    if tolerance == 0 or not can_be_decimated(horizon):
+        return horizon
+    found = decimate_frame([horizon], tolerance)
     return found[0] if found else horizon
 
 
@@ -264,7 +266,7 @@ def _from_mesh(
     scale *= metres_per_unit(first_given(length_unit, "m"), what)
     surface = triangulate_mesh(obj, title, "horizon", scale=scale, words=(positive, length_unit))
     if surface.lattice is not None:
-        return _with_fewer_nodes(surface, tolerance) if tolerance > 0 else surface
+        return _with_fewer_nodes(surface, tolerance)
     if tolerance > 0:
         raise HorizonError(
             f"{what}: tolerance is {tolerance:g}, but geosurf simplifies grids only, not "

@@ -516,8 +516,7 @@ def _orient_lattice(surface: TriSurface, lattice: Lattice) -> TriSurface:
 def _turned(surface: TriSurface, **parts: Any) -> TriSurface:
     """The same surface from other triangles of its vertices."""
     made = TriSurface(surface.name, surface.role, **parts, vertex_data=surface.vertex_data)
-    made.crs = surface.crs
-    return made
+    return in_crs_of(made, [surface])
 
 
 def _points_into_footwall(normal: np.ndarray, area: float) -> bool:

@@ -25,7 +25,7 @@ Vertices of meshes are elevations in metres, as everywhere in geosurf. Reference
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -36,7 +36,7 @@ from geosurf.conventions.crs import are_same, crs_of, label
 from geosurf.errors import DependencyError, GeosurfWarning, InputError
 from geosurf.lazy import xarray as xr
 from geosurf.model import FaultSticks, TriSurface
-from geosurf.model.base import Noun
+from geosurf.model.base import Noun, with_crs
 from geosurf.model.expected import name_of
 from geosurf.triangulate.mesh import PlainMesh
 from geosurf.warning import warn
@@ -117,7 +117,7 @@ def _has(*names: str) -> Callable[[Any], bool]:
 def _grid_of_xtgeo(value: Any, what: str, role: str, positive: str | None) -> Any:
     """RegularSurface: values (column, row), masked where undefined."""
     z = np.ma.filled(np.ma.asarray(value.values).astype(np.float64), np.nan).T
-    attrs = {"units": "m"} | ({} if positive is None else {"positive": positive})
+    attrs = _meaning(positive)
 
     # nodes from origin and steps, as files of grids are read: axes have no rounding of rotations
     along = np.arange(value.ncol) * float(value.xinc)
@@ -139,18 +139,13 @@ def _xyz_of_xtgeo(value: Any, what: str, role: str, positive: str | None) -> Any
         np.asarray(table[key], dtype=float) for key in (value.xname, value.yname, value.zname)
     ]
     if role == "horizon":
-        attrs = {"units": "m"} | ({} if positive is None else {"positive": positive})
-        data = dict(zip(NAMES, columns, strict=True))
-        return xr.Dataset(
-            {key: ("point", data[key], attrs if key == "elevation" else {}) for key in NAMES}
-        )
+        return _points(columns, positive, {})
     if not hasattr(value, "pname"):
         raise InputError(
             f"{what}: points of xtgeo are in no order. Give fault sticks (xtgeo.Polygons), a mesh "
             "or a grid."
         )
-    columns[2] = columns[2] * elevation_sign(positive, what)
-    return _sticks(what, np.stack(columns, axis=1), np.asarray(table[value.pname]))
+    return _sticks(what, columns, np.asarray(table[value.pname]), positive)
 
 
 def _name(what: str) -> str:
@@ -186,15 +181,9 @@ def _grid_of_pyvista(value: Any, what: str, role: str, positive: str | None) -> 
     if role == "horizon":
         dims = ("row", "column")
         coords = {"easting": (dims, x), "northing": (dims, y)}
-        return xr.DataArray(z, coords, dims, attrs={"positive": "up", "units": "m"})
-    meaning = {"units": "m", "positive": "up"}
-    return xr.Dataset(
-        {
-            "easting": (FAULT_DIMS, x),
-            "northing": (FAULT_DIMS, y),
-            "elevation": (FAULT_DIMS, z, meaning),
-        }
-    )
+        return xr.DataArray(z, coords, dims, attrs=_meaning("up"))
+    data = {"easting": (FAULT_DIMS, x), "northing": (FAULT_DIMS, y)}
+    return xr.Dataset({**data, "elevation": (FAULT_DIMS, z, _meaning("up"))})
 
 
 def _mesh_of_meshio(value: Any, what: str, role: str, positive: str | None) -> Any:
@@ -255,21 +244,14 @@ def _of_geopandas(value: Any, what: str, role: str, positive: str | None) -> Any
             f"{what}: rows of the GeoDataFrame ({flat}) have no third coordinate. "
             "Give points or lines with elevations."
         )
+    crs = None if value.crs is None else value.crs.to_string()
     if role == "horizon" and kinds == ["Point"]:
-        points = np.stack([value.geometry.x, value.geometry.y, value.geometry.z], axis=1)
-        attrs = {"units": "m"} | ({} if positive is None else {"positive": positive})
-        found: Any = xr.Dataset(
-            {k: ("point", points[:, i], attrs if i == 2 else {}) for i, k in enumerate(NAMES)}
-        )
-        found.attrs |= {} if value.crs is None else {"crs": value.crs.to_string()}
-        return found
+        columns = [np.asarray(getattr(value.geometry, axis)) for axis in "xyz"]
+        return _points(columns, positive, {} if crs is None else {"crs": crs})
     if role == "fault" and kinds == ["LineString"]:
         scale = (1.0, 1.0, elevation_sign(positive, what))
         sticks = tuple(np.array(line.coords, dtype=float) * scale for line in value.geometry)
-        made = FaultSticks(_name(what), sticks)
-        if value.crs is not None:
-            object.__setattr__(made, "crs", value.crs.to_string())
-        return made
+        return with_crs(FaultSticks(_name(what), sticks), crs)
     wanted = "points" if role == "horizon" else "lines (fault sticks)"
     raise InputError(
         f"{what}: the GeoDataFrame holds {', '.join(kinds)}; a {role} takes {wanted} with "
@@ -292,17 +274,27 @@ def _of_pandas(value: Any, what: str, role: str, positive: str | None) -> Any:
         )
     columns = [np.asarray(value[names[0]], dtype=np.float64) for names in at]
     if role == "horizon":
-        attrs = {"units": "m"} | ({} if positive is None else {"positive": positive})
-        return xr.Dataset(
-            {k: ("point", columns[i], attrs if i == 2 else {}) for i, k in enumerate(NAMES)},
-            attrs=dict(value.attrs),
-        )
-    columns[2] = columns[2] * elevation_sign(positive, what)
-    return _sticks(what, np.stack(columns, axis=1), np.asarray(value[label[0]]))
+        return _points(columns, positive, value.attrs)
+    return _sticks(what, columns, np.asarray(value[label[0]]), positive)
 
 
-def _sticks(what: str, points: np.ndarray, label: np.ndarray) -> FaultSticks:
+def _meaning(positive: str | None) -> dict[str, str]:
+    """What elevations mean, as far as that is known."""
+    return {"units": "m"} | ({} if positive is None else {"positive": positive})
+
+
+def _points(columns: Sequence[Any], positive: str | None, attrs: Mapping[Any, Any]) -> xr.Dataset:
+    """Points of a horizon."""
+    told: tuple[dict[str, str], ...] = ({}, {}, _meaning(positive))
+    named = {key: ("point", *of) for key, *of in zip(NAMES, columns, told, strict=True)}
+    return xr.Dataset(named, attrs=dict(attrs))
+
+
+def _sticks(
+    what: str, columns: Sequence[Any], label: np.ndarray, positive: str | None
+) -> FaultSticks:
     """Sticks, one for each label, in the order of their first points."""
+    points = np.stack(columns, axis=1) * (1.0, 1.0, elevation_sign(positive, what))
     parts = tuple(points[label == k] for k in dict.fromkeys(label.tolist()))
     return FaultSticks(_name(what), parts)
 
@@ -407,11 +399,9 @@ def _surface(surface: TriSurface, known: str, crs: str) -> TriSurface:
     vertices = surface.vertices.copy()
     what = f"{surface.role} {surface.name!r}"
     vertices[:, 0], vertices[:, 1] = _converted(vertices[:, 0], vertices[:, 1], known, crs, what)
-    made = TriSurface(
-        surface.name, surface.role, vertices, surface.triangles, vertex_data=surface.vertex_data
-    )
-    made.crs = crs
-    return made
+    data = surface.vertex_data
+    made = TriSurface(surface.name, surface.role, vertices, surface.triangles, vertex_data=data)
+    return with_crs(made, crs)
 
 
 def _moved_sticks(fault: FaultSticks, known: str, crs: str) -> FaultSticks:
@@ -420,9 +410,7 @@ def _moved_sticks(fault: FaultSticks, known: str, crs: str) -> FaultSticks:
     x, y = _converted(points[:, 0], points[:, 1], known, crs, f"fault {fault.name!r}")
     points = np.stack([x, y, points[:, 2]], axis=1)
     ends = np.cumsum([len(stick) for stick in fault.sticks])[:-1]
-    made = FaultSticks(fault.name, tuple(np.split(points, ends)))
-    object.__setattr__(made, "crs", crs)  # frozen
-    return made
+    return with_crs(FaultSticks(fault.name, tuple(np.split(points, ends))), crs)
 
 
 def _labelled(obj: Any, known: str, crs: str, what: str) -> Any:

@@ -20,6 +20,7 @@ from geosurf.errors import GeosurfWarning, HorizonError, SurfaceError
 from geosurf.kernels.exact.predicates import MAX_COORDINATE
 from geosurf.kernels.lattices.decimate import differences_of_rows_and_columns
 from geosurf.model import Lattice, TriSurface
+from geosurf.model.base import with_crs
 from geosurf.triangulate.decimate import (
     Differences,
     Frame,
@@ -289,8 +290,7 @@ def decimate_stored(grids: Sequence[StoredGrid], tolerance: float) -> list[TriSu
 def _decimated(grid: StoredGrid, nodes: Frame, differences: Differences) -> TriSurface:
     """The horizon of some rows and columns."""
     whole = TriSurface(grid.name, "horizon", lattice=grid.frame)
-    whole.crs = crs_of(grid.data)
-    return decimate_horizon(whole, nodes, differences)
+    return decimate_horizon(with_crs(whole, crs_of(grid.data)), nodes, differences)
 
 
 def _differences(grid: StoredGrid, nodes: Frame, limit: float) -> Differences | None:

@@ -30,7 +30,7 @@ from geosurf.model import (
     Unit,
     Units,
 )
-from geosurf.model.base import Noun
+from geosurf.model.base import Noun, with_crs
 from geosurf.model.expected import name_of, path_of
 from geosurf.write.datasets import is_block_model
 from geosurf.write.written import (
@@ -343,7 +343,7 @@ def _in_crs(obj: Any, crs: str | None, path: Path) -> tuple[Any, str | None]:
         return obj.assign_attrs(crs=crs), crs
     made = copy.copy(obj)
     if isinstance(obj, Noun):
-        object.__setattr__(made, "crs", crs)  # dataclasses among them are frozen
+        with_crs(made, crs)
     else:
         made.attrs = {**obj.attrs, "crs": crs}
     return made, crs

@@ -20,6 +20,7 @@ from geosurf.measure import thickness as unit_columns
 from geosurf.measure.cutoffs import fault_polygons
 from geosurf.measure.thickness import passages
 from geosurf.model import Lattice, Units
+from geosurf.model.pieces import Strips
 
 
 @pytest.fixture(scope="module")
@@ -120,9 +121,11 @@ def test_lines_pass_what_listed_units_have(kind, monkeypatch):
     rows = list(range(len(units)))
 
     # no triangles of runs are searched
-    monkeypatch.setattr(unit_columns, "_on_some", None)
+    with monkeypatch.context() as patch:
+        patch.setattr(Strips, "keys_of", None)
+        passed = list(passages(units, rows, feet, middle))
     met = {}
-    for some, of_units in passages(units, rows, feet, middle):
+    for some, of_units in passed:
         number = np.arange(len(feet))[some]
         for u, one in enumerate(of_units):
             met[u] = sorted(

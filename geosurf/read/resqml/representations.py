@@ -18,6 +18,7 @@ import numpy as np
 from geosurf.conventions import metres_per_unit
 from geosurf.errors import FormatError, SurfaceError
 from geosurf.model import TriSurface
+from geosurf.model.base import with_crs
 from geosurf.read._common import Request, noted
 from geosurf.read.resqml import Package, every, find, kind, places_along, values_of, word_of
 
@@ -335,11 +336,9 @@ def mesh_of(package: Package, one: Representation, request: Request, role: Any) 
         )
         start += nodes_in(patch)
     try:
-        surface = TriSurface(one.title, role, points, np.concatenate(triangles))
+        return with_crs(TriSurface(one.title, role, points, np.concatenate(triangles)), crs)
     except (SurfaceError, ValueError) as error:
         raise FormatError(f"{package.path}: {error}") from error
-    surface.crs = crs
-    return surface
 
 
 def _shift(
