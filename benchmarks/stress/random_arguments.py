@@ -42,7 +42,7 @@ SIZE = (200, 150)
 BETWEEN_STAGES = {
     "Lattice": ("corners_of_keys", "keys_of_rows", "places_of_nodes", "rows_of_keys", "turned_as",
                 "shares_map", "horizontal"),
-    "TriSurface": ("corners_of_keys", "places_of_nodes", "rows_of_keys"),
+    "TriSurface": ("corners_of_keys", "places_of_nodes", "rows_of_keys", "lifted"),
     "Patches": ("changed",), "Sheet": ("surface_among",), "EllipticThrow": ("at",),
     "Units": ("elements_of",),
 }  # fmt: skip

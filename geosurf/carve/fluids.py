@@ -23,7 +23,7 @@ from geosurf.carve.measures import BELOW, FLAT, doubtful_volume
 from geosurf.carve.outside import box_of
 from geosurf.carve.shells import Shells, unit_of_volume
 from geosurf.carve.zones import ABOVE, UNKNOWN, WHOLE
-from geosurf.conventions import did_you_mean, place
+from geosurf.conventions import check_name, did_you_mean, place
 from geosurf.errors import GeometryError, InputError
 from geosurf.kernels.lattices.sets import distinct
 from geosurf.model import FluidContact, Patches, Unit, Units
@@ -95,11 +95,8 @@ def check_zones(contacts: Sequence[FluidContact], zones: Sequence[str]) -> None:
     for contact in listed(contacts, takes, how):
         expect(contact, FluidContact, takes, how)
         for zone in contact.zones:
-            if zone not in zones:
-                raise InputError(
-                    f"fluid contact {contact.name!r}: unknown zone {zone!r}. Zones are "
-                    f"{list(zones)}.{did_you_mean(zone, zones)}"
-                )
+            refusal = f"fluid contact {contact.name!r}: unknown zone {zone!r}. Zones are"
+            check_name(zone, zones, refusal)
 
 
 def contacts_of_units(

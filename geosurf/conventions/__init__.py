@@ -43,6 +43,7 @@ from geosurf.conventions.checks import (
 from geosurf.conventions.text import (
     area_text,
     area_texts,
+    check_name,
     check_word,
     counted,
     did_you_mean,
@@ -64,6 +65,7 @@ __all__ = [
     "METRES_PER_UNIT",
     "area_text",
     "area_texts",
+    "check_name",
     "check_word",
     "checked_points",
     "counted",

@@ -70,6 +70,20 @@ def known_names(known: Iterable[str], word: Any = None) -> str:
     return f"{few}{more}.{'' if word is None else did_you_mean(word, names)}"
 
 
+def check_name(name: Any, known: Iterable[str], refusal: str, more: str = "") -> None:
+    """Raise an error for a name that nothing has; after the refusal those that exist are listed.
+
+    Examples
+    --------
+    >>> check_name("Tpo", ["Top", "Base"], "no horizon is called 'Tpo'. The horizons are")
+    Traceback (most recent call last):
+    geosurf.errors.InputError: no horizon is called 'Tpo'. The horizons are ['Top', 'Base']. \
+Did you mean 'Top'?
+    """
+    if not is_word(name, known):
+        raise InputError(f"{refusal} {known_names(known, name)}{more}")
+
+
 def counted(n: int, word: str) -> str:
     """Return a number with its noun, in the plural where the number asks for it.
 

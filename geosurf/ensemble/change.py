@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 from scipy.spatial import Delaunay
 
-from geosurf.conventions import did_you_mean, is_whole
+from geosurf.conventions import check_word, is_whole
 from geosurf.conventions.checks import are_points
 from geosurf.ensemble.fields import GaussianField
 from geosurf.errors import InputError
@@ -399,10 +399,7 @@ def names_among(names: Any, known: tuple[str, ...], what: str) -> tuple[str, ...
     # A single name is a common slip for a list of one.
     listed = (names,) if isinstance(names, str) else tuple(names)
     for name in listed:
-        if name not in known:
-            raise InputError(
-                f"no {what} is called {name!r}; there are {', '.join(known) or 'none'}."
-                f"{did_you_mean(str(name), known)}"
-            )
+        refusal = f"no {what} is called {name!r}; there are {', '.join(known) or 'none'}."
+        check_word(name, known, refusal)
     # Nothing listed means everything.
     return listed or known

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from geosurf.conventions import did_you_mean, is_number, length_text, place
+from geosurf.conventions import check_word, is_number, length_text, place
 from geosurf.errors import InputError
 from geosurf.model import Lattice
 
@@ -213,11 +213,8 @@ class Covariance:
                 raise InputError(
                     f"depth error: {key} is {value!r}; give metres above 0, as in {key}={example}."
                 )
-        if self.model not in MODELS:
-            raise InputError(
-                f"depth error: model is {self.model!r}; it must be one of {', '.join(MODELS)}."
-                f"{did_you_mean(str(self.model), MODELS)}"
-            )
+        refusal = f"depth error: model is {self.model!r}; it must be one of {', '.join(MODELS)}."
+        check_word(self.model, MODELS, refusal)
 
     @property
     def independent(self) -> float:

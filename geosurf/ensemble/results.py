@@ -520,11 +520,7 @@ class Ensemble(Noun):
         if include != "all" and "reservoir" in self.data.attrs:
             keep &= np.isin(self.data.zone.values.astype(str), self.data.attrs["reservoir"])
         for key, value in where.items():
-            if key not in LABELS:
-                raise InputError(
-                    f"{key!r} does not restrict sums; {', '.join(LABELS)} do."
-                    f"{did_you_mean(key, LABELS)}"
-                )
+            check_word(key, LABELS, f"{key!r} does not restrict sums; {', '.join(LABELS)} do.")
             known = list(dict.fromkeys(self.data[key].values.tolist()))
             how = f"give one name or several: {key}={known[-1:]}"
             words = [value] if isinstance(value, str) else listed(value, f"{key} takes names", how)

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import check_word, did_you_mean, known_names
+from geosurf.conventions import check_name, check_word, did_you_mean
 from geosurf.errors import InputError
 from geosurf.faults.rim import normals_of
 from geosurf.kernels.meshes.mesh import edges, pieces, weld
@@ -157,12 +157,10 @@ def _refuse_unknown(
             "that cross follow the rules of the column: column={...}."
         )
     for name, known in ((fault, faults), (main, [*faults, *horizons])):
-        if name not in known:
-            others = f", the horizons {list(horizons)}" if len(known) > len(faults) else ""
-            raise InputError(
-                f"truncations name {name!r}, which is not a fault{' or horizon' if others else ''}."
-                f" The faults are {list(faults)}{others}.{did_you_mean(str(name), known)}"
-            )
+        others = f", the horizons {list(horizons)}" if len(known) > len(faults) else ""
+        kind = "fault or horizon" if others else "fault"
+        refusal = f"truncations name {name!r}, which is not a {kind}. The faults are"
+        check_word(name, known, f"{refusal} {list(faults)}{others}.")
 
 
 def _ordered(rules: Mapping[str, tuple[Rule, ...]]) -> list[str]:
@@ -276,11 +274,8 @@ def read_extend(extend: Any, faults: Sequence[str]) -> dict[str, tuple[str, ...]
 def read_names(names: Iterable[Any], what: str, faults: Sequence[str]) -> None:
     """Refuse a name that is not a fault's."""
     for name in names:
-        if name not in faults:
-            raise InputError(
-                f"{what} names {name!r}, which is not a fault. The faults are "
-                f"{known_names(faults, name)}"
-            )
+        refusal = f"{what} names {name!r}, which is not a fault. The faults are"
+        check_name(name, faults, refusal)
 
 
 def read_sides(sides: Any, what: str) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from geosurf.conventions import is_number, is_word, known_names, volume_text
+from geosurf.conventions import check_name, is_number, is_word, volume_text
 from geosurf.conventions.running import running
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.grid.build import (
@@ -328,9 +328,8 @@ def permeability_of(given: Any, grid: CornerPointGrid) -> np.ndarray:
     how = f"Give mD: a number, numbers by zone, or an array {grid.actnum.shape}."
     if isinstance(given, Mapping):
         for name in given:
-            if name not in (*grid.zone_names, ELSEWHERE):
-                known = known_names([*grid.zone_names, ELSEWHERE], str(name))
-                raise InputError(f"permeability has an entry for {name!r}. Zones are {known}")
+            known = (*grid.zone_names, ELSEWHERE)
+            check_name(name, known, f"permeability has an entry for {name!r}. Zones are")
         other = given.get(ELSEWHERE, np.nan)
         given = np.array([*(given.get(zone, other) for zone in grid.zone_names), 1.0])[grid.zone]
     try:

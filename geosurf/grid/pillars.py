@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import is_number, known_names
+from geosurf.conventions import check_name, is_number
 from geosurf.errors import InputError
 from geosurf.model.grids import GAUSS
 
@@ -329,10 +329,7 @@ def layers_of(layers: Any, zones: Sequence[str], between: Sequence[str]) -> dict
             raise InputError(f"the model has no zone of the reservoir. {_EXAMPLE}")
         layers = dict.fromkeys(between, layers)
     for name in layers:
-        if name not in zones:
-            raise InputError(
-                f"layers has no zone {name!r} to divide. Zones are {known_names(zones, name)}"
-            )
+        check_name(name, zones, f"layers has no zone {name!r} to divide. Zones are")
     rows = sorted(zones.index(name) for name in layers)
     if not rows:
         raise InputError(f"layers is empty. {_EXAMPLE}")

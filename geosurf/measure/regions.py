@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import known_names, place
+from geosurf.conventions import check_name, place
 from geosurf.errors import InputError
 from geosurf.kernels.lattices.sets import rim_edges
 from geosurf.measure.closures import area_in_map, clipped
@@ -207,11 +207,7 @@ class _Asked:
         listed = list(self.units.values())
         known = list(dict.fromkeys(side for unit in listed for side in unit.fault_sides))
         for side in sides:
-            if side not in known:
-                raise InputError(
-                    f"regions: no unit is on {side!r}. The sides of faults are "
-                    f"{known_names(known, side)}"
-                )
+            check_name(side, known, f"regions: no unit is on {side!r}. The sides of faults are")
 
         def lies(unit: Unit) -> float:
             """1 on all sides, -1 on an opposite one, 0 elsewhere."""

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import is_number, known_names, real_numbers
+from geosurf.conventions import check_name, is_number, real_numbers
 from geosurf.conventions.axes import meaning
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.lazy import xarray
@@ -56,9 +56,8 @@ def vshale_of(scene: Any, given: Any) -> dict[str, float]:
     if (table := entries.pop(WELLS, None)) is not None:
         of_wells = mean_in_zones(table, scene)
     for name, value in entries.items():
-        if name not in (*zones, ELSEWHERE):
-            known = known_names([*zones, WELLS, ELSEWHERE], str(name))
-            raise InputError(f"vshale has an entry for {name!r}. Zones are {known}")
+        known = (*zones, WELLS, ELSEWHERE)
+        check_name(name, known, f"vshale has an entry for {name!r}. Zones are")
         if not is_number(value) or not 0.0 <= float(value) <= 1.0:
             raise InputError(
                 f"vshale of {name!r} is {value!r}. Give a fraction from 0 to 1, by zone if it "

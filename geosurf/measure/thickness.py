@@ -11,9 +11,9 @@ import xarray
 
 from geosurf.conventions import (
     HORIZON_DIMS,
+    check_name,
     check_word,
     counted,
-    did_you_mean,
     is_number,
     length_text,
     metres_of,
@@ -181,21 +181,15 @@ def thickness_map(
 
 def units_of_zone(units: Units, zone: str, contact: str | None = None) -> list[Unit]:
     """Units of a zone, and of one contact interval if asked, or an InputError with the names."""
-    found = [unit for unit in units.values() if unit.zone == zone] if isinstance(zone, str) else []
-    if not found:
-        known = list(dict.fromkeys(unit.zone for unit in units.values()))
-        raise InputError(
-            f"unknown zone {zone!r}. Zones are {known}.{did_you_mean(str(zone), known)}"
-        )
+    zones = list(dict.fromkeys(unit.zone for unit in units.values()))
+    check_name(zone, zones, f"unknown zone {zone!r}. Zones are")
+    found = [unit for unit in units.values() if unit.zone == zone]
     if contact is None:
         return found
-    within = [unit for unit in found if unit.contact == contact] if isinstance(contact, str) else []
-    if not within:
-        known = sorted({unit.contact for unit in found if unit.contact})
-        raise InputError(
-            f"zone {zone!r} has no contact interval {contact!r}. Its intervals are {known}."
-        )
-    return within
+    known = sorted({unit.contact for unit in found if unit.contact})
+    refusal = f"zone {zone!r} has no contact interval {contact!r}. Its intervals are"
+    check_name(contact, known, refusal)
+    return [unit for unit in found if unit.contact == contact]
 
 
 def nodes_of(grid: Any, box: tuple[float, ...]) -> Nodes:

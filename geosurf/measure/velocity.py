@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from geosurf.conventions import did_you_mean, is_number, is_word, known_names
+from geosurf.conventions import check_name, did_you_mean, is_number, is_word, known_names
 from geosurf.errors import InputError
 from geosurf.model.base import Noun
 from geosurf.model.lattice import Lattice
@@ -295,11 +295,8 @@ def velocity_of(
         raise InputError(f"velocity: datum is {datum!r}; give the elevation at time zero [m].")
     laws: dict[str, Law] = {}
     for name, value in entries.items():
-        if name not in known:
-            raise InputError(
-                f"velocity names {name!r}, which is neither a zone nor a horizon. Names are "
-                f"{known_names(known, name)}"
-            )
+        refusal = f"velocity names {name!r}, which is neither a zone nor a horizon. Names are"
+        check_name(name, known, refusal)
         if name in (DATUM, WELLS):
             continue
         zone = zones[horizons.index(name)] if name in horizons and name not in zones else name

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 import xarray
 
-from geosurf.conventions import area_text, check_word, is_number, known_names, number_text, place
+from geosurf.conventions import area_text, check_name, check_word, is_number, number_text, place
 from geosurf.errors import InputError
 from geosurf.kernels.lattices.sets import ranges
 from geosurf.model import Lattice, Unit, Units
@@ -89,11 +89,9 @@ class Factor:
     def refuse_unknown(self, known: Sequence[str]) -> None:
         """Refuse entries for what the model does not have."""
         for word in sorted(set().union(*self.entries)):
-            if word not in known:
-                raise InputError(
-                    f"{self.name} has an entry for {word!r}, but no unit is called so. Zones, "
-                    f"regions, blocks, contact intervals and fluids are {known_names(known, word)}"
-                )
+            refusal = f"{self.name} has an entry for {word!r}, but no unit is called so."
+            kinds = "Zones, regions, blocks, contact intervals and fluids are"
+            check_name(word, known, f"{refusal} {kinds}")
 
     def key_of(self, unit: str, words: set[str]) -> frozenset[str] | None:
         """Return the most specific entry for a unit; None if there is none."""

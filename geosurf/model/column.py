@@ -9,9 +9,9 @@ from typing import Any
 
 from geosurf.conventions import (
     area_text,
+    check_name,
     did_you_mean,
     is_word,
-    known_names,
     length_text,
     place,
     volume_text,
@@ -98,11 +98,8 @@ def check_column(horizons: Sequence[str], column: Mapping[str, Any] | None) -> t
 
     # unknown names and rules are errors here, before a cell is computed
     for name, rule in column.items():
-        if name not in horizons:
-            raise InputError(
-                f"`column` names {name!r}, which is not a horizon. The horizons are "
-                f"{list(horizons)}.{did_you_mean(str(name), horizons)}"
-            )
+        refusal = f"`column` names {name!r}, which is not a horizon. The horizons are"
+        check_name(name, horizons, refusal)
         if not is_word(rule, RULES):
             raise InputError(
                 f"`column`: the rule of horizon {name!r} is {rule!r}. Use one of "
@@ -447,11 +444,8 @@ def _targets(name: str, value: Any, faults: Sequence[str]) -> dict[str, str]:
 
 def _known(name: Any, faults: Sequence[str], what: str) -> None:
     """Refuse a name that is not a fault's."""
-    if name not in faults:
-        raise InputError(
-            f"{what} {name!r}, which is not a fault. The faults are "
-            f"{known_names(faults, name)} {HOW}."
-        )
+    refusal = f"{what} {name!r}, which is not a fault. The faults are"
+    check_name(name, faults, refusal, f" {HOW}.")
 
 
 # ---- zones from thickness ----------------------------------------

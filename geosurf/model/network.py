@@ -15,7 +15,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from geosurf.conventions import area_text, counted, did_you_mean, known_names, length_text
+from geosurf.conventions import area_text, check_name, counted, did_you_mean, length_text
 from geosurf.conventions.card import Card, small_map
 from geosurf.errors import GeometryError, GeosurfWarning, InputError
 from geosurf.model.base import Shown
@@ -213,11 +213,8 @@ def filling_by_horizon(fill: Any, horizons: Sequence[str]) -> dict[str, bool | s
     given = fill if isinstance(fill, Mapping) else dict.fromkeys(horizons, fill)
     found: dict[str, bool | str] = dict.fromkeys(horizons, False)
     for name, way in given.items():
-        if name not in found:
-            raise InputError(
-                f"fill_empty_blocks names {name!r}, which is not a horizon. The horizons are "
-                f"{known_names(horizons, name)}"
-            )
+        refusal = f"fill_empty_blocks names {name!r}, which is not a horizon. The horizons are"
+        check_name(name, horizons, refusal)
         if way is None or isinstance(way, bool):
             found[name] = bool(way)
             continue

@@ -10,15 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import (
-    counted,
-    is_whole,
-    is_word,
-    known_names,
-    length_text,
-    number_text,
-    volume_text,
-)
+from geosurf.conventions import check_name, counted, is_whole, length_text, number_text, volume_text
 from geosurf.conventions.card import Card
 from geosurf.errors import InputError
 from geosurf.lazy import xarray
@@ -226,11 +218,7 @@ class Curves(Shown):
         """
         # names first, so that an unknown one is an error and not an empty list
         for name in (first, second):
-            if not is_word(name, self.names):
-                raise InputError(
-                    f"there is no surface {name!r}. The surfaces are "
-                    f"{known_names(self.names, name)}"
-                )
+            check_name(name, self.names, f"there is no surface {name!r}. The surfaces are")
 
         # pairs are stored with the smaller row first
         wanted = sorted((self.names.index(first), self.names.index(second)))
@@ -522,10 +510,7 @@ class Patches(Shown):
 
     def _row(self, i: int | str) -> int:
         if isinstance(i, str):
-            if i not in self.names:
-                raise InputError(
-                    f"there is no surface {i!r}. The surfaces are {known_names(self.names, i)}"
-                )
+            check_name(i, self.names, f"there is no surface {i!r}. The surfaces are")
             return self.names.index(i)
         if not is_whole(i) or not 0 <= i < len(self.sources):
             raise InputError(f"there is no surface {i!r}; rows are 0 to {len(self.sources) - 1}.")

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import is_number, known_names
+from geosurf.conventions import check_name, is_number
 from geosurf.errors import InputError
 
 # ---- as picked ----------------------------------------
@@ -201,8 +201,5 @@ def check_tears(
 
 def _check_names(what: str, kind: str, names: Iterable[str], known: Sequence[str]) -> None:
     for name in names:
-        if name not in known:
-            raise InputError(
-                f"{what} names {name!r}, which is not a {kind} of the scene. The {kind}s are "
-                f"{known_names(known, name)}"
-            )
+        refusal = f"{what} names {name!r}, which is not a {kind} of the scene. The {kind}s are"
+        check_name(name, known, refusal)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import counted, is_word, known_names, volume_text
+from geosurf.conventions import check_name, counted, is_word, known_names, volume_text
 from geosurf.conventions.card import MOST, Card
 from geosurf.conventions.palette import unit_colours
 from geosurf.errors import InputError
@@ -719,10 +719,7 @@ class Units(Shown, Mapping[str, Unit]):
         # Sides in the order of units, each once.
         known = list(dict.fromkeys(s for unit in self._units.values() for s in unit.fault_sides))
         for side in sides:
-            if not is_word(side, known):
-                raise InputError(
-                    f"no unit is on {side!r}. The sides of faults are {known_names(known, side)}"
-                )
+            check_name(side, known, f"no unit is on {side!r}. The sides of faults are")
         # All sides have to hold, in any order.
         return tuple(unit for unit in self._units.values() if set(sides) <= set(unit.fault_sides))
 

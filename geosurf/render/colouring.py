@@ -9,14 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import (
-    check_word,
-    counted,
-    did_you_mean,
-    palette,
-    real_numbers,
-    volume_text,
-)
+from geosurf.conventions import check_word, counted, palette, real_numbers, volume_text
 from geosurf.conventions.axes import vertical_label
 from geosurf.conventions.palette import RGB, unit_colours
 from geosurf.errors import InputError
@@ -83,11 +76,8 @@ class Selection:
         """Refuse names that nothing has."""
         known = tuple(dict.fromkeys(known))
         for name in self.names or ():
-            if name not in known:
-                raise InputError(
-                    f"only has the unknown name {name!r}. Names are {', '.join(known)}."
-                    f"{did_you_mean(name, known)}"
-                )
+            refusal = f"only has the unknown name {name!r}. Names are {', '.join(known)}."
+            check_word(name, known, refusal)
 
 
 def selection_of(only: Any, include: Any = "reservoir") -> Selection:
@@ -261,11 +251,7 @@ def _by_number(
             )
         values = dict(zip(units, values.tolist(), strict=True))
     for name in values:
-        if name not in units:
-            raise InputError(
-                f"colour_by has a number for {name!r}, which is not a unit."
-                f"{did_you_mean(name, units)}"
-            )
+        check_word(name, units, f"colour_by has a number for {name!r}, which is not a unit.")
     held = {name: value for name, value in values.items() if np.isfinite(value)}
     words, scale = _scaled(words, max(map(abs, held.values())))
     held = {name: value / scale for name, value in held.items()}

@@ -15,8 +15,8 @@ import numpy as np
 
 from geosurf import measure
 from geosurf.arrangement import find_contacts
-from geosurf.conventions import did_you_mean
-from geosurf.errors import GeometryError, InputError
+from geosurf.conventions.text import check_name
+from geosurf.errors import GeometryError
 from geosurf.faults import extend_fault, lengthen_fault, truncate_faults
 from geosurf.faults.propose import bridge_to, check_reach, propose_network
 from geosurf.faults.rules import Rule
@@ -205,10 +205,7 @@ class FaultStage:
 
 def known_fault(name: str, known: Sequence[str]) -> str:
     """Return the name of a fault, if there is such a one."""
-    if name_of(name, "fault") not in known:
-        raise InputError(
-            f"no fault is called {name!r}; there are {list(known)}.{did_you_mean(name, known)}"
-        )
+    check_name(name_of(name, "fault"), known, f"no fault is called {name!r}; there are")
     return name
 
 

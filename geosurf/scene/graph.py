@@ -40,8 +40,8 @@ from geosurf.carve.cells import Cells
 from geosurf.carve.column import reservoir_of
 from geosurf.carve.fluids import parts_at_levels
 from geosurf.carve.units import warnings_of_order, warnings_of_slivers, warnings_of_thin_units
-from geosurf.conventions import counted, did_you_mean, is_number, shared_name
-from geosurf.errors import GeosurfWarning, InputError
+from geosurf.conventions import check_word, counted, is_number, shared_name
+from geosurf.errors import GeosurfWarning
 from geosurf.faults.distance import lies_beside, warning_of_fault, warnings_of_rims
 from geosurf.intersect import curves_of, merge_curves
 from geosurf.intersect.link import is_torn, shared_curves
@@ -163,13 +163,9 @@ class Graph:
         name = name_of(name, "surface")
         if name in self.inputs.horizons:
             return self.tied(name)[0]
-        if name in self.inputs.faults:
-            return self.faults.surface(name)
         known = self.inputs.names
-        raise InputError(
-            f"no surface is called {name!r}; there are {', '.join(known)}."
-            f"{did_you_mean(name, known)}"
-        )
+        check_word(name, known, f"no surface is called {name!r}; there are {', '.join(known)}.")
+        return self.faults.surface(name)
 
     @property
     def faults(self) -> FaultStage:

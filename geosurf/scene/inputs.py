@@ -12,6 +12,7 @@ from typing import Any, NoReturn, TypeVar
 from geosurf.arrangement.search import check_voxel_size
 from geosurf.carve.column import reservoir_of
 from geosurf.conventions import (
+    check_word,
     did_you_mean,
     elevation_sign,
     is_number,
@@ -401,11 +402,8 @@ class SceneInputs:
         ('Top', 'Base')
         """
         for key in changes:
-            if key not in INPUTS:
-                raise InputError(
-                    f"a scene has no input {key!r}; its inputs are {', '.join(INPUTS)}."
-                    f"{did_you_mean(key, INPUTS)}"
-                )
+            refusal = f"a scene has no input {key!r}; its inputs are {', '.join(INPUTS)}."
+            check_word(key, INPUTS, refusal)
 
         other = (changes.get("velocity", self.velocity) is None) != (self.velocity is None)
         if self.time is not None and other and self.box is not None and "box" not in changes:
@@ -557,11 +555,9 @@ def exchanged(what: str, inputs: Mapping[str, Any], changes: Any) -> dict[str, A
     # None as a value removes an input, so a missing name is a slip
     changed = as_mapping(what, {} if changes is None else changes)
     for name, value in changed.items():
-        if value is None and name not in inputs:
-            raise InputError(
-                f"{what} has no {name!r} to remove; there are {list(inputs)}."
-                f"{did_you_mean(name, inputs)}"
-            )
+        if value is None:
+            refusal = f"{what} has no {name!r} to remove; there are {list(inputs)}."
+            check_word(name, inputs, refusal)
     return {name: one for name, one in {**inputs, **changed}.items() if one is not None}
 
 

@@ -16,8 +16,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from geosurf.conventions import did_you_mean
 from geosurf.conventions.machine import need_plots
+from geosurf.conventions.text import check_word
 from geosurf.errors import GeometryError, GeosurfError, GeosurfWarning, InputError
 from geosurf.files import refused_writing
 from geosurf.measure.section import check_line
@@ -286,11 +286,9 @@ def render_pictures(
     need_plots()
     known = [one.name for one in fields(PictureChoice)]
     for key in choice:
-        if key not in known:
-            raise InputError(
-                f"pictures have no option {key!r}; the options are {', '.join(known)}."
-                f"{did_you_mean(key, known)}"
-            )
+        check_word(
+            key, known, f"pictures have no option {key!r}; the options are {', '.join(known)}."
+        )
     if on_file is not None and not callable(on_file):
         raise InputError(f"on_file is {on_file!r}; give a function of one text, such as print.")
     return draw_pictures(pictures_of(scene, PictureChoice(**choice)), folder, on_file)

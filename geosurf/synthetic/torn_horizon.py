@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import did_you_mean, is_number
+from geosurf.conventions import check_word, is_number
 from geosurf.errors import InputError
 from geosurf.lazy import xarray
 from geosurf.synthetic.world import (
@@ -138,11 +138,8 @@ class Fault:
     branch: tuple[str, int] | None = None
 
     def __post_init__(self) -> None:
-        if self.profile not in PROFILES:
-            raise InputError(
-                f"profile of a torn world's fault is {self.profile!r}; it must be one of "
-                f"{', '.join(PROFILES)}.{did_you_mean(str(self.profile), PROFILES)}"
-            )
+        refusal = f"profile of a torn world's fault is {self.profile!r}; it must be one of"
+        check_word(self.profile, PROFILES, f"{refusal} {', '.join(PROFILES)}.")
         if self.profile in DYING and not np.isfinite(self.half):
             raise InputError(
                 f"a torn world's fault has no end (half = {self.half}), but its throw, of profile "
@@ -440,11 +437,8 @@ def _faults_of(kind: str | Mapping[str, Fault], side: float) -> dict[str, Fault]
                 "{name: torn_horizon.Fault(x, y, ...)}."
             )
         return dict(kind)
-    if not isinstance(kind, str) or kind not in kinds:
-        raise InputError(
-            f"no torn world is called {kind!r}; there are {', '.join(kinds)}, or give faults of "
-            f"your own.{did_you_mean(str(kind), kinds)}"
-        )
+    refusal = f"no torn world is called {kind!r}; there are {', '.join(kinds)}, or give faults of"
+    check_word(kind, kinds, f"{refusal} your own.")
 
     # A small map has shorter faults, so that they still end inside.
     small = side / 2000.0 if side < 1500.0 else 1.0

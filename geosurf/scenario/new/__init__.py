@@ -20,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-from geosurf.conventions import METRES_PER_UNIT, counted, did_you_mean, toml_key
+from geosurf.conventions import METRES_PER_UNIT, check_word, counted, toml_key
 from geosurf.errors import GeosurfWarning, InputError, OutputError, SurfaceError
 from geosurf.files import write_into_folder
 from geosurf.model.expected import path_of
@@ -149,11 +149,9 @@ def _check_words(positive: str | None, length_unit: str | None) -> None:
     # The words are those of readers, so that their messages fit.
     if positive not in (None, "up", "down"):
         raise InputError(f"--positive is {positive!r}; give up or down.")
-    if length_unit is not None and length_unit not in METRES_PER_UNIT:
-        raise InputError(
-            f"--length-unit is {length_unit!r}; give one of {', '.join(METRES_PER_UNIT)}."
-            f"{did_you_mean(length_unit, METRES_PER_UNIT)}"
-        )
+    if length_unit is not None:
+        refusal = f"--length-unit is {length_unit!r}; give one of {', '.join(METRES_PER_UNIT)}."
+        check_word(length_unit, METRES_PER_UNIT, refusal)
 
 
 def _files_of(files: list[str] | list[Path]) -> list[Path]:
