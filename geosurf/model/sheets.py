@@ -217,12 +217,15 @@ class DataUse:
         By fault: the data near it, increasing.
     side : tuple of ndarray of int8
         By fault: the side of each of these, 1 in the hanging wall and -1 in the footwall.
+    elevation : ndarray of float64 (n_data,)
+        Of the data [m].
     """
 
     ignored: np.ndarray
     wrong: np.ndarray
     near: tuple[np.ndarray, ...]
     side: tuple[np.ndarray, ...]
+    elevation: np.ndarray
 
     def joined(self, other: DataUse) -> DataUse:
         """
@@ -231,7 +234,8 @@ class DataUse:
         Examples
         --------
         >>> none, near = np.zeros(5, dtype=bool), (np.array([1, 3]),)
-        >>> one, two = (DataUse(none, none, near, (np.array(side),)) for side in ([1, 1], [1, -1]))
+        >>> z, sides = np.zeros(5), ([1, 1], [1, -1])
+        >>> one, two = (DataUse(none, none, near, (np.array(side),), z) for side in sides)
         >>> one.joined(two).wrong.tolist(), one.joined(two).near[0].tolist()
         ([False, False, False, True, False], [1])
         """
@@ -244,7 +248,8 @@ class DataUse:
             sides = np.where(both[0] * both[1] < 0, 0, np.where(both[0] != 0, both[0], both[1]))
             near.append(np.flatnonzero(sides))
             side.append(sides[near[-1]])
-        return DataUse(self.ignored | other.ignored, wrong, tuple(near), tuple(side))
+        ignored = self.ignored | other.ignored
+        return DataUse(ignored, wrong, tuple(near), tuple(side), self.elevation)
 
     def flipped(self, fault: int, near: np.ndarray, side: np.ndarray) -> np.ndarray:
         """
@@ -259,7 +264,7 @@ class DataUse:
         Examples
         --------
         >>> none = np.zeros(5, dtype=bool)
-        >>> use = DataUse(none, none, (np.array([1, 3]),), (np.array([1, -1]),))
+        >>> use = DataUse(none, none, (np.array([1, 3]),), (np.array([1, -1]),), np.zeros(5))
         >>> use.flipped(0, np.array([0, 1, 3]), np.array([1, 1, 1])).tolist()
         [3]
         """
@@ -537,8 +542,8 @@ class SheetReport:
         Blocks without data that were filled from a neighbouring block: ``nodes``, ``over`` (the
         fault between the two), ``place`` (2,).
     left_out : list of dict
-        Picks on the wrong side of a fault: ``fault``, ``place`` (3,), ``off`` (metres above the
-        plane of their neighbours).
+        Picks on the wrong side of a fault: ``row`` of the data, ``fault``, ``place`` (3,), ``off``
+        (metres above the plane of their neighbours).
     notes : list of str
         Sentences for the user.
     warnings : tuple of GeosurfWarning

@@ -67,6 +67,8 @@ class Tear:
         What closed it at shorter faults.
     like : tuple of Sheet
         Of the horizons whose data were moved to make its own.
+    faults_moved : bool
+        Whether faults were moved with these data, as from time to depth.
     given : dict of str to (TriSurface, dict of str to float)
         Faults that other tears have made longer, as they were given, and by how much [m]: what is
         still missing is added to that, so that no order of tears makes a difference.
@@ -81,6 +83,7 @@ class Tear:
     fill: bool | Sheet
     before: TearPlan | None = None
     like: tuple[Sheet, ...] = ()
+    faults_moved: bool = False
     given: Mapping[str, tuple[TriSurface, Mapping[str, float]]] = field(default_factory=dict)
 
     @property
@@ -90,7 +93,8 @@ class Tear:
         for sheet in self.like:
             if sheet.plan is not None:
                 use, names = sheet.plan.use, [fault.name for fault in sheet.faults]
-                data = b"".join(a.tobytes() for a in (use.ignored, use.wrong, *use.near, *use.side))
+                arrays = (use.ignored, use.wrong, use.elevation, *use.near, *use.side)
+                data = b"".join(a.tobytes() for a in arrays)
                 moved += [repr((sheet.plan.given_trims, names)), sha256(data).hexdigest()]
         one = self.before
         if one is None:
@@ -114,6 +118,7 @@ class Tear:
 
         words |= {"name": self.name, "fill_empty_blocks": self.fill}
         words |= {"before": self.before, "like": self.like, "given": self.given}
+        words["faults_moved"] = self.faults_moved
 
         def torn(some: Any) -> Sheet:
             """A sheet of these data."""
@@ -181,7 +186,7 @@ def sheets_on(
             before = None if known is None else known.sheet.plan
             like = tuple(torn[of].sheet for of in models[name] if of in torn)
             given = lengths.given(some)
-            tears.append(Tear(name, some, _fill(torn, filling[name]), before, like, given))
+            tears.append(Tear(name, some, _fill(torn, filling[name]), before, like, given=given))
         count = n_torn + len(again)
         for tear in tears:
             n_torn += 1
@@ -481,7 +486,8 @@ def _torn(plain: Graph, tear: Tear) -> Sheet:
     plan = plain.plans.get(name)
     if plain.converted_from is not None:
         known = plain.converted_from.inputs.horizons.get(name)
-        tear = replace(tear, like=(known,) if isinstance(known, Sheet) else tear.like)
+        if isinstance(known, Sheet):
+            tear = replace(tear, like=(known,), faults_moved=True)
 
     # the horizon's content, all faults, and all settings that the sheet depends on
     words = {key: getattr(settings, key) for key in ("trim", "noise", "keep_outliers")}

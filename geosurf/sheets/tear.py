@@ -23,7 +23,7 @@ from geosurf.model.sheets import DataUse, TearPlan
 from geosurf.model.surfaces import cutoffs_among
 from geosurf.sheets.faults.network import faults_in_words
 from geosurf.sheets.heights.missing import StandIn, parts_of
-from geosurf.sheets.heights.state import Trims
+from geosurf.sheets.heights.state import Trims, data_moved
 from geosurf.sheets.heights.wrong_side import warning_of, without_wrong_picks
 from geosurf.sheets.lattice.data import Scattered, has_fewer_nodes, picks_or_points
 from geosurf.sheets.lattice.picks import Picks, frame_of_lattice
@@ -591,6 +591,7 @@ def tear_from(
     length_unit: str | None = None,
     before: TearPlan | None = None,
     like: Sequence[Sheet] = (),
+    faults_moved: bool = False,
     given: Mapping[str, tuple[TriSurface, Mapping[str, float]]] = MappingProxyType({}),
 ) -> Sheet:
     """
@@ -611,6 +612,8 @@ def tear_from(
     like : sequence of Sheet, optional
         Of the horizons whose data were moved to make these: their trims stay, and what they ignored
         is ignored.
+    faults_moved : bool
+        Whether the faults have moved with the data, as from time to depth: none was passed.
     given : mapping of str to (TriSurface, mapping of str to float), optional
         Faults that are longer than they were given: as given, and by how much at each side [m].
 
@@ -646,13 +649,13 @@ def tear_from(
     picks = picks_or_points(data, name, positive, length_unit, spacing)
     wrong: list[dict[str, Any]] = []
     if are_points(data) and not keep_outliers:  # a grid has been made of picks already
-        picks, wrong = without_wrong_picks(picks, surfaces)
+        picks, wrong = without_wrong_picks(picks, surfaces, like)
     crs = crs_among(picks.name, data, surfaces)
 
     # heights of all nodes, a torn mesh that the faults close, cut-offs and report
     cutoffs = by_wall(picks, surfaces, cutoffs_among(surfaces, picks.name))
     horizon = replace(_data(picks, noise, fill_empty_blocks), cutoffs=cutoffs, given=given)
-    torn, moved = None, _trims_like(like, picks, surfaces)
+    torn, moved = None, _trims_like(like, faults_moved, picks, surfaces)
     known = plan if before is None else before
     if known is not None:  # polygons that were left out stay so
         used = {name: both for name, both in cutoffs.items() if name in known.polygons}
@@ -710,7 +713,10 @@ def _data(picks: Picks | Scattered, noise: float | None, fill: bool | Sheet) -> 
 
 
 def _trims_like(
-    like: Sequence[Sheet], picks: Picks | Scattered, faults: Sequence[TriSurface]
+    like: Sequence[Sheet],
+    faults_moved: bool,
+    picks: Picks | Scattered,
+    faults: Sequence[TriSurface],
 ) -> Trims | None:
     """Trims of sheets of as many data at the same faults, and what they made of their data."""
     names = [fault.name for fault in faults]
@@ -724,7 +730,10 @@ def _trims_like(
     if not plans or len(plans) < len(like):
         return None
     trims = np.max([plan.given_trims for plan in plans], axis=0)
-    return Trims(tuple(trims.tolist()), reduce(DataUse.joined, (plan.use for plan in plans)))
+    uses = [plan.use for plan in plans]
+    if not faults_moved:
+        uses = [data_moved(use, picks, faults, float(trims.max())) for use in uses]
+    return Trims(tuple(trims.tolist()), reduce(DataUse.joined, uses))
 
 
 def _extrapolated(data: Any, shape: tuple[int, int]) -> np.ndarray | None:

@@ -151,6 +151,35 @@ def test_zones_that_are_fitted_beside_a_dipping_fault_have_the_throw_of_both():
 
 
 @pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
+@pytest.mark.parametrize("kind", ["gentle", "reverse", "thrust"])
+def test_below_a_thick_zone_throw_is_that_of_the_true_horizon(kind):
+    # the fault is 5 to 8 cells further on there: data of one wall lie in the other
+    thickness = 120.0
+    world = gs.synthetic.torn(kind, n=61)
+    truth = gs.synthetic.torn(kind, n=61, level=-thickness).truth["cutoffs"]
+    zones = {"Upper": {"below": "Top", "thickness": thickness}}
+    points = {"Top": world.truth["points"]}
+    scene = gs.Scene(points, world.faults, tear=True, positive="up", zones=zones)
+    cut = scene.sheets["base Upper"].cuts["F1"]
+    true = (truth["F1", "-"] - truth["F1", "+"])[:, 2]
+    along = np.argsort(truth["F1", "-"][:, 1])
+    expected = np.interp(cut.stations[:, 1], truth["F1", "-"][along, 1], true[along])
+    assert np.nanmean(np.abs(cut.throw - expected)) < 0.1 * np.abs(true).max()
+
+
+@pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
+def test_a_wrong_pick_of_the_reference_is_the_only_wrong_one_below_it():
+    world = gs.synthetic.torn("normal", n=61)
+    points = world.truth["points"].copy()
+    wrong = int(np.hypot(points[:, 0] - 950.0, points[:, 1] - 800.0).argmin())
+    points[wrong, 2] += 55.0
+    zones = {"Upper": {"below": "Top", "thickness": 120.0}}
+    scene = gs.Scene({"Top": points}, world.faults, tear=True, positive="up", zones=zones)
+    rows = {h: [one["row"] for one in scene.sheets[h].report.left_out] for h in scene.sheets}
+    assert rows == {"Top": [wrong], "base Upper": [wrong]}
+
+
+@pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
 def test_another_throw_than_that_of_the_reference_is_warned_of():
     world = gs.synthetic.torn("thrust", n=61)
     zones = {"Upper": {"below": "Top", "thickness": 30.0}}

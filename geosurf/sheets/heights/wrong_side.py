@@ -12,7 +12,8 @@ from scipy.spatial import cKDTree
 from geosurf.arrangement.threads import map_threads
 from geosurf.conventions import counted, place
 from geosurf.errors import GeosurfWarning
-from geosurf.model import TriSurface
+from geosurf.model import Sheet, TriSurface
+from geosurf.model.sheets import SheetReport
 from geosurf.sheets.faults.traces import mesh_in_frame
 from geosurf.sheets.heights.state import near_picks
 from geosurf.sheets.lattice.data import Scattered
@@ -33,14 +34,34 @@ Kind = TypeVar("Kind", bound=Picks)
 
 
 def without_wrong_picks(
-    picks: Kind, faults: Sequence[TriSurface]
+    picks: Kind, faults: Sequence[TriSurface], like: Sequence[Sheet]
 ) -> tuple[Kind, list[dict[str, Any]]]:
-    """Picks without those on the wrong side of a fault, and these: fault, place, and how far off.
+    """Picks without those on the wrong side of a fault, and these: see `SheetReport.left_out`.
 
-    A pick is off by its height above the plane of its neighbours [m].
+    Data that have moved from those of other sheets, `like`, are wrong where these are.
     """
     xy = picks.frame.to_world(picks.columns(np.arange(len(picks.z))))
     points = np.column_stack([xy, picks.z])
+    reports = [sheet.report for sheet in like if isinstance(sheet.report, SheetReport)]
+    known = [one.left_out for one in reports if one.n_data + len(one.left_out) == len(points)]
+    if known:
+        wrong = {one["row"]: one for left_out in known for one in left_out}
+    else:
+        wrong = _wrong_picks(picks, points, faults)
+    if not wrong:
+        return picks, []
+    keep = np.setdiff1d(np.arange(len(points)), list(wrong))
+    fewer = {"given_node": picks.node[keep], "z": picks.z[keep]}
+    if isinstance(picks, Scattered):
+        fewer["uv"] = picks.uv[keep]
+    places = {row: tuple(points[row].tolist()) for row in wrong}
+    return replace(picks, **fewer), [wrong[row] | {"place": places[row]} for row in sorted(wrong)]
+
+
+def _wrong_picks(
+    picks: Picks, points: np.ndarray, faults: Sequence[TriSurface]
+) -> dict[int, dict[str, Any]]:
+    """Picks on the wrong side of a fault, by row."""
     meshes = [mesh_in_frame(fault, picks.frame) for fault in faults]
     levels = float(picks.z.min()), float(picks.z.max())
     sides = np.zeros((len(points), len(faults)), dtype=np.int8)
@@ -56,18 +77,11 @@ def without_wrong_picks(
         for side in (-1, 1)
         if len(rows := np.flatnonzero(looked[:, k] & (sides[:, k] == side))) >= FEWEST
     ]
-    wrong = {
-        int(row): {"fault": faults[task[2]].name, "place": tuple(points[row].tolist()), "off": off}
+    return {
+        int(row): {"row": int(row), "fault": faults[task[2]].name, "off": off}
         for task, found in zip(tasks, map_threads(_wrong, tasks), strict=True)
         for row, off in zip(*found, strict=True)
     }
-    if not wrong:
-        return picks, []
-    keep = np.setdiff1d(np.arange(len(points)), list(wrong))
-    fewer = {"given_node": picks.node[keep], "z": picks.z[keep]}
-    if isinstance(picks, Scattered):
-        fewer["uv"] = picks.uv[keep]
-    return replace(picks, **fewer), [wrong[row] for row in sorted(wrong)]
 
 
 def _wrong(

@@ -406,6 +406,7 @@ def plan_of(closed: Closed, loss: float, searched: bool) -> TearPlan:
             frozen(wrong, np.bool_),
             tuple(frozen(near.rows, np.int64) for near in nearby),
             tuple(frozen(near.side, np.int8) for near in nearby),
+            frozen(picks.z, np.float64),
         ),
         order=int(rebuilt.solver.noise.order),
         traces=traces_of(built.state.network),
