@@ -42,6 +42,13 @@ def warn(warning: GeosurfWarning) -> None:
         issue(warning)
 
 
+def warn_of(
+    kind: str, subject: str, effect: str, remedy: str, place: Sequence[float] | None = None
+) -> None:
+    """Make a warning and hand it on, as `warn` does."""
+    warn(GeosurfWarning(kind, subject, effect, remedy, place))
+
+
 def issue(warning: GeosurfWarning) -> None:
     """Issue a warning by Python's `warnings`, as the line of the user's own code."""
     if _silent.get():

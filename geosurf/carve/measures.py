@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.arrangement.threads import in_ranges, map_threads
+from geosurf.conventions import grouped
 from geosurf.kernels.meshes import volumes as kernels
 from geosurf.model import Lattice
 from geosurf.model.pieces import Pieces
@@ -133,9 +134,7 @@ def beside_level(
             )
 
     # surfaces have no face in common, so that each is a task
-    of_surface: dict[int, list[tuple[Lattice, np.ndarray, np.ndarray]]] = {}
-    for lattice, some, of in _runs(pieces, face, asked):
-        of_surface.setdefault(int(surface[of[0]]), []).append((lattice, some, of))
+    of_surface = grouped((int(surface[run[2][0]]), run) for run in _runs(pieces, face, asked))
     rows = [(*row, of_surface.get(one, ())) for one, row in zip(wanted.tolist(), ends, strict=True)]
     map_threads(add, rows, worth=sum(j - i for i, j in ends) > _TRIANGLES)
     return found

@@ -11,6 +11,7 @@ from geosurf.carve.cells import Cells
 from geosurf.carve.measures import AREA
 from geosurf.carve.shells import Shells
 from geosurf.carve.zones import DIGITS, in_words, owned_by
+from geosurf.conventions import grouped
 from geosurf.model import Units
 from geosurf.model.regions import LEAST, Proposal, nine_digits
 
@@ -161,12 +162,10 @@ def faces_between_units(sides: np.ndarray) -> Faces:
     >>> faces_between_units(np.array([[1, 0], [0, 0], [-1, 1], [0, 1]]))
     {(0, 1): [0, 3]}
     """
-    found: Faces = {}
     inner = (sides >= 0).all(axis=1) & (sides[:, 0] != sides[:, 1])
-    for row in np.flatnonzero(inner).tolist():
-        one, two = sorted(sides[row].tolist())
-        found.setdefault((one, two), []).append(row)
-    return found
+    rows = np.flatnonzero(inner)
+    pairs = map(tuple, np.sort(sides[rows], axis=1).tolist())
+    return grouped(zip(pairs, rows.tolist(), strict=True))
 
 
 def homes_of_slivers(

@@ -18,7 +18,7 @@ import numpy as np
 
 from geosurf.carve.cells import Cells
 from geosurf.carve.outside import box_of
-from geosurf.conventions import METRES_PER_UNIT
+from geosurf.conventions import METRES_PER_UNIT, grouped
 from geosurf.errors import GeometryError
 from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.meshes.mesh import join_pairs
@@ -482,9 +482,7 @@ def name_blocks(
     list of str
     """
     names = [" ".join(word) or WHOLE for word in words]
-    groups: dict[tuple[int, str], list[int]] = {}
-    for u, name in enumerate(names):
-        groups.setdefault((int(zone[u]), name), []).append(u)
+    groups = grouped(((int(zone[u]), name), u) for u, name in enumerate(names))
 
     def size_then_place(u: int) -> tuple[float, ...]:
         """Larger ones first, then those farther west, south, down."""

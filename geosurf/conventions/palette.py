@@ -8,6 +8,8 @@ from __future__ import annotations
 import colorsys
 from collections.abc import Iterable
 
+from geosurf.conventions.text import grouped
+
 RGB = tuple[float, float, float]
 
 
@@ -115,12 +117,9 @@ def unit_colours(units: Iterable[tuple[str, int]]) -> dict[str, RGB]:
     >>> found["below Base"] == stratum(2)
     True
     """
-    blocks_of_zone: dict[int, list[str]] = {}
-    for name, zone in dict.fromkeys(units):
-        blocks_of_zone.setdefault(zone, []).append(name)
     return {
         name: _block_colour(zone, i, len(names))
-        for zone, names in blocks_of_zone.items()
+        for zone, names in grouped((zone, name) for name, zone in dict.fromkeys(units)).items()
         for i, name in enumerate(names)
     }
 

@@ -6,11 +6,14 @@ import difflib
 import json
 import math
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, TypeVar
 
 from geosurf.conventions.axes import vertical_words
 from geosurf.conventions.checks import is_word
 from geosurf.errors import InputError
+
+Key = TypeVar("Key")
+Value = TypeVar("Value")
 
 
 def did_you_mean(word: Any, known: Iterable[str]) -> str:
@@ -38,7 +41,11 @@ def closest(word: Any, known: Iterable[str]) -> str | None:
 
 
 def check_word(
-    value: Any, known: Iterable[str], refusal: str, error: type[Exception] = InputError
+    value: Any,
+    known: Iterable[str],
+    refusal: str,
+    more: str = "",
+    error: type[Exception] = InputError,
 ) -> None:
     """Raise an error for what is no known word; after the refusal it names the one that is meant.
 
@@ -49,7 +56,7 @@ def check_word(
     geosurf.errors.InputError: positive is 'dow'. Did you mean 'down'?
     """
     if not is_word(value, known):
-        raise error(f"{refusal}{did_you_mean(value, known)}")
+        raise error(f"{refusal}{did_you_mean(value, known)}{more}")
 
 
 def known_names(known: Iterable[str], word: Any = None) -> str:
@@ -82,6 +89,20 @@ Did you mean 'Top'?
     """
     if not is_word(name, known):
         raise InputError(f"{refusal} {known_names(known, name)}{more}")
+
+
+def grouped(pairs: Iterable[tuple[Key, Value]]) -> dict[Key, list[Value]]:
+    """Return the values of each key, both in their order.
+
+    Examples
+    --------
+    >>> grouped([("F1", "up"), ("F2", "down"), ("F1", "down")])
+    {'F1': ['up', 'down'], 'F2': ['down']}
+    """
+    found: dict[Key, list[Value]] = {}
+    for key, value in pairs:
+        found.setdefault(key, []).append(value)
+    return found
 
 
 def counted(n: int, word: str) -> str:

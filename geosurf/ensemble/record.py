@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from geosurf.conventions import did_you_mean
+from geosurf.conventions import check_word
 from geosurf.ensemble.change import Given, PreparedNumber
 from geosurf.errors import InputError
 from geosurf.measure.thickness import nodes_of, thickness_map
@@ -443,9 +443,7 @@ class Rock:
                 "{'net_to_gross': 0.8, 'porosity': Normal(0.22, 0.02)}."
             )
         for key in given:
-            if key not in KEYS:
-                hint = did_you_mean(str(key), KEYS)
-                raise InputError(f"volumetrics has {key!r}; its keys are {', '.join(KEYS)}.{hint}")
+            check_word(key, KEYS, f"volumetrics has {key!r}; its keys are {', '.join(KEYS)}.")
         system = given.get("units", "metric")
         check_system(system)
         rule, values = fluids_rule(given.get("fluids")), [given.get(key) for key in ARGUMENTS]

@@ -505,11 +505,8 @@ class Ensemble(Noun):
         """The name of a column, or an error that lists them."""
         if of is None:
             return self.answers[0][0]
-        if not is_word(of, self.columns):
-            raise InputError(
-                f"of is {of!r}; this ensemble has {', '.join(self.columns)}."
-                f"{did_you_mean(str(of), self.columns)} Others need volumetrics=."
-            )
+        refusal = f"of is {of!r}; this ensemble has {', '.join(self.columns)}."
+        check_word(of, self.columns, refusal, " Others need volumetrics=.")
         return str(of)
 
     def _part(self, include: str, where: Mapping[str, Any]) -> xr.Dataset:

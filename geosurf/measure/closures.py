@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import did_you_mean, is_number, is_word, length_text, place
+from geosurf.conventions import check_word, is_number, length_text, place
 from geosurf.conventions.axes import meaning
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.kernels.meshes.mesh import renumbered
@@ -56,6 +56,8 @@ def seal_rules(
     {'F1': 0.2, 'F2': 'juxtaposition'}
     """
     rules = dict(given) if isinstance(given, Mapping) else {ELSEWHERE: given}
+    example = f"{{{[*names, 'F1'][0]!r}: 'open', 'elsewhere': 'sealing'}}"
+    how = f" Write {key}='sealing', or {example} by name."
     for name, rule in rules.items():
         if isinstance(rule, Mapping) and allowed is FAULT_RULES:
             least: Any = rule.get(SGR)
@@ -66,12 +68,7 @@ def seal_rules(
                 )
             rules[name], rule = float(least), SEALING
         for word, known in ((name, (*names, ELSEWHERE)), (rule, allowed)):
-            if not is_word(word, known):
-                raise InputError(
-                    f"{key}: {word!r} is none of {', '.join(known)}.{did_you_mean(word, known)} "
-                    f"Write {key}='sealing', or {{{[*names, 'F1'][0]!r}: 'open', 'elsewhere': "
-                    "'sealing'} by name."
-                )
+            check_word(word, known, f"{key}: {word!r} is none of {', '.join(known)}.", how)
     other = rules.get(ELSEWHERE, allowed[0])
     return {name: rules.get(name, other) for name in names}
 

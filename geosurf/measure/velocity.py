@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from geosurf.conventions import check_name, did_you_mean, is_number, is_word, known_names
+from geosurf.conventions import check_name, check_word, is_number, is_word, known_names
 from geosurf.errors import InputError
 from geosurf.model.base import Noun
 from geosurf.model.lattice import Lattice
@@ -332,8 +332,7 @@ def _law(value: Any, name: str, base: str | None, open_map: Any) -> Law:
     k: Any = 0.0
     if isinstance(value, Mapping) and not hasattr(value, "dims"):
         for key in value:
-            if key not in ("v0", "k"):
-                raise InputError(f"{what} has no {key!r}.{did_you_mean(key, ('v0', 'k'))} {HOW}.")
+            check_word(key, ("v0", "k"), f"{what} has no {key!r}.", f" {HOW}.")
         if base is not None or not {"v0", "k"} <= set(value):
             raise InputError(
                 f"{what} is {dict(value)!r}. A zone takes v0 [m/s] and k [1/s], both; a horizon "

@@ -10,7 +10,9 @@ from typing import Any
 from geosurf.conventions import (
     area_text,
     check_name,
+    check_word,
     did_you_mean,
+    grouped,
     is_word,
     length_text,
     place,
@@ -320,11 +322,11 @@ def separators(names: Sequence[str], roles: Sequence[str]) -> dict[str, list[int
     >>> separators(["Top", "F1", "F3", "F3 (virtual)"], ["horizon", "fault", "fault", "virtual"])
     {'F1': [1], 'F3': [2, 3]}
     """
-    found: dict[str, list[int]] = {}
-    for i, (name, role) in enumerate(zip(names, roles, strict=True)):
-        if role in ("fault", "virtual"):
-            found.setdefault(fault_of(name) if role == "virtual" else name, []).append(i)
-    return found
+    return grouped(
+        (fault_of(name) if role == "virtual" else name, i)
+        for i, (name, role) in enumerate(zip(names, roles, strict=True))
+        if role in ("fault", "virtual")
+    )
 
 
 @dataclass(frozen=True)
@@ -425,11 +427,8 @@ def _targets(name: str, value: Any, faults: Sequence[str]) -> dict[str, str]:
         ends = {EITHER: value}
     found = {}
     for end, target in ends.items():
-        if not is_word(end, (*ENDS, EITHER)):
-            raise InputError(
-                f"compartments of {name!r} has end {end!r}; the ends of a fault are 'start' and "
-                f"'end'.{did_you_mean(str(end), ENDS)} {HOW}."
-            )
+        refusal = f"compartments of {name!r} has end {end!r}; the ends of a fault are 'start' and"
+        check_word(end, (*ENDS, EITHER), f"{refusal} 'end'.", f" {HOW}.")
         if target is True or (isinstance(target, str) and target == NEAREST):
             target = NEAREST
         elif not (isinstance(target, str) and target == BOUNDARY):
@@ -542,9 +541,7 @@ def _ends(zone: str, entry: Any) -> tuple[str, bool, str]:
     if not isinstance(entry, Mapping) or "thickness" not in entry:
         raise InputError(f"zone {zone!r} is {entry!r}, without a thickness. {ZONE_HOW}.")
     for key in entry:
-        if key not in ZONE_KEYS:
-            guess = did_you_mean(key, ZONE_KEYS)
-            raise InputError(f"zone {zone!r} has no {key!r}.{guess} {ZONE_HOW}.")
+        check_word(key, ZONE_KEYS, f"zone {zone!r} has no {key!r}.", f" {ZONE_HOW}.")
     down = "below" in entry
     end, wrong = ("base", "top") if down else ("top", "base")
     of = entry.get("below" if down else "above")

@@ -250,12 +250,9 @@ class CornerPointGrid(Noun):
         DependencyError
             If xtgeo is not installed.
         """
-        try:
-            import xtgeo
-        except ImportError as error:
-            raise DependencyError(
-                "xtgeo is not installed. Install the extra: pip install 'geosurf[grid]'."
-            ) from error
+        need("to_xtgeo needs", "xtgeo")
+        import xtgeo
+
         nz, ny, nx = self.shape
 
         # xtgeo has one place for each node, and there the cells south-west, south-east, north-west

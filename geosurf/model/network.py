@@ -15,7 +15,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from geosurf.conventions import area_text, check_name, counted, did_you_mean, length_text
+from geosurf.conventions import area_text, check_name, check_word, counted, grouped, length_text
 from geosurf.conventions.card import Card, small_map
 from geosurf.errors import GeometryError, GeosurfWarning, InputError
 from geosurf.model.base import Shown
@@ -218,8 +218,7 @@ def filling_by_horizon(fill: Any, horizons: Sequence[str]) -> dict[str, bool | s
         if way is None or isinstance(way, bool):
             found[name] = bool(way)
             continue
-        if way not in WAYS:
-            raise InputError(f"fill_empty_blocks is {way!r}. {HOW}.{did_you_mean(way, WAYS)}")
+        check_word(way, WAYS, f"fill_empty_blocks is {way!r}. {HOW}.")
         # Horizons are ordered youngest first: the one above comes before.
         at = horizons.index(name) + (-1 if way == UPPER else 1)
         if 0 <= at < len(horizons):
@@ -487,23 +486,17 @@ class FaultNetwork(Shown):
     @property
     def truncations(self) -> dict[str, tuple[tuple[str, str, bool], ...]]:
         """The truncations that are proposed, as `Scene` takes them."""
-        found: dict[str, tuple[tuple[str, str, bool], ...]] = {}
         # A fault may end at several others: rules are collected in the order of rows.
-        for row in self.rows:
-            if "truncate" in row.proposal:
-                found[row.fault] = (*found.get(row.fault, ()), _rule_of(row))
-        return found
+        cut = [row for row in self.rows if "truncate" in row.proposal]
+        found = grouped((row.fault, _rule_of(row)) for row in cut)
+        return {fault: tuple(rules) for fault, rules in found.items()}
 
     @property
     def extend(self) -> dict[str, tuple[str, ...]]:
         """The extensions to the model box that are proposed, as `Scene` takes them."""
-        found: dict[str, tuple[str, ...]] = {}
-        for row in self.rows:
-            # "extend then truncate" is a truncation; only ends that reach the box are extended
-            # here.
-            if row.proposal == "extend":
-                found[row.fault] = (*found.get(row.fault, ()), row.side)
-        return found
+        # "extend then truncate" is a truncation; only ends that reach the box are extended here.
+        found = grouped((row.fault, row.side) for row in self.rows if row.proposal == "extend")
+        return {fault: tuple(sides) for fault, sides in found.items()}
 
     def without(self, *numbers: int) -> FaultNetwork:
         """Return the network without some rows: proposals that are not wanted.
@@ -609,11 +602,8 @@ class FaultNetwork(Shown):
 
         # a proposal of another scene would fail later, with a less clear message
         for name in dict.fromkeys(n for row in self.rows for n in (row.fault, row.other) if n):
-            if name not in scene.fault_names:
-                raise InputError(
-                    f"the network names fault {name!r}, which the scene does not have; there are "
-                    f"{list(scene.fault_names)}. Pass the scene that proposed it."
-                )
+            refusal = f"the network names fault {name!r}, which the scene does not have; there are"
+            check_name(name, scene.fault_names, refusal, " Pass the scene that proposed it.")
             scene.prepared_fault(name)  # its own rules must work before others are added
 
         # rounds: truncations create new ends and contacts, which the next round judges; `known`

@@ -538,12 +538,17 @@ class Patches(Shown):
 
     def to_pyvista(self) -> pyvista.PolyData:
         """Return all patches as one `pyvista.PolyData` with labels as cell data."""
-        labels = {
-            "surface": self.surface_of_triangle,
-            "parent": self.parent_of_triangle,
-            "patch": self.patch_of_triangle,
-        }
+        labels = labels_of_triangles(self)
         return polydata(self.vertices, self.triangles, cell_data=labels, crs=self.crs)
+
+
+def labels_of_triangles(patches: Patches) -> dict[str, np.ndarray]:
+    """Return surface, parent and patch of each triangle, as meshes for other programs name them."""
+    return {
+        "surface": patches.surface_of_triangle,
+        "parent": patches.parent_of_triangle,
+        "patch": patches.patch_of_triangle,
+    }
 
 
 def corner_keys(t: np.ndarray, n: int) -> np.ndarray:

@@ -192,20 +192,8 @@ class MeasuredModel(DrawnModel, Protocol):
         """Return the well tops compared with the horizons."""
 
 
-class PlottedModel(MeasuredModel, Protocol):
-    """A model with the further measures that plots show."""
-
-    @property
-    def column(self) -> dict[str, str]:
-        """The rule of each horizon, youngest first."""
-
-
 class ReportedModel(MeasuredModel, Protocol):
     """A model with the further contents of a report: inputs, warnings, certificate and run log."""
-
-    @property
-    def contacts(self) -> tuple[FluidContact, ...]:
-        """Fluid contacts, from the top down."""
 
     @property
     def fault_actions(self) -> tuple[Extension | Truncation, ...]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
@@ -13,8 +12,9 @@ import numpy as np
 
 from geosurf.conventions import (
     area_text,
+    check_word,
     counted,
-    did_you_mean,
+    grouped,
     is_number,
     known_names,
     volume_text,
@@ -30,7 +30,6 @@ HOW = (
     "Give {name: (easting, northing)}, {name: polygon} or {name: ('F1+', 'F2-')}: a place in the "
     "region, corners around it (n, 2) or a file of them, or sides of faults."
 )
-_SIDE = re.compile(r"\S.*?[+-](?=\s|$)")
 _DIGITS = 9  # volumes that agree to this many digits are equal: rounding does not rank them
 
 
@@ -74,10 +73,7 @@ class Region(Noun):
     volume: float
 
     def __str__(self) -> str:
-        zones: dict[str, list[str]] = {}
-        for zone, block in self.blocks:
-            if (zone, block) not in self.remnants:
-                zones.setdefault(zone, []).append(block)
+        zones = grouped(block for block in self.blocks if block not in self.remnants)
         parts = "; ".join(f"{zone}: {', '.join(blocks)}" for zone, blocks in zones.items())
         more = f"; {counted(len(self.remnants), 'remnant')}" if self.remnants else ""
         return f"{self.name}: GRV {volume_text(self.volume)} ({parts}{more})"
@@ -96,9 +92,7 @@ class Regions(Noun, Mapping[str, Region]):
 
     def __init__(self, proposals: Sequence[Proposal], labels: Sequence[tuple[str, str]]) -> None:
         self._proposals, self._labels = tuple(proposals), tuple(labels)
-        parts: dict[str, list[Proposal]] = {}
-        for (name, _), proposal in zip(labels, proposals, strict=True):
-            parts.setdefault(name, []).append(proposal)
+        parts = grouped(zip((name for name, _ in labels), proposals, strict=True))
         self._regions = {
             name: Region(
                 name,
@@ -180,17 +174,6 @@ class RegionFinder(Protocol):
     @property
     def found(self) -> Regions:
         """The regions."""
-
-
-def sides_of_block(block: str) -> frozenset[str]:
-    """The sides of faults in the name of a block.
-
-    Examples
-    --------
-    >>> sorted(sides_of_block("F1+ F2 (1)- #2")), sides_of_block("whole")
-    (['F1+', 'F2 (1)-'], frozenset())
-    """
-    return frozenset(_SIDE.findall(block.partition(" #")[0]))
 
 
 def opposite(side: str) -> str:
@@ -395,10 +378,7 @@ def sliver_settings(slivers: Any) -> SliverSettings:
         raise InputError(f"slivers is {slivers!r}. {HOW_SLIVERS}.")
     # Unknown keys first: a misspelt one would otherwise count as left out.
     for key in slivers:
-        if key not in KEYS:
-            raise InputError(
-                f"slivers has no option {key!r}.{did_you_mean(key, KEYS)} {HOW_SLIVERS}."
-            )
+        check_word(key, KEYS, f"slivers has no option {key!r}.", f" {HOW_SLIVERS}.")
     # Both keys may be left out: the default rule, and no merging.
     volume, merge = slivers.get("min_volume"), slivers.get("merge", False)
     if not isinstance(merge, bool):

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import (
-    did_you_mean,
+    check_word,
     elevation_sign,
     is_number,
     length_text,
@@ -226,9 +226,7 @@ def tie_settings(tie: Any) -> TieSettings | None:
         raise InputError(f"tie is {tie!r}. {HOW}.")
     # Unknown keys before wrong values: the former is mostly a misspelling of the latter.
     for key, value in tie.items():
-        if key not in ("range", "tolerance"):
-            guess = did_you_mean(key, ("range", "tolerance"))
-            raise InputError(f"tie has no option {key!r}.{guess} {HOW}.")
+        check_word(key, ("range", "tolerance"), f"tie has no option {key!r}.", f" {HOW}.")
         if not (is_number(value) and value > 0):
             raise InputError(f"tie: {key} is {value!r}, expected metres above 0. {HOW}.")
 

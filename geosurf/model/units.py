@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import check_name, counted, is_word, known_names, volume_text
+from geosurf.conventions import check_name, counted, grouped, is_word, known_names, volume_text
 from geosurf.conventions.card import MOST, Card
 from geosurf.conventions.palette import unit_colours
 from geosurf.errors import InputError
@@ -647,10 +647,8 @@ class Units(Shown, Mapping[str, Unit]):
         # The rule of the scene, or the default.
         least = self.sliver_settings.min_volume
         thin = {remnant.name for remnant in self.report.get("thin", ())}
-        of_zone: dict[str, list[float]] = {}
         # Shares refer to zones as they were: a merged sliver makes its zone larger.
-        for unit in (self.unmerged or self).values():
-            of_zone.setdefault(unit.zone, []).append(unit.volume)
+        of_zone = grouped((unit.zone, unit.volume) for unit in (self.unmerged or self).values())
 
         # default: a share of the zone, and units that rounding alone may have made
         found = set()

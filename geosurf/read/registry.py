@@ -157,7 +157,7 @@ def reader_of(
     path = path_of(path, caller)
     if format is not None:
         unknown = f"{caller}({path.name!r}): format={format!r} is unknown, expected one of "
-        check_word(format, formats, f"{unknown}{', '.join(formats)}.", FormatError)
+        check_word(format, formats, f"{unknown}{', '.join(formats)}.", error=FormatError)
 
     # a folder is a store or nothing
     if "zarr" in formats and format in (None, "zarr") and is_zarr(path):

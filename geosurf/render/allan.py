@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from geosurf.conventions import area_texts, palette
+from geosurf.conventions import area_texts, grouped, palette
 from geosurf.errors import InputError
 from geosurf.lazy import xarray
 from geosurf.render import artists
@@ -162,12 +162,10 @@ def _check(diagram: xarray.Dataset, seal: xarray.Dataset | None) -> None:
 
 def _areas_of_pairs(table: xarray.Dataset, names: dict[str, str]) -> dict[tuple[str, str], float]:
     """Area [m2] of each pair of zones by their names in the picture: footwall first."""
-    pairs: dict[tuple[str, str], float] = {}
-    columns = (table.zone_minus.values, table.zone_plus.values, table.area.values)
-    for minus, plus, area in zip(*columns, strict=True):
-        key = names[str(minus)], names[str(plus)]
-        pairs[key] = pairs.get(key, 0.0) + float(area)
-    return pairs
+    columns = (table.zone_minus.values, table.zone_plus.values, table.area.values.tolist())
+    rows = zip(*columns, strict=True)
+    areas = grouped(((names[str(minus)], names[str(plus)]), area) for minus, plus, area in rows)
+    return {pair: sum(of) for pair, of in areas.items()}
 
 
 def _fill(

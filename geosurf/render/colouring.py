@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import check_word, counted, palette, real_numbers, volume_text
+from geosurf.conventions import check_word, counted, grouped, palette, real_numbers, volume_text
 from geosurf.conventions.axes import vertical_label
 from geosurf.conventions.palette import RGB, unit_colours
 from geosurf.errors import InputError
@@ -205,10 +205,9 @@ def _by_word(units: Units, shown: Sequence[Unit], by: str, style: PictureStyle) 
             )
             for unit in shown
         }
-        of_label: dict[str, list[Unit]] = {}
         rank = {name: k for k, name in enumerate(units.regions)}
-        for unit in sorted(shown, key=lambda u: (u.zone_index, rank.get(u.region, -1))):
-            of_label.setdefault(labels[unit.name], []).append(unit)
+        in_order = sorted(shown, key=lambda u: (u.zone_index, rank.get(u.region, -1)))
+        of_label = grouped((labels[unit.name], unit) for unit in in_order)
         return Colouring(colours, tuple(_entry(*one, colours) for one in of_label.items()))
 
     # kinds of the whole model: their colours do not depend on what is shown

@@ -448,7 +448,7 @@ def draw_picture(
     draw_compass(sheet, camera)
     draw_scale_bar(sheet, camera.metres_per_pixel)
     draw_words(sheet, title, caption(view, stretch, note))
-    return sheet.figure if target is None else save_png(sheet.png(), target)
+    return sheet.figure if target is None else save_figure(sheet.figure, target)
 
 
 def _draw_bar(sheet: Sheet, bar: Bar) -> None:
@@ -534,7 +534,7 @@ def figure_path(path: Any) -> Path:
 
 
 def save_figure(figure: Figure, path: str | os.PathLike[str]) -> Path:
-    """Write a map or diagram as PNG, SVG or PDF, as `save_png` does.
+    """Write a picture as PNG, SVG or PDF: readers see the old file or the new one, never a part.
 
     Raises
     ------

@@ -13,7 +13,7 @@ from typing import TypedDict, Unpack
 
 import numpy as np
 
-from geosurf.conventions import palette
+from geosurf.conventions import grouped, palette
 from geosurf.conventions.palette import RGB
 from geosurf.render.views import corners
 
@@ -90,9 +90,7 @@ def shortened_apart(names: Iterable[str], most: int = LABEL_ROOM) -> dict[str, s
 
 def _alike(labels: dict[str, str]) -> list[list[str]]:
     """Groups of names that have the same label."""
-    groups: dict[str, list[str]] = {}
-    for name, label in labels.items():
-        groups.setdefault(label, []).append(name)
+    groups = grouped((label, name) for name, label in labels.items())
     return [group for group in groups.values() if len(group) > 1]
 
 

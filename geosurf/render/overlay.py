@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import checked_points, counted, length_text, palette
+from geosurf.conventions import checked_points, counted, grouped, length_text, palette
 from geosurf.conventions.checks import lines_of_foreign, points_of_foreign
 from geosurf.errors import InputError
 from geosurf.render.diagram import highest_in_view
@@ -318,11 +318,9 @@ def draw_wells_on_section(
 ) -> list[Entry]:
     """Draw each well through its tops, named above; return the entry of the legend."""
     # tops by well, those in view only, from the top down: the line of a well joins them
-    wells: dict[str, list[WellTop]] = {}
     bottom, above = sorted(axes.get_ylim())
-    for top in sorted(tops, key=lambda top: -top.place[1]):
-        if bottom <= top.place[1] <= above:
-            wells.setdefault(top.well, []).append(top)
+    shown = [top for top in tops if bottom <= top.place[1] <= above]
+    wells = grouped((top.well, top) for top in sorted(shown, key=lambda top: -top.place[1]))
     if not wells:
         return []
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import area_texts, check_word, number_text, palette
+from geosurf.conventions import area_texts, check_word, grouped, number_text, palette
 from geosurf.errors import InputError
 from geosurf.lazy import xarray
 from geosurf.model import CornerPointGrid
@@ -351,10 +351,11 @@ def _colours(areas: Areas, zones: dict[str, palette.RGB]) -> Colours:
 def _fill(axes: Axes, lines: list[Part], colours: Colours) -> None:
     """Fill the units."""
     # all rings of a unit in one outline, or its holes would be filled
-    rings: dict[tuple[str, str, str], list[np.ndarray]] = {}
-    for words, line, _ in lines:
-        if words["kind"] == "unit":
-            rings.setdefault((words["label"], words["zone"], words["contact"]), []).append(line)
+    rings = grouped(
+        ((words["label"], words["zone"], words["contact"]), line)
+        for words, line, _ in lines
+        if words["kind"] == "unit"
+    )
     for (_, zone, part), parts in rings.items():
         colour = colours.get((zone, part))
         if colour is None:  # of no thickness

@@ -10,7 +10,7 @@ from typing import Any, Unpack
 
 import numpy as np
 
-from geosurf.conventions import counted, is_number, length_text, palette, volume_text
+from geosurf.conventions import counted, grouped, is_number, length_text, palette, volume_text
 from geosurf.errors import InputError
 from geosurf.kernels.lattices.run_blocks import find_blocks
 from geosurf.kernels.lattices.sets import rim_edges
@@ -104,9 +104,7 @@ def explosion(units: Units, explode: float) -> list[np.ndarray]:
     # centre of the model on the map; of each block, from the bounds of its units
     middle = np.array([west + east, south + north]) / 2.0
     zones = sorted({unit.zone_index for unit in units.values()})
-    centres: dict[str, list[np.ndarray]] = {}
-    for unit in units.values():
-        centres.setdefault(unit.region or unit.block, []).append(np.array(unit.middle[:2]))
+    centres = grouped((unit.region or unit.block, unit.middle[:2]) for unit in units.values())
     shifts = []
     for unit in units.values():
         # blocks sideways, away from the centre; zones up and down, the middle one stays

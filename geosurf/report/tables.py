@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import counted, place
+from geosurf.conventions import counted, grouped, place
 from geosurf.errors import GeosurfWarning
 from geosurf.lazy import xarray
 from geosurf.model import (
@@ -75,18 +75,17 @@ def juxtaposition_table(found: Iterable[Any]) -> Table:
     # one dataset per fault [m²]; its rows are pairs of units, so one pair of zones may come several
     # times
     for dataset in found:
-        areas: dict[tuple[str, str, str], float] = {}
-        columns = (dataset.zone_plus, dataset.zone_minus, dataset.kind, dataset.area)
-        for plus, minus, kind, area in zip(*(c.values for c in columns), strict=True):
-            key = (str(plus), str(minus), str(kind))
-            areas[key] = areas.get(key, 0.0) + float(area)
+        labels = (dataset.zone_plus, dataset.zone_minus, dataset.kind)
+        keys = zip(*(label.values.astype(str).tolist() for label in labels), strict=True)
+        areas = grouped(zip(keys, dataset.area.values.tolist(), strict=True))
+        sums = {key: sum(of) for key, of in areas.items()}
 
         # a share of the fault's area inside the model: all pairs of one fault add up to 100 %
         whole = float(dataset.attrs["area"])
 
         # False sorts before True: contacts of different zones, through which fluids may pass, lead
         for key, area in sorted(
-            areas.items(), key=lambda item: (item[0][0] == item[0][1], -item[1])
+            sums.items(), key=lambda item: (item[0][0] == item[0][1], -item[1])
         ):
             share = f"{number(100.0 * area / whole, 1)} %"
             rows.append((str(dataset.attrs["fault"]), *key, number(area), share))
@@ -557,12 +556,12 @@ def virtual_table(walls: Iterable[VirtualWall]) -> Table:
 
 def compartment_table(units: Units, include: str = "reservoir") -> Table:
     """Return the compartments of each block, with their volumes in the reservoir [million m³]."""
-    volume: dict[tuple[str, str], float] = {}
-    for unit in units.included(include).values():
-        if unit.compartment_of not in ("", unit.block):
-            key = (unit.compartment_of, unit.block)
-            volume[key] = volume.get(key, 0.0) + unit.volume / 1e6
-    rows = tuple((*key, number(value, 3)) for key, value in sorted(volume.items()))
+    volumes = grouped(
+        ((unit.compartment_of, unit.block), unit.volume / 1e6)
+        for unit in units.included(include).values()
+        if unit.compartment_of not in ("", unit.block)
+    )
+    rows = tuple((*key, number(sum(of), 3)) for key, of in sorted(volumes.items()))
     return Table(("Block", "Compartment", "GRV [million m³]"), rows, n_label=2)
 
 
@@ -628,24 +627,12 @@ def _largest_error(horizon: TriSurface) -> float:
 
 def curve_table(curves: Curves) -> Table:
     """Return the intersection lines of each pair of surfaces: number, closed lines, length."""
-    found: dict[tuple[int, int], list[float]] = {}
-    rows_of_pair = zip(
-        curves.surfaces_of_curve.tolist(), curves.closed, curves.length_of_curve, strict=True
-    )
-    for (first, second), closed, length in rows_of_pair:
-        # number of lines, number of closed ones, length [m]
-        entry = found.setdefault((first, second), [0, 0, 0.0])
-        entry[0] += 1
-        entry[1] += bool(closed)
-        entry[2] += float(length)
-    rows = tuple(
-        (
-            curves.names[first],
-            curves.names[second],
-            number(entry[0]),
-            number(entry[1]),
-            number(entry[2] / 1000.0, 1),
-        )
-        for (first, second), entry in found.items()
-    )
-    return Table(("Surface", "Other surface", "Lines", "Closed", "Length [km]"), rows, n_label=2)
+    pairs = ((curves.names[i], curves.names[j]) for i, j in curves.surfaces_of_curve.tolist())
+    lines = zip(map(bool, curves.closed), map(float, curves.length_of_curve), strict=True)
+    rows = []
+    for pair, of_pair in grouped(zip(pairs, lines, strict=True)).items():
+        closed, lengths = zip(*of_pair, strict=True)
+        numbers = number(len(of_pair)), number(sum(closed)), number(sum(lengths) / 1000.0, 1)
+        rows.append((*pair, *numbers))
+    head = ("Surface", "Other surface", "Lines", "Closed", "Length [km]")
+    return Table(head, tuple(rows), n_label=2)

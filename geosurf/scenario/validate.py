@@ -16,7 +16,7 @@ from typing import Any
 
 from geosurf.carve.column import reservoir_of
 from geosurf.carve.fluids import interval, parse_sides
-from geosurf.conventions import did_you_mean, shared_name
+from geosurf.conventions import did_you_mean, grouped, shared_name
 from geosurf.errors import InputError, ScenarioError
 from geosurf.faults.rules import Rule, faults_at, halves_of, read_truncations
 from geosurf.measure.seal import vshale_of
@@ -49,11 +49,8 @@ from geosurf.scenario.values import KeyPath, Keys, Mistake, read_table
 def truncations_of(scenario: Scenario) -> dict[str, tuple[tuple[str, str, bool], ...]]:
     """Return the truncations of a scenario as `Scene` takes them."""
     # A fault may end at several others: rules add up in the order of the file.
-    found: dict[str, tuple[tuple[str, str, bool], ...]] = {}
-    for entry in scenario.truncations:
-        rule = (entry.main, entry.keep, entry.extend)
-        found[entry.fault] = (*found.get(entry.fault, ()), rule)
-    return found
+    rules = ((one.fault, (one.main, one.keep, one.extend)) for one in scenario.truncations)
+    return {fault: tuple(of) for fault, of in grouped(rules).items()}
 
 
 def with_halves(scenario: Scenario) -> Scenario:

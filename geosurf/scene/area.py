@@ -14,6 +14,7 @@ from geosurf.conventions import (
     area_text,
     counted,
     frame_origin,
+    grouped,
     known_names,
     number_text,
     place,
@@ -27,7 +28,7 @@ from geosurf.faults.distance import in_ring
 from geosurf.faults.rules import Rule
 from geosurf.lazy import xarray
 from geosurf.measure.regions import overlap, region_map, regions_by_name
-from geosurf.model import Patches, Sheet, TriSurface, Unit, Units
+from geosurf.model import Patches, Sheet, TriSurface, Units
 from geosurf.model.expected import box_of_sides, outline_of
 from geosurf.model.regions import KnownRegions, Regions, label_regions
 from geosurf.model.tops import Tops
@@ -577,9 +578,7 @@ def warnings_of_repeats(
     F1b
     """
     first: dict[tuple[Hashable, ...], list[TriSurface]] = {}
-    ends: dict[str, list[tuple[str, str]]] = {}
-    for rule in rules:
-        ends.setdefault(rule.fault, []).append((rule.main, rule.keep))
+    ends = grouped((rule.fault, (rule.main, rule.keep)) for rule in rules)
     found = []
     for fault in faults:
         # few faults have the same number of triangles and the same bounds: only these are compared
@@ -623,11 +622,10 @@ def warnings_of_topology(
     zones are parts of one zone of the model before.
     """
     whole = [k - sum(made[:k]) for k in range(len(made) + 1)]
-    known: list[dict[tuple[int, str], list[Unit]]] = [{}, {}]
-    for unit in before.without_slivers:
-        known[0].setdefault((unit.zone_index, unit.block), []).append(unit)
-    for unit in after.without_slivers:
-        known[1].setdefault((whole[unit.zone_index], unit.block), []).append(unit)
+    known = (
+        grouped(((unit.zone_index, unit.block), unit) for unit in before.without_slivers),
+        grouped(((whole[unit.zone_index], unit.block), unit) for unit in after.without_slivers),
+    )
     wanted = {whole[unit.zone_index] for unit in after.without_slivers if unit.zone in zones}
     keys = [key for key in known[0].keys() ^ known[1].keys() if key[0] in wanted]
     if not keys:

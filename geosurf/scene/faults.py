@@ -15,6 +15,7 @@ import numpy as np
 
 from geosurf import measure
 from geosurf.arrangement import find_contacts
+from geosurf.conventions import grouped
 from geosurf.conventions.text import check_name
 from geosurf.errors import GeometryError
 from geosurf.faults import extend_fault, lengthen_fault, truncate_faults
@@ -172,9 +173,8 @@ class FaultStage:
             surfaces.append(made.surface)
 
         # rules by fault, in the order in which they apply
-        cuts: dict[str, tuple[tuple[str, str, bool], ...]] = {}
-        for rule in rules:
-            cuts[rule.fault] = (*cuts.get(rule.fault, ()), (rule.main, rule.keep, rule.extend))
+        by_fault = grouped((rule.fault, (rule.main, rule.keep, rule.extend)) for rule in rules)
+        cuts = {fault: tuple(of) for fault, of in by_fault.items()}
 
         # the key: surfaces, limits and rules decide the result
         box, aoi = self._limits()

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import area_text, known_names
+from geosurf.conventions import area_text, grouped, known_names
 from geosurf.conventions.checks import are_points
 from geosurf.conventions.crs import crs_of
 from geosurf.errors import GeosurfError, GeosurfWarning, InvariantError
@@ -381,10 +381,8 @@ def torn_or_plain(plain: Graph) -> Graph:
 
 def as_truncations(rules: Iterable[Rule]) -> dict[str, tuple[tuple[str, str], ...]]:
     """Return rules as `Scene` takes them, for faults that are extended already."""
-    found: dict[str, tuple[tuple[str, str], ...]] = {}
-    for rule in rules:
-        found[rule.fault] = (*found.get(rule.fault, ()), (rule.main, rule.keep))
-    return found
+    found = grouped((rule.fault, (rule.main, rule.keep)) for rule in rules)
+    return {fault: tuple(of) for fault, of in found.items()}
 
 
 def as_long_as(longer: LongerFaults, faults: Faults) -> Faults:
@@ -453,11 +451,12 @@ def warnings_of(given: Faults, faults: Faults, sheets: Mapping[str, Sheet]) -> l
 
 def _polygons_unused(faults: Faults, torn: tuple[str, ...]) -> Iterator[GeosurfWarning]:
     """Fault polygons on horizons that are not torn, or not there."""
-    of: dict[str, list[str]] = {}
-    for name, fault in faults.items():
-        for key in fault.vertex_data:
-            if key.startswith(CUTOFF):
-                of.setdefault(key.removeprefix(CUTOFF), []).append(name)
+    of = grouped(
+        (key.removeprefix(CUTOFF), name)
+        for name, fault in faults.items()
+        for key in fault.vertex_data
+        if key.startswith(CUTOFF)
+    )
     for horizon, names in of.items():
         if torn and horizon not in torn:
             yield GeosurfWarning(

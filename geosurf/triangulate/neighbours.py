@@ -440,15 +440,12 @@ def _converted(
     x: np.ndarray, y: np.ndarray, known: str, crs: str, what: str
 ) -> tuple[np.ndarray, np.ndarray]:
     """Easting and northing in the new system [m]."""
-    try:
-        from pyproj import CRS, Transformer
-        from pyproj.aoi import AreaOfInterest
-        from pyproj.exceptions import CRSError, ProjError
-        from pyproj.transformer import TransformerGroup
-    except ImportError as error:
-        raise DependencyError(
-            "converting coordinates takes pyproj. Install it: pip install 'geosurf[crs]'."
-        ) from error
+    need("converting coordinates takes", "pyproj")
+    from pyproj import CRS, Transformer
+    from pyproj.aoi import AreaOfInterest
+    from pyproj.exceptions import CRSError, ProjError
+    from pyproj.transformer import TransformerGroup
+
     try:
         start, end = CRS.from_user_input(known), CRS.from_user_input(crs)
     except CRSError as error:

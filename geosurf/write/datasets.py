@@ -25,6 +25,7 @@ from geosurf.conventions.machine import need
 from geosurf.errors import OutputError
 from geosurf.lazy import xarray as xr
 from geosurf.model import Curves, Patches, TriSurface, Unit, Units
+from geosurf.model.patches import labels_of_triangles
 from geosurf.stopping import temporary_folder
 from geosurf.write.text_grids import refuse_odd_nodes
 from geosurf.write.written import FileSet, Loss, declared_crs
@@ -134,11 +135,7 @@ def vtp_of_curves(curves: Curves, name: str | None) -> tuple[bytes, list[Loss]]:
 
 def vtp_of_patches(patches: Patches, name: str | None) -> tuple[bytes, list[Loss]]:
     """Return all patches with surface, parent and patch of each triangle."""
-    cell_data = {
-        "surface": patches.surface_of_triangle,
-        "parent": patches.parent_of_triangle,
-        "patch": patches.patch_of_triangle,
-    }
+    cell_data = labels_of_triangles(patches)
     words = {"name": [name or "patches"], "surface_names": list(patches.names), **_crs(patches)}
     return _polydata(
         patches.vertices, triangles=patches.triangles, cell_data=cell_data, words=words

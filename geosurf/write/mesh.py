@@ -25,6 +25,7 @@ from geosurf.conventions.machine import need
 from geosurf.conventions.palette import RGB, fault, stratum, unit_colours
 from geosurf.errors import OutputError
 from geosurf.model import Patches, TetMesh, TriSurface, Unit, Units
+from geosurf.model.patches import labels_of_triangles
 from geosurf.stopping import temporary_folder
 from geosurf.write.datasets import words_of_unit
 from geosurf.write.written import Loss, precision_lost
@@ -138,11 +139,7 @@ def mesh_of_surface(surface: TriSurface, name: str, suffix: str) -> tuple[bytes,
 
 def mesh_of_patches(patches: Patches, name: str | None, suffix: str) -> tuple[bytes, list[Loss]]:
     """Return all patches with surface, parent and patch of each triangle."""
-    labels = {
-        "surface": patches.surface_of_triangle,
-        "parent": patches.parent_of_triangle,
-        "patch": patches.patch_of_triangle,
-    }
+    labels = labels_of_triangles(patches)
     data = _encode(patches.vertices, patches.triangles, suffix, cell_data=labels)
     words = f"{NAMES_LOST} Row i of 'surface' is the i-th of {list(patches.names)}."
     return data, [Loss("name", words)]

@@ -18,7 +18,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from geosurf.conventions import counted, place
+from geosurf.conventions import counted, grouped, place
 from geosurf.errors import OutputError
 from geosurf.kernels.meshes.mesh import weld
 from geosurf.model import TriSurface, Unit, Units
@@ -450,9 +450,7 @@ def _regions(parts: Parts, names: Sequence[str]) -> list[str]:
 
 def _groups(word: str, labels: Sequence[str], first: int) -> list[str]:
     """Regions by zone (LAYER) or by block (FAULT_BLOCK)."""
-    members: dict[str, list[int]] = {}
-    for k, label in enumerate(labels):
-        members.setdefault(label, []).append(first + k)
+    members = grouped(zip(labels, range(first, first + len(labels)), strict=True))
     titles = safe_names(list(members))
     return [
         f"{word} {title}\n{_list(rows, '')}"

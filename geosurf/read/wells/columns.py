@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import did_you_mean, metres_per_unit, real_numbers
+from geosurf.conventions import check_word, did_you_mean, metres_per_unit, real_numbers
 from geosurf.errors import FormatError, InputError
 from geosurf.read._common import is_number, noted, number, number_rows, read_text, with_point
 from geosurf.read._guard import damaged
@@ -406,8 +406,7 @@ def checked_columns(columns: Any) -> dict[str, str | int]:
     if not isinstance(columns, Mapping):
         raise InputError(f"columns is a {type(columns).__name__}. {how}")
     for key, word in columns.items():
-        if key not in USUAL:
-            raise InputError(f"columns has the key {key!r}.{did_you_mean(str(key), USUAL)} {how}")
+        check_word(key, USUAL, f"columns has the key {key!r}.", f" {how}")
         if not isinstance(word, str) and not (type(word) is int and word > 0):
             raise InputError(f"columns[{key!r}] is {word!r}. {how}")
     return dict(columns)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from geosurf.conventions import grouped
 from geosurf.conventions.checks import are_points
 from geosurf.conventions.text import length_text
 from geosurf.errors import GeosurfError
@@ -153,9 +154,7 @@ def truncations_among(ready: Ready, scene: Scene | None) -> list[End]:
 def joined_rules(ends: Sequence[End]) -> tuple[Any, Any]:
     """Extensions and truncations of the ends that are joined, as a scene takes them."""
     joined = [one.row for one in ends if one.joined]
-    rules: dict[str, tuple[Any, ...]] = {}
-    for row in joined:
-        rules[row.fault] = (*rules.get(row.fault, ()), (row.other, row.keep, True))
+    rules = grouped((row.fault, (row.other, row.keep, True)) for row in joined)
     # Both faults are continued, so that the truncated one cuts through the main one.
     return {name: SIDES for row in joined for name in (row.fault, row.other)}, rules
 
