@@ -67,6 +67,15 @@ MUTANTS = (
     # ---- arrangement, curves, rebuilt surfaces
     Mutant("rebuild", "if len(thin) == 0 and len(near) == 0:", "if len(thin) == 0:", "tests/rebuild"),
     Mutant("arrangement", "for j in range(i, n) if i < j or own[i]]", "for j in range(i, n) if i < j]", "tests/arrangement tests/intersect tests/scene"),
+    Mutant("kernels/search", "of[k] = _MIXED if side == 0 or side == -of[k] else side", "of[k] = _MIXED if side == 0 else side", "tests/kernels/test_separation.py"),
+    Mutant("kernels/search", "if t[half // 3, half % 3] == t[i, k]:", "if False:", "tests/kernels/test_separation.py"),
+    Mutant("kernels/search", "if surface[half // 3] == surface[i]:", "if True:", "tests/kernels/test_separation.py"),
+    Mutant("arrangement", "return not len(crossing_pairs(flat,", "return True or (crossing_pairs(flat,", "tests/kernels/test_separation.py"),
+    Mutant("carve", "np.where(nodes.reshape(z.shape), np.nan, z)", "np.full(z.shape, np.nan)", "tests/carve"),
+    Mutant("carve", "if k != lattices[i].surface and not far[i, n + k]", "if False", "tests/carve"),
+    Mutant("carve", "tasks.append((i, copies.tree))", "pass", "tests/carve tests/model"),
+    Mutant("carve", "if i != j and not far[p, q]]", "if i > 0 < j and i != j and not far[p, q]]", "tests/carve"),
+    Mutant("carve", "tasks = [(group_of(x, t, facts.copies_of(i)), group) for i, group in in_runs]", "tasks = []", "tests/carve tests/model"),
     Mutant("intersect", "(n_corners(contacts.rows) >= 3)", "(n_corners(contacts.rows) > 3)", "tests/intersect"),
     # ---- faults
     Mutant("faults", 'return 1 if keep == "+" else -1', 'return -1 if keep == "+" else 1', "tests/faults"),

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from geosurf.arrangement.gather import name_contacts
 from geosurf.arrangement.threads import in_ranges, map_threads
+from geosurf.arrangement.tree import Tree, tree_of_boxes
 from geosurf.conventions import real_numbers
 from geosurf.errors import SurfaceError
 from geosurf.kernels.contacts.triangle_contact import (
@@ -26,9 +27,9 @@ from geosurf.kernels.exact.predicates import (
     frame_of,
     orient3d_rows,
 )
-from geosurf.kernels.lattices.lattice_corners import build_list_tree, survey_list
+from geosurf.kernels.lattices.lattice_corners import survey_list
 from geosurf.kernels.meshes.mesh import weld
-from geosurf.kernels.search.separation import undecided_pairs
+from geosurf.kernels.search.separation import planes_of_surfaces, undecided_pairs
 from geosurf.model import TriangleContact, TriangleSteps, frozen
 from geosurf.model.expected import flag_of
 
@@ -219,10 +220,7 @@ _EACH = 10_000  # triangles that a thread searches, at least
 
 
 def crossing_pairs(
-    x: np.ndarray,
-    triangles: np.ndarray,
-    others: np.ndarray | None = None,
-    graph: np.ndarray | None = None,
+    x: np.ndarray, triangles: np.ndarray, others: np.ndarray | None = None
 ) -> np.ndarray:
     """
     Find pairs of triangles that meet elsewhere than in common corners and edges.
@@ -235,10 +233,6 @@ def crossing_pairs(
         Compared with each other, except those with the same corners. None without area.
     others : ndarray of int64, shape (k, 3), optional
         Compared with `triangles`, but not with each other.
-    graph : ndarray of int64, shape (n,), optional
-        Number of the graph over the map that each of `triangles` is a part of, -1 for none. Two
-        parts of one graph are not compared: what they have in common on the map are corners and
-        edges of both. Default: all are compared.
 
     Returns
     -------
@@ -251,15 +245,56 @@ def crossing_pairs(
     >>> crossing_pairs(x, np.array([[0, 1, 2], [3, 4, 5]])).tolist()
     [[0, 1]]
     """
-    n_first = len(triangles)
-    if others is not None and len(others):
-        triangles = np.concatenate([triangles, others])
+    n, t = len(triangles), triangles
+    if others is not None:
+        t = np.concatenate([triangles, others])
+    one, two = (group_of(x, t, rows) for rows in np.split(np.arange(len(t)), [n]))
+    return crossing_between(x, t, [(one, one), (one, two)])
+
+
+class Group(NamedTuple):
+    """Some triangles of a list: a tree over them, their rows and boxes in the order of the tree."""
+
+    tree: Tree
+    rows: np.ndarray
+    boxes: np.ndarray
+
+
+def group_of(x: np.ndarray, triangles: np.ndarray, rows: np.ndarray) -> Group:
+    """The triangles in some rows."""
+    part = triangles.take(rows, axis=0)
+    boxes, codes, _, _ = survey_list(x, part)
+    tree = tree_of_boxes(x, part, boxes, codes)
+    return Group(tree, rows.take(tree.order), boxes.take(tree.order, axis=0))
+
+
+def crossing_between(
+    x: np.ndarray, triangles: np.ndarray, groups: list[tuple[Group, Group]]
+) -> np.ndarray:
+    """Pairs of triangles as of `crossing_pairs`, one of each of two groups, or both of one."""
+
+    def of_range(one: Group, two: Group, first: int, last: int) -> np.ndarray:
+        """Pairs of a range that are not seen to be apart at once: as many as there is room for,
+        again if there were more.
+        """
+        found = np.empty((1024 + (last - first) // 4, 2), dtype=np.int64)
+        trees = one.boxes, one.rows, one.tree.nodes, two.boxes, two.rows, two.tree.nodes
+        given = x, triangles, *trees, two.tree.levels, one is two, first, last
+        n = undecided_pairs(*given, found)
+        if n > len(found):
+            found = np.empty((n, 2), dtype=np.int64)
+            undecided_pairs(*given, found)
+        return found[:n]
+
+    tasks = []
+    for pair in groups:
+        one, two = sorted(pair, key=lambda group: len(group.rows))
+        if len(one.rows):
+            tasks += [(one, two, *part) for part in in_ranges(len(one.rows), _EACH)]
+    pairs = np.concatenate([np.empty((0, 2), dtype=np.int64), *map_threads(of_range, tasks)])
+    pairs = pairs[np.lexsort(pairs.T[::-1])]
 
     m, w = frame_of(x, len(triangles))
-    of_graph = np.full(len(triangles), -1)
-    if graph is not None:
-        of_graph[:n_first] = graph
-    pairs = _near_pairs(x, triangles, n_first, of_graph)
     rows = np.empty((len(pairs) + 1, N_COLUMN), dtype=np.int64)
     n, _ = meet_pairs(x, triangles, pairs, m, w, 0.0, rows, np.empty(0, dtype=np.int64))
     rows = rows[:n]
@@ -271,29 +306,39 @@ def crossing_pairs(
     return rows[(used & ~shared).any(axis=1), :2]
 
 
-def _near_pairs(
-    x: np.ndarray, triangles: np.ndarray, n_first: int, graph: np.ndarray
-) -> np.ndarray:
-    """Pairs of triangles, the first `n_first` with each other and with all, that are not seen to
-    be apart at once; in order.
+def are_graphs(
+    x: np.ndarray, triangles: np.ndarray, surface: np.ndarray, ring: np.ndarray, groups: list[Group]
+) -> list[bool]:
     """
-    if not len(triangles):
-        return np.empty((0, 2), dtype=np.int64)
-    boxes, codes, _, _ = survey_list(x, triangles)
-    order, nodes, levels = build_list_tree(boxes, codes)
-    given = x, triangles, n_first, graph, boxes.take(order, axis=0), order, nodes, levels
+    Whether each surface is surely a graph over a coordinate plane.
 
-    def of_range(first: int, last: int) -> np.ndarray:
-        """Pairs of a range: as many as there is room for, again if there were more."""
-        found = np.empty((1024 + (last - first) // 4, 2), dtype=np.int64)
-        n = undecided_pairs(*given, first, last, found)
-        if n > len(found):
-            found = np.empty((n, 2), dtype=np.int64)
-            undecided_pairs(*given, first, last, found)
-        return found[:n]
+    Its triangles then meet in common corners and edges only: see
+    `geosurf.kernels.search.separation`.
 
-    pairs = np.concatenate(map_threads(of_range, in_ranges(len(triangles), _EACH)))
-    return pairs[np.lexsort(pairs.T[::-1])]
+    Parameters
+    ----------
+    x, triangles : ndarray
+        As of `crossing_pairs`.
+    surface : ndarray of int64, shape (n,)
+        Surface of each triangle.
+    ring : ndarray of int64, shape (3 * n,)
+        Next half-edge around the same edge.
+    groups : list of Group
+        The triangles of each surface.
+    """
+    m, w = frame_of(x)
+    plane, rim = planes_of_surfaces(x, triangles, surface, ring, len(groups), m, w)
+
+    def is_graph(rows: np.ndarray, k: int) -> bool:
+        """Whether no triangle at the rim of a surface meets another one, seen on plane k."""
+        if k < 0:
+            return False
+        flat = np.stack([x[:, k], x[:, (k + 1) % 3], np.zeros(len(x))], axis=1)
+        at_rim = rim[rows]
+        return not len(crossing_pairs(flat, triangles[rows[at_rim]], triangles[rows[~at_rim]]))
+
+    rows = (group.rows for group in groups)
+    return map_threads(is_graph, list(zip(rows, plane.tolist(), strict=True)))
 
 
 # ---- halved edges ----------------------------------------

@@ -4,21 +4,15 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from geosurf.arrangement.threads import gigabytes, in_turn, lack_of_room, map_threads, spare_threads
-from geosurf.arrangement.tree import (
-    Tree,
-    apart,
-    candidate_pairs,
-    of_one_map,
-    pairs_of_one_map,
-    tree_of_list,
-)
-from geosurf.arrangement.triangles import crossing_pairs
+from geosurf.arrangement.tree import Tree, apart, candidate_pairs, of_one_map, pairs_of_one_map
+from geosurf.arrangement.triangles import Group, are_graphs, crossing_between, group_of
 from geosurf.carve.certificate_facts import Facts
 from geosurf.carve.certificate_lines import (
     Part,
@@ -135,12 +129,10 @@ def checks_of_lists(facts: Facts, units: Units) -> list[Check]:
 
 def checks_of_mesh(facts: Facts) -> list[Check]:
     """The checks of the mesh: what crosses, and what is not a part of its input."""
-    rows = []
 
     def parts() -> Iterator[Part]:
-        """New triangles and the corners of their input triangles, and note which they are."""
+        """New triangles and the corners of their input triangles."""
         for new, parents in facts.new_triangles():
-            rows.append(new)
             yield facts.triangles[new], parents
 
     near_parents, faces_as_parents = beside_parents(facts.local, parts(), facts.patches.origin)
@@ -150,28 +142,37 @@ def checks_of_mesh(facts: Facts) -> list[Check]:
     low, high = limits_of(facts.local)
     span = 4.0 * float((high - low).sum())
     far = near_parents.value * span >= facts.height**2
-    graph = facts.graphs[facts.surface_of_triangle[facts.element]]
-    graph[np.concatenate([*rows, *map(facts.copies_of, range(len(facts.sources)))])] = -1
     return [
-        _nothing_crosses(facts, graph, far),
+        _nothing_crosses(_in_single_triangles(facts.patches) if far else facts),
         near_parents,
         faces_as_parents,
         areas_agree(facts.patches, facts.areas(), float(np.abs(facts.local).max(initial=0.0))),
     ]
 
 
-def _nothing_crosses(facts: Facts, graph: np.ndarray, far: bool) -> Check:
+def _nothing_crosses(facts: Facts) -> Check:
     """Triangles meet only in shared corners and edges: an exact test of all that are listed, and
-    of those in runs that are near other surfaces, or of all if these are `far` from their inputs.
-
-    Two triangles of one `graph` over the map need no test.
+    of those in runs that are near other surfaces. Surfaces that are graphs do not meet themselves.
     """
     x, t, surface = facts.local, facts.triangles, facts.surface_of_triangle[facts.element]
-    more, of = candidates(facts, far)
-    own = len(x) + np.arange(3 * len(more)).reshape(-1, 3)
-    x, t = np.concatenate([x, more.reshape(-1, 3)]), np.concatenate([t, own])
-    surface, graph = np.concatenate([surface, of]), np.concatenate([graph, facts.graphs[of]])
-    bad = crossing_pairs(x, t, graph=graph)
+    order = np.argsort(surface, kind="stable")
+    cut = np.searchsorted(surface[order], np.arange(1, len(facts.sources)))
+    groups = [group_of(x, t, rows) for rows in np.split(order, cut)]
+    graphs = are_graphs(x, t, surface, facts.ring, groups)
+    more, of = candidates(facts, groups)
+
+    # those in runs get corners of their own; copies at tears lie over or below them
+    own = len(t) + np.arange(len(of))
+    t = np.concatenate([t, len(x) + np.arange(3 * len(of)).reshape(-1, 3)])
+    x, surface = np.concatenate([x, more.reshape(-1, 3)]), np.concatenate([surface, of])
+    in_runs = [(i, group_of(x, t, own[of == i])) for i in distinct(of).tolist()]
+    tasks = [(group_of(x, t, facts.copies_of(i)), group) for i, group in in_runs]
+    every = [*enumerate(groups), *in_runs]
+    far = apart([group.tree for _, group in every])
+    for p, (i, one) in enumerate(every):
+        tasks += [(one, two) for q, (j, two) in enumerate(every[:p]) if i != j and not far[p, q]]
+    tasks += [(group, group) for group, graph in zip(groups, graphs, strict=True) if not graph]
+    bad = crossing_between(x, t, tasks)
     n = facts.n_triangle.sum()
     detail = f"{n} triangles meet only in shared corners and edges (exact test)"
     if len(bad):
@@ -183,10 +184,10 @@ def _nothing_crosses(facts: Facts, graph: np.ndarray, far: bool) -> Check:
     return Check("surfaces meet only along shared edges", not len(bad), float(len(bad)), detail)
 
 
-def candidates(facts: Facts, everywhere: bool) -> tuple[np.ndarray, np.ndarray]:
+def candidates(facts: Facts, groups: list[Group]) -> tuple[np.ndarray, np.ndarray]:
     """Corners (n, 3, 3) and surfaces of the triangles in runs that are not listed, and whose
-    boxes meet those of triangles of other surfaces, or of copies at tears of their own; of all
-    that are not listed, if they may be `everywhere`.
+    boxes meet those of triangles of other surfaces, or of copies at tears of their own. `groups`
+    has the triangles of each surface that are listed.
     """
     lattices, origin = facts.lattices, facts.patches.origin
     corners, of_corners = [np.empty((0, 3, 3))], [np.empty(0, dtype=np.int64)]
@@ -196,7 +197,8 @@ def candidates(facts: Facts, everywhere: bool) -> tuple[np.ndarray, np.ndarray]:
     # triangles in runs that are not listed count; others are compared one by one anyway
     free = [one.free for one in lattices]
     trees = [_tree_of(one.lattice, origin) for one in lattices]
-    hit = [np.full(len(some), everywhere) for some in free]
+    private = [_without(tree, one.shared) for tree, one in zip(trees, lattices, strict=True)]
+    hit = [np.zeros(len(some), dtype=bool) for some in free]
 
     def between(i: int, j: int) -> None:
         """Mark the triangles of two lattices that are near each other."""
@@ -209,29 +211,24 @@ def candidates(facts: Facts, everywhere: bool) -> tuple[np.ndarray, np.ndarray]:
         near = free[i][p] & free[j][q]
         hit[i][p[near]] = hit[j][q[near]] = True
 
-    def around(rows: np.ndarray, others: list[int]) -> None:
-        """Mark the triangles of some lattices that are near listed ones."""
-        tree = tree_of_list(facts.local, facts.triangles.take(rows, axis=0))
-        far = apart([*trees, tree])[-1]
-        for i in others:
-            if not far[i]:
-                hit[i][candidate_pairs(trees[i], tree)[0][:, 0]] = True
+    def around(i: int, tree: Tree) -> None:
+        """Mark the triangles of a lattice that are near listed ones."""
+        hit[i][candidate_pairs(private[i], tree)[0][:, 0]] = True
 
-    far, here = apart(trees), range(len(trees))
-    map_threads(between, [(i, j) for i, j in itertools.combinations(here, 2) if not far[i, j]])
-
-    # triangles that are listed, surface by surface: trees of all would take twice their memory
-    of_listed = facts.surface_of_triangle[facts.element]
-    order = np.argsort(of_listed, kind="stable")
-    listed = np.split(order, np.searchsorted(of_listed[order], np.arange(1, len(facts.sources))))
-    parts = [
-        (rows, [i for i in here if lattices[i].surface != surface])
-        for surface, rows in enumerate(listed)
+    n, listed = len(trees), [group.tree for group in groups]
+    far = apart([*trees, *listed])
+    map_threads(between, [(i, j) for i, j in itertools.combinations(range(n), 2) if not far[i, j]])
+    tasks = [
+        (i, listed[k])
+        for i, k in itertools.product(range(n), range(len(listed)))
+        if k != lattices[i].surface and not far[i, n + k]
     ]
 
     # copies at tears lie over or below triangles of their own lattice
-    parts += [(facts.copies_of(lattices[i].surface), [i]) for i in here]
-    map_threads(around, [(rows, others) for rows, others in parts if len(rows)])
+    for i, one in enumerate(lattices):
+        copies = group_of(facts.local, facts.triangles, facts.copies_of(one.surface))
+        tasks.append((i, copies.tree))
+    map_threads(around, tasks)
     for one, of_free, found in zip(lattices, free, hit, strict=True):
         some = np.flatnonzero(found & of_free)
         corners.append(one.corners(some, origin))
@@ -246,6 +243,12 @@ def _tree_of(lattice: Lattice, origin: np.ndarray) -> Tree:
     nodes = survey.nodes - np.concatenate([origin, origin])
     none = np.empty((0, 3), dtype=np.int64), np.empty(0, dtype=np.int64)
     return Tree((x, y, z), lattice.places, *none, nodes, survey.levels)
+
+
+def _without(tree: Tree, nodes: np.ndarray) -> Tree:
+    """The tree of a lattice without the triangles at some nodes, bool (n_node,)."""
+    x, y, z = tree.coordinates
+    return replace(tree, coordinates=(x, y, np.where(nodes.reshape(z.shape), np.nan, z)))
 
 
 MANY = 100_000  # triangles, from which units and mesh are checked in two threads
@@ -309,13 +312,19 @@ def _checks(
 
     # runs that do not fit, and shells of their own: every triangle is a run of one
     if facts is None:
-        _refuse_if_too_large(patches.n_triangle)
-        facts = Facts.of(patches.changed())
-        assert facts is not None  # there are no runs
+        facts = _in_single_triangles(patches)
         if units is not None:
             halves.append(partial(checks_of_lists, facts, units))
     halves.append(partial(checks_of_mesh, facts))
     return list(itertools.chain.from_iterable(in_turn(halves, spare)))
+
+
+def _in_single_triangles(patches: Patches) -> Facts:
+    """The facts of patches of which every triangle is a run of one."""
+    _refuse_if_too_large(patches.n_triangle)
+    facts = Facts.of(patches.changed())
+    assert facts is not None  # there are no runs
+    return facts
 
 
 def certify_repeated(patches: Patches, units: Units, rebuild: Callable[[], Patches]) -> Certificate:

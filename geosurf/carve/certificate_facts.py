@@ -582,15 +582,6 @@ class Facts:
         keys = self.pieces.key[self.cut[i] : self.cut[i + 1]]
         return self.cut[i] + np.flatnonzero(keys >= lattice.n_key)
 
-    @cached_property
-    def graphs(self) -> np.ndarray:
-        """The number of each surface whose triangles lie side by side on the map, but for copies
-        at tears; -1 for others.
-        """
-        lattices = (source.lattice for source in self.sources)
-        flat = [one is not None and is_graph(one, self.patches.origin) for one in lattices]
-        return np.where(flat, np.arange(len(flat)), -1)
-
     @property
     def height(self) -> float:
         """Smallest height in the map of a triangle of a run that is not listed; infinite if there

@@ -245,13 +245,13 @@ def damage(kind, patches, units):
     if kind == "units exchanged":
         return {"order": [1, 0, *range(2, len(units))]}
 
-    # horizons that cross in the middle of a run
-    sources = list(pieces.sources)
-    z = sources[1].lattice.elevation.copy()
-    z[10, 17] += 6.0
-    old = sources[1].lattice
+    # a horizon that crosses another one, or the roof, in the middle of a run
+    sources, i = list(pieces.sources), int(kind == "crossing in a run")
+    old = sources[i].lattice
+    z = old.elevation.copy()
+    z[10, 14] += 20.0
     lattice = Lattice(old.easting, old.northing, z, old.rising)
-    sources[1] = TriSurface("Base", "horizon", lattice=lattice)
+    sources[i] = TriSurface(sources[i].name, "horizon", lattice=lattice)
     return {"sources": sources}
 
 
@@ -259,6 +259,7 @@ KINDS = [
     "run too long at its end", "run too short at its end", "run too long", "run too short",
     "flipped", "removed", "doubled", "point moved", "node moved", "one copy moved",
     "one vertex in two", "run of another unit", "units exchanged", "crossing in a run",
+    "horizon through the roof",
 ]  # fmt: skip
 
 

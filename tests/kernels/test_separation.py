@@ -11,11 +11,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from geosurf.arrangement.triangles import crossing_pairs
+from geosurf.arrangement.triangles import are_graphs, crossing_pairs, group_of
 from geosurf.errors import SurfaceError
 from geosurf.kernels.contacts.triangle_contact import FIRST_CODE, N_COLUMN, N_CORNER, meet_pairs
 from geosurf.kernels.exact.predicates import frame_of
 from geosurf.kernels.lattices.survey import TILE
+from geosurf.kernels.meshes.mesh import edges
 from geosurf.kernels.search.tree import BLOCK
 from geosurf.model import Lattice, TriSurface
 from geosurf.triangulate import triangulate_fault
@@ -70,6 +71,92 @@ def test_crossing_pairs_are_those_of_all_pairs(mesh, scale, jitter, n_other):
     assert {tuple(pair) for pair in found.tolist()} == exact_pairs(x, t, n_first)
     order = [tuple(pair) for pair in found.tolist()]
     assert order == sorted(set(order))
+
+
+def graphs_among(x, t, surface):
+    """Surfaces that are surely graphs, none of which meets itself; whether each meets itself."""
+    groups = [group_of(x, t, np.flatnonzero(surface == i)) for i in (0, 1)]
+    found = are_graphs(x, t, surface, edges(t, len(x))[0], groups)
+    every = exact_pairs(x, t, len(t))
+    crossing = [any(surface[i] == surface[j] == k for i, j in every) for k in (0, 1)]
+    assert not np.any(np.logical_and(found, crossing))
+    return found, crossing
+
+
+@given(meshes(), st.lists(st.integers(0, 1), min_size=8, max_size=8), st.booleans())
+def test_graphs_do_not_meet_themselves(mesh, surface, upward):
+    x, t = mesh
+    if upward:  # turned alike on the map, where they are not vertical
+        a, b, c = (x[t[:, k], :2] for k in range(3))
+        down = np.linalg.det(np.stack([b - a, c - a], axis=1)) < 0.0
+        t[down] = t[down][:, ::-1]
+    graphs_among(x, t, np.array(surface[: len(t)], dtype=np.int64))
+
+
+def strip(turns, rise, n_ring=4, n=16):
+    """A strip of several rings of triangles that goes round some turns, and rises meanwhile."""
+    angle = np.linspace(0.0, 2.0 * np.pi * turns, n)
+    radius = np.arange(1.0, n_ring + 1.0)
+    x = [radius * np.cos(angle[:, None]), radius * np.sin(angle[:, None])]
+    z = np.broadcast_to(rise * angle[:, None], x[0].shape)
+    node = np.arange(n * n_ring).reshape(n, n_ring)
+    a, b, c, d = node[:-1, :-1], node[:-1, 1:], node[1:, 1:], node[1:, :-1]
+    t = np.concatenate([np.stack([a, b, c], axis=-1), np.stack([a, c, d], axis=-1)])
+    return np.stack([*x, z], axis=-1).reshape(-1, 3), t.reshape(-1, 3)
+
+
+@pytest.mark.parametrize("rise", [0.0, 1e-9, 1.0])
+@pytest.mark.parametrize(("turns", "overlaps"), [(0.9, False), (1.1, True), (1.9, True)])
+@pytest.mark.parametrize("way", [1, -1])
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_a_strip_that_goes_round_more_than_once(turns, overlaps, rise, way, axis):
+    """As many triangles lie over a place as its rim goes round it."""
+    x, t = strip(turns, rise)
+    found = graphs_among(np.roll(x, axis, axis=1), t[:, ::way], np.zeros(len(t), np.int64))
+    assert found == ([not overlaps, True], [overlaps and not rise, False])
+
+
+def test_a_rim_that_another_surface_shares():
+    """Walls of another surface stand on all of its rim."""
+    x, t = strip(1.9, 0.0)
+    x = np.concatenate([x, x + np.array([0.0, 0.0, 1.0])])
+    halves = {(a, b) for row in t.tolist() for a, b in zip(row, [*row[1:], row[0]], strict=True)}
+    walls = np.array([(b, a, a + len(x) // 2) for a, b in halves if (b, a) not in halves])
+    surface = np.repeat([0, 1], [len(t), len(walls)])
+    found, crossing = graphs_among(x, np.concatenate([t, walls]), surface)
+    assert not found[0]
+    assert crossing[0]
+
+
+@pytest.mark.parametrize("east", [0.0, 0.25])
+def test_two_lids_on_one_outline_have_no_rim(east):
+    """All turn the same way on the map, and none is at a rim; they cross if tops are side by side.
+
+    Edges of the outline have two triangles that run through them the same way.
+    """
+    outline = [(1, 0, 0), (0, 1, 0), (-1, 0, 0), (0, -1, 0)]
+    x = np.array([*outline, (0, 0, 1), (east, 0, 1.0 - 4.0 * (east == 0.0))], dtype=float)
+    t = np.array([(i, (i + 1) % 4, top) for top in (4, 5) for i in range(4)])
+    assert graphs_among(x, t, np.zeros(8, np.int64)) == ([False, True], [east > 0.0, False])
+
+
+def test_what_is_vertical_is_no_graph_over_the_map():
+    """Two triangles of a vertical plane that overlap, turned to both sides."""
+    x = np.array([[0.0, 0, 0], [0, 4, 0], [0, 0, 4], [0, 1, 1], [0, 1, 5], [0, 5, 1]])
+    t = np.arange(6).reshape(2, 3)
+    assert graphs_among(x, t, np.zeros(2, np.int64)) == ([False, True], [True, False])
+
+
+@pytest.mark.parametrize(("east", "fits"), [(2.2, True), (4.2, False)])
+def test_a_node_that_is_beyond_its_neighbours(east, fits):
+    """Its triangles turn over and meet others; none of them is at the rim."""
+    x, y = np.meshgrid(np.arange(7.0), np.arange(7.0))
+    x[3, 2] = east
+    node = np.arange(49).reshape(7, 7)
+    a, b, c, d = node[:-1, :-1], node[:-1, 1:], node[1:, 1:], node[1:, :-1]
+    t = np.concatenate([np.stack(k, axis=-1).reshape(-1, 3) for k in ((a, b, c), (a, c, d))])
+    x = np.stack([x.ravel(), y.ravel(), np.zeros(49)], axis=1)
+    assert graphs_among(x, t, np.zeros(len(t), np.int64)) == ([fits, True], [not fits, False])
 
 
 TURN = np.linalg.qr(np.array([[1.0, 2, 3], [4, 5, 6], [7, 8, 10]]))[0]

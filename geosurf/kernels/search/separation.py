@@ -13,10 +13,8 @@ one, none                 separated if the plane half-way between them separates
 
 Notation
     x, t     corners and triangles
-    order, nodes, levels   a tree over the triangles, as in `tree`
-    boxes    lower and upper corner of each triangle, in that order
-    graph    number of the graph over the map that each triangle is a part of, -1 for none: two
-             parts of one graph meet in common corners and edges only
+    order, nodes, levels   a tree over some triangles, as in `tree`; `order` has rows of t
+    boxes    lower and upper corner of each of these, in that order
 """
 
 from __future__ import annotations
@@ -24,7 +22,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
-from geosurf.kernels.exact.predicates import TINY, filtered_side, plane_terms
+from geosurf.kernels.exact.predicates import TINY, filtered_side, orient2d, plane_terms
 from geosurf.kernels.search.tree import FAN, LEAF, append_pair, boxes_apart, extent
 
 # Rounding errors relative to the sum of magnitudes: below 8 units (2**-53) for three products of
@@ -259,47 +257,95 @@ def _box_off_plane(p, boxes, i):
     return size > TINY and max(low, -high) > ROUNDING * size
 
 
-@entry("d2 l2 l l1 d2 l1 d2 l2 l l l2* -> l")
-def undecided_pairs(x, t, n_first, graph, boxes, order, nodes, levels, first, last, pairs):
-    """Pairs of triangles that are not certainly separated, lower row first; their number.
+@entry("d2 l2 d2 l1 d2 d2 l1 d2 l2 b l l l2* -> l")
+def undecided_pairs(
+    x, t, boxes, order, nodes, other_boxes, other_order, other_nodes, levels, same, first, last,
+    pairs,
+):  # fmt: skip
+    """Pairs of triangles of two trees that are not certainly separated, lower row first; their
+    number.
 
-    Of triangles at the places from `first` up to `last` in the order of the tree, as `boxes` are.
-    They are written up to capacity. Triangles from row `n_first` on are not compared with each
-    other.
+    Of triangles of the first tree at the places from `first` up to `last` in its order, as `boxes`
+    are; `levels` is of the other tree. They are written up to capacity. With `same`, the two trees
+    are one, and each pair is found from its first place.
     """
     common, stack = np.empty((2, 9), dtype=np.int64), np.empty((64 * FAN, 2), dtype=np.int64)
-    p, n_all = np.empty(9), t.shape[0]
-    n = 0
+    p, n_all, n = np.empty(9), other_order.shape[0], 0
+    root = other_nodes.shape[0] - 1
     for s in range(first, last):
-        a = order[s]
-        if a >= n_first:
+        if boxes_apart(nodes, s // LEAF, other_nodes, root) or boxes_apart(
+            boxes, s, other_nodes, root
+        ):
             continue
+        a = order[s]
         plane_of(x, t, a, p)
-        begin = s + 1 if n_first == n_all else 0  # each pair from its first place
+        begin = s + 1 if same else 0
         width = extent(boxes, s)
-        stack[0, 0], stack[0, 1] = nodes.shape[0] - 1, levels.shape[0] - 1
+        stack[0, 0], stack[0, 1] = root, levels.shape[0] - 1
         top = 1
         while top > 0:
             top -= 1
             node, level = stack[top, 0], stack[top, 1]
             # The box of a large triangle meets many nodes, its plane passes few of them.
-            if extent(nodes, node) < width and _box_off_plane(p, nodes, node):
+            if extent(other_nodes, node) < width and _box_off_plane(p, other_nodes, node):
                 continue
             at = node - levels[level, 0]
             if level > 0:
                 size, below = LEAF * FAN ** (level - 1), levels[level - 1, 0]
                 low = max(at * FAN, begin // size)
                 for k in range(low, min((at + 1) * FAN, levels[level - 1, 2])):
-                    if not boxes_apart(boxes, s, nodes, below + k):
+                    if not boxes_apart(boxes, s, other_nodes, below + k):
                         stack[top, 0], stack[top, 1] = below + k, level - 1
                         top += 1
                 continue
             for k in range(max(at * LEAF, begin), min((at + 1) * LEAF, n_all)):
-                if boxes_apart(boxes, s, boxes, k):
+                if boxes_apart(boxes, s, other_boxes, k):
                     continue
-                b = order[k]
-                if (b < n_first and k <= s) or (graph[a] >= 0 and graph[b] == graph[a]):
-                    continue
+                b = other_order[k]
                 if not (is_beside_plane(x, t, p, a, b) or separated_triangles(x, t, a, b, common)):
                     n = append_pair(pairs, n, min(a, b), max(a, b))
     return n
+
+
+# ---- graphs ----------------------------------------
+# Most surfaces are graphs over a coordinate plane: no two triangles overlap there. Where all turn
+# the same way and two at an edge run through it both ways, as many triangles lie over a place as
+# the rim of the surface goes round it. So the rim bounds what two triangles cover: if anything
+# overlaps, a triangle at the rim does.
+
+
+_MIXED = 2
+
+
+@entry("d2 l2 l1 l1 l l1* l1* -> l1 b1")
+def planes_of_surfaces(x, t, surface, ring, n_surface, m, w):
+    """The coordinate plane (axis k and the next) on which all triangles of a surface turn the same
+    way, -1 for none; and whether each triangle has an edge that no other one of its surface has.
+
+    `ring` is the next half-edge around the same edge. A surface with two triangles that run through
+    an edge the same way has no plane; so there is none with three at an edge.
+    """
+    turn, rim = np.zeros((n_surface, 3), dtype=np.int64), np.zeros(t.shape[0], dtype=np.bool_)
+    for i in range(t.shape[0]):
+        of = turn[surface[i]]
+        for k in range(3):
+            if of[k] != _MIXED:
+                side = orient2d(x, m, w, t[i, 0], t[i, 1], t[i, 2], k, (k + 1) % 3)
+                of[k] = _MIXED if side == 0 or side == -of[k] else side
+        for k in range(3):
+            alone, half = True, ring[3 * i + k]
+            while half != 3 * i + k:
+                if surface[half // 3] == surface[i]:
+                    alone = False
+                    if t[half // 3, half % 3] == t[i, k]:
+                        of[:] = _MIXED
+                half = ring[half]
+            if alone:
+                rim[i] = True
+
+    plane = np.full(n_surface, -1)
+    for s in range(n_surface):
+        for k in range(3):
+            if plane[s] < 0 and turn[s, k] != _MIXED:
+                plane[s] = k
+    return plane, rim
