@@ -13,8 +13,8 @@ from pathlib import Path, PurePosixPath
 
 import geosurf as gs
 from geosurf import files
+from geosurf.files import write_into_folder
 from geosurf.kernels.compile import file_cache
-from geosurf.render.compose import save_png
 from geosurf.scenario import execute, output
 from geosurf.write import WRITERS as FORMATS
 
@@ -112,7 +112,8 @@ def blocks(k: int) -> object:
 
 
 OTHERS = [
-    Writer("picture", *(_with(lambda place, k: save_png(bytes([k]) * 5000, place / "a.png")))),
+    Writer("picture", *(_with(lambda place, k: write_into_folder(
+        place / "a.png", bytes([k]) * 5000, "the picture")))),
     Writer("report", *(_with(lambda place, k: gs.report_scene(scenes()[k], place, {})))),
     Writer("block model .zarr", *(_with(lambda place, k: gs.write(blocks(k), place / "b.zarr"))),
            may_be_unfinished=True, marked=lambda found: not found),

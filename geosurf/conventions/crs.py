@@ -16,8 +16,8 @@ from functools import lru_cache
 from typing import Any
 
 from geosurf.conventions.machine import install_line, is_installed
-from geosurf.errors import GeosurfWarning, InputError
-from geosurf.warning import warn
+from geosurf.errors import InputError
+from geosurf.warning import warn_of
 
 # attributes of a CF grid mapping that hold a whole reference system, the clearest first
 WHOLE = ("epsg_code", "epsg", "crs_wkt", "spatial_ref", "esri_pe_string", "projected_crs_name")
@@ -225,16 +225,14 @@ def warn_of_unclear_crs(known: Mapping[str, str]) -> None:
     names = list(known)
     for name in names[1:]:
         if are_same(known[names[0]], known[name]) is None:
-            warn(
-                GeosurfWarning(
-                    "crs",
-                    name,
-                    f"{name!r} declares the coordinate reference system {label(known[name])!r} "
-                    f"and {names[0]!r} {label(known[names[0]])!r}. geosurf cannot compare them "
-                    "and treats both as the same system.",
-                    "If they are the same, give both the same code: attrs['crs'] = 'EPSG:...'. "
-                    "If not, convert one of them.",
-                )
+            warn_of(
+                "crs",
+                name,
+                f"{name!r} declares the coordinate reference system {label(known[name])!r} "
+                f"and {names[0]!r} {label(known[names[0]])!r}. geosurf cannot compare them "
+                "and treats both as the same system.",
+                "If they are the same, give both the same code: attrs['crs'] = 'EPSG:...'. "
+                "If not, convert one of them.",
             )
             return
 

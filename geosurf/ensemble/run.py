@@ -27,7 +27,7 @@ from geosurf.ensemble.record import Record, Rock
 from geosurf.ensemble.results import Ensemble, open_ensemble
 from geosurf.ensemble.store import EnsembleStore, is_finished
 from geosurf.ensemble.uncertain import VelocityFactor
-from geosurf.errors import GeometryError, GeosurfWarning, InputError
+from geosurf.errors import GeometryError, InputError
 from geosurf.model.expected import flag_of, path_of
 from geosurf.scenario import build_scene, read_scenario
 from geosurf.scenario.keys import Scenario
@@ -37,7 +37,7 @@ from geosurf.scene.depth import need_depth
 from geosurf.scene.given import in_depth
 from geosurf.scene.result_cache import ResultCache
 from geosurf.stopping import temporary_folder
-from geosurf.warning import warn
+from geosurf.warning import warn_of
 
 
 def run_ensemble(
@@ -382,14 +382,12 @@ def _warn_of_failed(ensemble: Ensemble) -> None:
     most = max(dict.fromkeys(reasons), key=reasons.count)
     first = int(failed[reasons.index(most)])
     total = result.sizes["realisation"]
-    warn(
-        GeosurfWarning(
-            "ensemble",
-            "realisations",
-            f"{len(failed)} of {total} realisations could not be built; quantiles are of the other "
-            f"{total - len(failed)}. {reasons.count(most)} failed like realisation {first}: {most}",
-            f"See geosurf.ensemble.realise(model, {first}, ...) and ensemble.data.reason.",
-        )
+    warn_of(
+        "ensemble",
+        "realisations",
+        f"{len(failed)} of {total} realisations could not be built; quantiles are of the other "
+        f"{total - len(failed)}. {reasons.count(most)} failed like realisation {first}: {most}",
+        f"See geosurf.ensemble.realise(model, {first}, ...) and ensemble.data.reason.",
     )
 
 

@@ -22,7 +22,7 @@ from geosurf.ensemble.change import (
     names_among,
 )
 from geosurf.ensemble.fields import Covariance, FieldGrid, GaussianField
-from geosurf.errors import GeosurfWarning, InputError
+from geosurf.errors import InputError
 from geosurf.measure.velocity import DATUM, ELSEWHERE, is_by_name
 from geosurf.model import Lattice, TriSurface
 from geosurf.model.base import in_crs_of
@@ -42,7 +42,7 @@ from geosurf.model.tears import FaultThrow
 from geosurf.model.tops import tops_of
 from geosurf.report.page import number
 from geosurf.sheets import EllipticThrow
-from geosurf.warning import warn
+from geosurf.warning import warn_of
 
 # ---- described ----------------------------------------
 # What is uncertain, in words with units: for the store and the report of an ensemble.
@@ -442,7 +442,7 @@ class DepthError(Named):
             "depth error does not meet them."
         )
         remedy = "Leave these picks out, or extend the horizon with extend_horizon."
-        warn(GeosurfWarning("picks", horizon, effect, remedy))
+        warn_of("picks", horizon, effect, remedy)
 
 
 @dataclass(frozen=True, eq=False)

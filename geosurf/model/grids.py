@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import volume_text
-from geosurf.errors import DependencyError
+from geosurf.conventions.machine import need
 from geosurf.lazy import xarray
 from geosurf.model.base import Noun, frozen
 

@@ -17,12 +17,12 @@ import numpy as np
 
 from geosurf.conventions import area_text, check_name, check_word, counted, grouped, length_text
 from geosurf.conventions.card import Card, small_map
-from geosurf.errors import GeometryError, GeosurfWarning, InputError
+from geosurf.errors import GeometryError, InputError
 from geosurf.model.base import Shown
 from geosurf.model.expected import outline_of
 from geosurf.model.sheets import Sheet
 from geosurf.model.surfaces import TriSurface
-from geosurf.warning import warn
+from geosurf.warning import warn_of
 
 # ---- faults ----------------------------------------
 # What was done to faults: extensions and truncations.
@@ -545,15 +545,13 @@ class FaultNetwork(Shown):
                 for one in trial.dropped[:5]
             )
             more = f" and {len(trial.dropped) - 5} others" if len(trial.dropped) > 5 else ""
-            warn(
-                GeosurfWarning(
-                    "fault network",
-                    "faults",
-                    f"{len(trial.dropped)} of {len(trial.decisions)} proposals for the fault "
-                    f"network cannot be applied and are dropped: {names}{more}.",
-                    "print(network.trial(scene)) lists them with the reasons.",
-                    trial.dropped[0].row.place,
-                )
+            warn_of(
+                "fault network",
+                "faults",
+                f"{len(trial.dropped)} of {len(trial.decisions)} proposals for the fault "
+                f"network cannot be applied and are dropped: {names}{more}.",
+                "print(network.trial(scene)) lists them with the reasons.",
+                trial.dropped[0].row.place,
             )
         return trial.scene
 

@@ -20,9 +20,9 @@ import numpy as np
 
 from geosurf.conventions import did_you_mean, elevation_sign, first_given, metres_per_unit
 from geosurf.conventions.axes import TimeUnit, is_time_unit
-from geosurf.errors import FormatError, GeosurfWarning, InputError
+from geosurf.errors import FormatError, InputError
 from geosurf.read._guard import check_size, damaged, opened, read_some, refuse_beyond_memory
-from geosurf.warning import warn
+from geosurf.warning import warn_of
 
 # ---- blocks ----------------------------------------
 # A text file in blocks of whole lines, of which one at a time is in memory.
@@ -253,11 +253,7 @@ def warn_of_end(path: Path, line: int, last: str, missing: str = "line end") -> 
     noted("end", f"no {missing} after the last line, so the file may be cut off")
     if not is_looking():
         effect += ", so the file may be cut off there; it is read as if it were complete."
-        warn(
-            GeosurfWarning(
-                "file end", path.name, effect, f"Compare it with its source, or add the {missing}."
-            )
-        )
+        warn_of("file end", path.name, effect, f"Compare it with its source, or add the {missing}.")
 
 
 WHOLE = re.compile(r"[+-]?[0-9]{1,18}")

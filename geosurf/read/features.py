@@ -31,14 +31,14 @@ from geosurf.conventions import counted
 from geosurf.conventions.axes import USUAL
 from geosurf.conventions.crs import label, warn_of_unclear_crs
 from geosurf.conventions.machine import need
-from geosurf.errors import FormatError, GeosurfWarning, InputError
+from geosurf.errors import FormatError, InputError
 from geosurf.lazy import xarray as xr
 from geosurf.model import FaultSticks
 from geosurf.model.base import in_crs_of
 from geosurf.read._common import Request, check_name, chosen, is_looking, noted, read_text
 from geosurf.read._guard import damaged, read_bytes, reading_with
 from geosurf.read._placed import AXES, crs_from, crs_of_prj, points_dataset
-from geosurf.warning import warn
+from geosurf.warning import warn_of
 
 # attributes that name the fault or horizon of a feature, lower case; the first that is there counts
 NAMES = ("name", "fault", "fault_name", "faultname", "horizon", "surface")
@@ -143,7 +143,7 @@ class Features:
                 f"to {y.max():g}, which could be degrees. geosurf takes them as metres."
             )
             remedy = "If they are degrees, convert the file to a projected system."
-            warn(GeosurfWarning("crs", self.path.name, effect, remedy))
+            warn_of("crs", self.path.name, effect, remedy)
 
     def only(self, kinds: Sequence[str], caller: str) -> list[Feature]:
         """All features, if they are of some kinds."""

@@ -544,14 +544,3 @@ def save_figure(figure: Figure, path: str | os.PathLike[str]) -> Path:
     target = figure_path(path)
     data = figure_bytes(figure, target.suffix.lower().lstrip("."))
     return write_into_folder(target, data, "the picture")
-
-
-def save_png(data: bytes, path: str | os.PathLike[str]) -> Path:
-    """Write a picture atomically: readers see the old file or the new one, never a part.
-
-    Raises
-    ------
-    OutputError
-        If the name does not end in .png, or the folder or file cannot be written.
-    """
-    return write_into_folder(png_path(path), data, "the picture")

@@ -27,7 +27,7 @@ from geosurf.render.artists import AreaStyle, LineStyle, Spot, TextStyle
 from geosurf.render.layers import SYMBOLS, Entry, Room
 from geosurf.render.picture_style import FONT, PLAIN, PictureStyle, style_of
 from geosurf.stopping import interrupted_later
-from geosurf.warning import warn
+from geosurf.warning import warn, warn_of
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from matplotlib.axes import Axes
@@ -73,14 +73,12 @@ def replace_missing_letters(figure: Figure) -> None:
             text.set_text("".join(MISSING if letter in lacking else letter for letter in words))
             missing.update(dict.fromkeys(filter(lacking.__contains__, words)))
     if joined and not _joins_letters():
-        warn(
-            GeosurfWarning(
-                "picture",
-                "script",
-                "Arabic and Hebrew names are drawn from left to right, with letters apart: this "
-                "version of matplotlib cannot do otherwise.",
-                "Install matplotlib 3.11 or newer; reports and files have the names as they are.",
-            )
+        warn_of(
+            "picture",
+            "script",
+            "Arabic and Hebrew names are drawn from left to right, with letters apart: this "
+            "version of matplotlib cannot do otherwise.",
+            "Install matplotlib 3.11 or newer; reports and files have the names as they are.",
         )
     if missing:
         some = ", ".join(repr(letter) for letter in list(missing)[:5])
@@ -233,10 +231,6 @@ class Sheet:
     def frame(self, place: tuple[float, float, float, float]) -> Axes:
         """Return new axes: left, bottom, width and height as fractions of the picture."""
         return self.figure.add_axes(place)
-
-    def png(self) -> bytes:
-        """Return the sheet as a PNG file without metadata: equal sheets give equal bytes."""
-        return figure_bytes(self.figure, "png")
 
 
 class UserSheet(Sheet):

@@ -43,7 +43,7 @@ from geosurf.scenario.keys import Scenario, SealInput
 from geosurf.scenario.output_keys import FORMATS, GridInput, OutputSettings
 from geosurf.scene import Scene
 from geosurf.stopping import in_the_end
-from geosurf.warning import collected, warn
+from geosurf.warning import collected, warn_of
 from geosurf.write import write
 
 # ---- grid ----------------------------------------
@@ -293,7 +293,7 @@ def without_lists(scenario: Scenario, scene: Scene) -> Scenario:
     effect = f"File 'units.vtm' was not written: it lists all triangles of units, and {why}."
     remedy = f'{_fewer(scenario)}; or leave "vtm" out of formats in [output].'
     with scene._graph.memory.collecting():
-        warn(GeosurfWarning("format", "units.vtm", effect, remedy))
+        warn_of("format", "units.vtm", effect, remedy)
     return replace(scenario, output=replace(scenario.output, formats=rest))
 
 

@@ -49,7 +49,7 @@ from geosurf.scene.horizon_ends import lines_on
 from geosurf.scene.inputs import Box, undeclared
 from geosurf.scene.shown import data_of
 from geosurf.scene.surfaces import opened_horizon
-from geosurf.warning import warn
+from geosurf.warning import warn_of
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from matplotlib.axes import Axes
@@ -203,7 +203,7 @@ def warn_of_colours(scene: MeasuredModel, style: PictureStyle) -> None:
         if name not in known:
             guess = did_you_mean(name, known)
             effect = f"Nothing in the model is called {name!r}: its colour is not used."
-            warn(GeosurfWarning("picture", "colours", effect, f"Correct the name.{guess}"))
+            warn_of("picture", "colours", effect, f"Correct the name.{guess}")
 
 
 # what a scene can show, and the roles of surfaces that each word stands for
@@ -551,7 +551,7 @@ class ScenePlots:
         if missing:
             effect = f"The picture of the throw of {fault!r} does not show {'; '.join(missing)}."
             remedy = "All other results are complete. Set throw = false in [output] to run without."
-            warn(GeosurfWarning("picture", fault, effect, remedy))
+            warn_of("picture", fault, effect, remedy)
         shown = {name: _shown_along(scene, name, fault, found) for name, found in throws.items()}
         return plotted(draw_throw, throws, horizons=names, shown=shown, **checked)
 

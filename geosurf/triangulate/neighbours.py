@@ -33,13 +33,14 @@ import numpy as np
 from geosurf.conventions import FAULT_DIMS, HORIZON_DIMS, elevation_sign
 from geosurf.conventions.axes import LABELS, USUAL, on_map_axes
 from geosurf.conventions.crs import are_same, crs_of, label
-from geosurf.errors import DependencyError, GeosurfWarning, InputError
+from geosurf.conventions.machine import need
+from geosurf.errors import InputError
 from geosurf.lazy import xarray as xr
 from geosurf.model import FaultSticks, TriSurface
 from geosurf.model.base import Noun, with_crs
 from geosurf.model.expected import name_of
 from geosurf.triangulate.mesh import PlainMesh
-from geosurf.warning import warn
+from geosurf.warning import warn_of
 
 NAMES = ("easting", "northing", "elevation")
 
@@ -475,13 +476,11 @@ def _converted(
         )
     if not 0.0 <= best.accuracy <= ACCURATE:
         size = f"{best.accuracy:g} m" if best.accuracy >= 0.0 else "unknown"
-        warn(
-            GeosurfWarning(
-                "crs",
-                what.split("'")[1] if "'" in what else what,
-                f"{what} was converted to {label(crs)} by {best.description!r}, whose stated "
-                f"accuracy is {size}.",
-                "Convert all inputs the same way, or install the grids of PROJ for the area.",
-            )
+        warn_of(
+            "crs",
+            what.split("'")[1] if "'" in what else what,
+            f"{what} was converted to {label(crs)} by {best.description!r}, whose stated "
+            f"accuracy is {size}.",
+            "Convert all inputs the same way, or install the grids of PROJ for the area.",
         )
     return np.asarray(made_x), np.asarray(made_y)

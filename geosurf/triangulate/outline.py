@@ -11,7 +11,7 @@ import numpy as np
 
 from geosurf.conventions import area_text, length_text, place, real_numbers
 from geosurf.conventions.checks import lines_of_foreign, straight_runs
-from geosurf.errors import GeosurfWarning, InputError, InvariantError
+from geosurf.errors import InputError, InvariantError
 from geosurf.kernels.exact.predicates import frame_of, orient2d_rows
 from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.kernels.meshes.mesh import edges
@@ -19,7 +19,7 @@ from geosurf.model import TriSurface
 from geosurf.model.base import any_of
 from geosurf.model.expected import SIDES, box_of_sides
 from geosurf.model.torn_lattice import TornLattice
-from geosurf.warning import warn
+from geosurf.warning import warn_of
 
 
 def check_outline(outline: Any) -> np.ndarray:
@@ -536,16 +536,14 @@ def off_the_rims(outline: np.ndarray, horizons: Sequence[TriSurface], what: str)
     lost = signed_area(outline) - signed_area(found)
     names = " and ".join(repr(name) for name in named)
 
-    warn(
-        GeosurfWarning(
-            "rim",
-            next(iter(named)),
-            f"The {what} runs along the rim of horizon {names}, which ends up to "
-            f"{length_text(max(named.values()), 2)} inside it. geosurf moved its sides inward "
-            f"by {length_text(inward, 2)}, which leaves out {area_text(lost)}.",
-            "To choose the area yourself, pass one that ends farther inside the horizon.",
-            (*_middle_of_side(outline, int(along.argmax())), float(horizons[0].bounds[4])),
-        )
+    warn_of(
+        "rim",
+        next(iter(named)),
+        f"The {what} runs along the rim of horizon {names}, which ends up to "
+        f"{length_text(max(named.values()), 2)} inside it. geosurf moved its sides inward "
+        f"by {length_text(inward, 2)}, which leaves out {area_text(lost)}.",
+        "To choose the area yourself, pass one that ends farther inside the horizon.",
+        (*_middle_of_side(outline, int(along.argmax())), float(horizons[0].bounds[4])),
     )
     return found
 

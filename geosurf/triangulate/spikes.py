@@ -21,11 +21,11 @@ import numpy as np
 
 from geosurf.conventions import counted, place
 from geosurf.conventions.checks import HUGE, NO_DATA, UNITS_OF_MARKS
-from geosurf.errors import GeosurfWarning, HorizonError
+from geosurf.errors import HorizonError
 from geosurf.kernels.lattices.lattice_corners import steepest_step
 from geosurf.kernels.meshes.mesh import join_pairs
 from geosurf.model import TriSurface
-from geosurf.warning import warn
+from geosurf.warning import warn_of
 
 # usual marks of absent values, and the units in which they may have been read as lengths
 MARKS = (*NO_DATA, 0.0)
@@ -372,15 +372,13 @@ def _warn(
     middle, half = 0.5 * (spots.min(0) + spots.max(0)), 0.5 * np.ptp(spots, axis=0)
     east, north = (f"abs(grid.{w} - {middle[i]:.10g}) > {half[i] + 0.01:.6g}" for i, w in
                    enumerate(("easting", "northing")))  # fmt: skip
-    warn(
-        GeosurfWarning(
-            "spike",
-            surface.name,
-            f"Horizon {surface.name!r} jumps by {height:.6g} m at {place(at)} and back, "
-            f"{usual}; {counted(n, 'node')} {'stands' if n == 1 else 'stand'} out in this way.",
-            f"If that is not real, remove it: grid.where(({east}) | ({north})).",
-            at,
-        )
+    warn_of(
+        "spike",
+        surface.name,
+        f"Horizon {surface.name!r} jumps by {height:.6g} m at {place(at)} and back, "
+        f"{usual}; {counted(n, 'node')} {'stands' if n == 1 else 'stand'} out in this way.",
+        f"If that is not real, remove it: grid.where(({east}) | ({north})).",
+        at,
     )
 
 

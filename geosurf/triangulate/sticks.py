@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import counted, is_number, place
-from geosurf.errors import GeosurfWarning, SurfaceError
+from geosurf.errors import SurfaceError
 from geosurf.model import FaultSticks, TriSurface
 from geosurf.model.base import in_crs_of
 from geosurf.model.expected import listed, name_of
 from geosurf.model.surfaces import points_of_stick
 from geosurf.triangulate.mesh import find_zero_area, orient_fault, refuse_far, refuse_zero_area
-from geosurf.warning import warn
+from geosurf.warning import warn_of
 
 # A stick that climbs less than this part of its length is level: its ends do not show
 # about top and bottom, its neighbours do.
@@ -365,15 +365,13 @@ def warn_of_order(moved: list[tuple[int, np.ndarray]], name: str) -> None:
     """Warn of sticks whose points were sorted: (number, line) each."""
     if moved:
         i, line = moved[0]
-        warn(
-            GeosurfWarning(
-                "sticks",
-                name,
-                f"Fault {name!r}: the points of {counted(len(moved), 'stick')} run back and forth "
-                f"and are sorted along the stick; the first is stick {i} at {place(line[0])}.",
-                "If a stick really turns back, split it there.",
-                line[0],
-            )
+        warn_of(
+            "sticks",
+            name,
+            f"Fault {name!r}: the points of {counted(len(moved), 'stick')} run back and forth "
+            f"and are sorted along the stick; the first is stick {i} at {place(line[0])}.",
+            "If a stick really turns back, split it there.",
+            line[0],
         )
 
 
@@ -388,16 +386,14 @@ def without_twins(lines: list[np.ndarray], name: str) -> list[np.ndarray]:
     if twins:
         first, i = twins[0]
         where = f"from {place(lines[i][0])} to {place(lines[i][-1])}"
-        warn(
-            GeosurfWarning(
-                "sticks",
-                name,
-                f"Fault {name!r}: {counted(len(twins), 'stick')} of {len(lines)} came twice and "
-                f"{'are' if len(twins) > 1 else 'is'} used once; sticks {first} and {i} are the "
-                f"same, {where}.",
-                "Remove the copies from the file.",
-                lines[i][0],
-            )
+        warn_of(
+            "sticks",
+            name,
+            f"Fault {name!r}: {counted(len(twins), 'stick')} of {len(lines)} came twice and "
+            f"{'are' if len(twins) > 1 else 'is'} used once; sticks {first} and {i} are the "
+            f"same, {where}.",
+            "Remove the copies from the file.",
+            lines[i][0],
         )
     return [lines[i] for i in seen.values()]
 

@@ -16,7 +16,7 @@ import numpy as np
 from geosurf.conventions import place, volume_text
 from geosurf.conventions.crs import crs_of
 from geosurf.conventions.machine import free_memory
-from geosurf.errors import GeosurfWarning, HorizonError, SurfaceError
+from geosurf.errors import HorizonError, SurfaceError
 from geosurf.kernels.exact.predicates import MAX_COORDINATE
 from geosurf.kernels.lattices.decimate import differences_of_rows_and_columns
 from geosurf.model import Lattice, TriSurface
@@ -35,7 +35,7 @@ from geosurf.triangulate.mesh import (
     labels_of,
     sheets_that_agree,
 )
-from geosurf.warning import warn
+from geosurf.warning import warn_of
 
 ROOM = 16  # bytes of memory for each value of a grid: as it is read, and in metres
 KEPT = 40  # bytes for each node that is kept: its elevation, and four bounds
@@ -396,13 +396,11 @@ def _warn_of_folds(
 
     share = float(-area[over].sum() / np.abs(area).sum())
     largest = int(np.argmin(area))
-    warn(
-        GeosurfWarning(
-            "fold",
-            surface.name,
-            f"Horizon {surface.name!r} folds over itself on {100 * share:.2g} % of its map "
-            "area. There, the zone above the horizon lies below it.",
-            "If it should not fold, simplify it there, or convert it to a grid.",
-            corners[largest].mean(axis=0),
-        )
+    warn_of(
+        "fold",
+        surface.name,
+        f"Horizon {surface.name!r} folds over itself on {100 * share:.2g} % of its map "
+        "area. There, the zone above the horizon lies below it.",
+        "If it should not fold, simplify it there, or convert it to a grid.",
+        corners[largest].mean(axis=0),
     )
