@@ -280,14 +280,12 @@ def rim_of_leak(
     t = cells.triangles
 
     # open rim: edges of the surface that no other triangle has
-    ends = np.sort(np.stack([t, np.roll(t, -1, axis=1)], axis=2), axis=2)
-    keys = ends[:, :, 0] * len(patches.local) + ends[:, :, 1]
+    keys = edge_keys(t, len(patches.local)).reshape(-1, 3)
     every, times = np.unique(keys, return_counts=True)
     rim = np.intersect1d(np.unique(keys[mine]), every[times == 1])
     if len(rim) == 0:
         return None
-    a = patches.local[rim // len(patches.local)]
-    b = patches.local[rim % len(patches.local)]
+    a, b = (patches.local[end] for end in np.divmod(rim, len(patches.local)))
     length = np.linalg.norm(b - a, axis=1)
     middles = 0.5 * (a + b)
     if near is None:

@@ -363,53 +363,36 @@ def well_misfit(patches: Patches, units: Units, tops: Any) -> xarray.Dataset:
     checked = tops_of(tops)
     inside = np.flatnonzero((units.sides >= 0).any(axis=1))
     columns = columns_through(patches, checked.points, inside)
-    zones = [unit.zone_index for unit in units.values()] or [0]
+    zones = np.array([unit.zone_index for unit in units.values()] or [0])
 
     # (n_crossing, 2) units above and below what each vertical line meets, -1 outside
     sides = units.sides[columns.triangle]
 
     # a horizon counts as present where it separates zones: a triangle with one zone on both sides
     # was clipped away or lies in a hole of the column
-    borders = (sides >= 0).all(axis=1) & (
-        np.array(zones)[sides[:, 0]] != np.array(zones)[sides[:, 1]]
-    )
-    roles = np.array([source.role for source in patches.sources])
-    is_fault = roles[columns.surface] == "fault"
-    rows = [
-        _compared(patches, units, checked, k, columns, borders, is_fault)
-        for k in range(len(checked))
-    ]
+    borders = (sides >= 0).all(axis=1) & (zones[sides[:, 0]] != zones[sides[:, 1]])
+    rows = [_compared(patches, units, checked, k, columns, borders) for k in range(len(checked))]
     return _dataset(checked, rows)
 
 
 def _compared(
-    patches: Patches,
-    units: Units,
-    tops: Tops,
-    k: int,
-    columns: Columns,
-    borders: np.ndarray,
-    is_fault: np.ndarray,
+    patches: Patches, units: Units, tops: Tops, k: int, columns: Columns, borders: np.ndarray
 ) -> _Row:
     """One top: the horizon above or below it, and what lies between."""
     at = columns.at(k)
     z, surface = columns.elevation[at], columns.surface[at]
-    names = [source.name for source in patches.sources if source.role == "horizon"]
+    horizons = {s.name: i for i, s in enumerate(patches.sources) if s.role == "horizon"}
     picked = float(tops.points[k, 2])
     block = _block_at(units, columns, at, picked)
-    if tops.horizons[k] not in names:
+    if tops.horizons[k] not in horizons:
         return _Row(UNKNOWN, block=block)
     if not len(z):
         return _Row(OUTSIDE)
 
     # faults that the vertical line meets, from the bottom up, as the crossings are sorted
-    faults = np.flatnonzero(is_fault[at])
+    faults = [j for j, i in enumerate(surface) if patches.sources[i].role == "fault"]
     of_fault = [patches.names[i] for i in surface[faults]]
-    horizon = [
-        i for i, source in enumerate(patches.sources)
-        if source.role == "horizon" and source.name == tops.horizons[k]
-    ]  # fmt: skip
-    mine = np.isin(surface, horizon)
+    mine = surface == horizons[tops.horizons[k]]
     values = z[mine & borders[at]]
 
     # one value or several: compare with the nearest and name a fault that lies between, since then

@@ -314,12 +314,8 @@ def decimate_horizon(surface: TriSurface, frame: Frame, differences: Differences
         axes = whole.easting[np.ix_(rows, cols)], whole.northing[np.ix_(rows, cols)]
     lattice = Lattice(*axes, differences.elevation, whole.rising, whole.reverse)
 
-    data = {
-        key: values.reshape(*whole.shape, *values.shape[1:])[np.ix_(rows, cols)].reshape(
-            len(rows) * len(cols), *values.shape[1:]
-        )
-        for key, values in surface.vertex_data.items()
-    }
+    kept = (rows[:, None] * whole.shape[1] + cols).ravel()
+    data = {key: values[kept] for key, values in surface.vertex_data.items()}
     # the largest value of the cells around each node, and what the cell north-east of it has
     of = differences
     around = np.pad(of.largest, 1)

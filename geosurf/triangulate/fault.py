@@ -25,6 +25,7 @@ from geosurf.model.expected import box_of_sides, name_of
 from geosurf.triangulate.horizon import triangulate_horizon
 from geosurf.triangulate.mesh import (
     fault_diagonal,
+    in_metres,
     is_mesh,
     orient_fault,
     refuse_far,
@@ -222,15 +223,9 @@ def _plane(ds: Any, key: str, title: str, metres: bool = True) -> np.ndarray:
         variable = variable.transpose(*FAULT_DIMS)
 
     # Coordinates are converted to metres here; elevation is converted with its sign.
-    values = np.asarray(variable.values, dtype=np.float64)
-    length_unit = variable.attrs.get("units")
-    if not metres or length_unit is None:
-        return values
-    try:
-        factor = metres_per_unit(length_unit, f"{key} of fault {title!r}")
-    except InputError as error:
-        raise SurfaceError(str(error)) from error
-    return values if factor == 1.0 else values * factor
+    if metres:
+        return in_metres(variable, f"{key} of fault {title!r}", SurfaceError)
+    return np.asarray(variable.values, dtype=np.float64)
 
 
 # ---- contacts ----------------------------------------

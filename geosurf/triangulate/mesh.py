@@ -212,7 +212,7 @@ def check_array(da: Any, what: str) -> None:
 def coordinates_of(da: Any, what: str) -> tuple[np.ndarray, np.ndarray]:
     """Return easting and northing [m], both 1-D or both 2-D."""
     easting, northing = labels_of(da, what)
-    return _metres(easting, f"easting of {what}"), _metres(northing, f"northing of {what}")
+    return in_metres(easting, f"easting of {what}"), in_metres(northing, f"northing of {what}")
 
 
 def labels_of(da: Any, what: str) -> tuple[Any, Any]:
@@ -239,18 +239,18 @@ def labels_of(da: Any, what: str) -> tuple[Any, Any]:
     return easting, northing
 
 
-def _metres(coord: Any, what: str) -> np.ndarray:
-    """Values of one coordinate in metres."""
+def in_metres(coord: Any, what: str, error: type[InputError] = HorizonError) -> np.ndarray:
+    """Values of one coordinate in metres, not copied where they are."""
     if coord.dtype.kind not in "fiu":
-        raise HorizonError(
+        raise error(
             f"{what}: values have dtype {coord.dtype}, expected metres. Convert them to float."
         )
 
     length_unit = coord.attrs.get("units")
     try:
         factor = 1.0 if length_unit is None else metres_per_unit(length_unit, what)
-    except InputError as error:
-        raise HorizonError(str(error)) from error
+    except InputError as reason:
+        raise error(str(reason)) from reason
     values = np.asarray(coord.values, dtype=np.float64)
     return values if factor == 1.0 else values * factor
 

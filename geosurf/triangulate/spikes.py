@@ -384,11 +384,5 @@ def _warn(
 
 def _place(surface: TriSurface, node: int) -> tuple[float, float, float]:
     """Where a node is."""
-    if surface.lattice is None:
-        x, y, z = surface.vertices[node].tolist()
-        return x, y, z
-    lattice = surface.lattice
-    i, j = divmod(node, lattice.shape[1])
-    x = lattice.easting[j] if lattice.easting.ndim == 1 else lattice.easting[i, j]
-    y = lattice.northing[i] if lattice.northing.ndim == 1 else lattice.northing[i, j]
-    return float(x), float(y), float(lattice.elevation[i, j])
+    x, y, z = surface.places_of_nodes(np.array([node]))[0].tolist()
+    return x, y, z
