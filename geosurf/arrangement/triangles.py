@@ -28,7 +28,7 @@ from geosurf.kernels.exact.predicates import (
     orient3d_rows,
 )
 from geosurf.kernels.lattices.lattice_corners import survey_list
-from geosurf.kernels.meshes.mesh import weld
+from geosurf.kernels.meshes.mesh import renumbered, weld
 from geosurf.kernels.search.separation import planes_of_surfaces, undecided_pairs
 from geosurf.model import TriangleContact, TriangleSteps, frozen
 from geosurf.model.expected import flag_of
@@ -333,9 +333,11 @@ def are_graphs(
         """Whether no triangle at the rim of a surface meets another one, seen on plane k."""
         if k < 0:
             return False
-        flat = np.stack([x[:, k], x[:, (k + 1) % 3], np.zeros(len(x))], axis=1)
+        used, corners = renumbered(triangles.take(rows, axis=0))
+        flat = np.zeros((len(used), 3))
+        flat[:, 0], flat[:, 1] = x[used, k], x[used, (k + 1) % 3]
         at_rim = rim[rows]
-        return not len(crossing_pairs(flat, triangles[rows[at_rim]], triangles[rows[~at_rim]]))
+        return not len(crossing_pairs(flat, corners[at_rim], corners[~at_rim]))
 
     rows = (group.rows for group in groups)
     return map_threads(is_graph, list(zip(rows, plane.tolist(), strict=True)))
