@@ -123,12 +123,11 @@ def _from_first(near: np.ndarray, far: np.ndarray) -> np.ndarray:
 
 
 def _part_of_strip(
-    arc: np.ndarray, n: int, near: np.ndarray, far: np.ndarray, share: float
+    arc: np.ndarray, n: int, near: np.ndarray, far: np.ndarray, tip: np.ndarray, share: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """A strip of which the rest is cut off: vertices (k, 3) beyond the arc, numbers of those that
-    its lines lead to, and triangles. `share` of each line stays.
+    its lines lead to, and triangles. `share` of each line stays, up to its `tip`.
     """
-    tip = near + share * (far - near)
     if share == 1.0:
         return tip, n + np.arange(len(arc)), strip(arc, n, near, far)
 
@@ -386,7 +385,9 @@ def _row(
         needed = longest / length if is_last and not is_flat else 1.0
         tip = x[arc] + (missing[:, None] if is_flat else length) * way
         for share in dict.fromkeys((1.0, needed) if is_whole else (needed,)):
-            beyond, ends, new = _part_of_strip(arc, len(x), x[arc], tip, share)
+            # by its own length: lines of two faults with one stick end at the same places
+            end = tip if share == 1.0 else x[arc] + longest * way
+            beyond, ends, new = _part_of_strip(arc, len(x), x[arc], tip, end, share)
             points, faces = np.concatenate([x, beyond]), np.concatenate([t, filled, new])
             defect = _defect_of(name, side, points, faces, len(filled) + len(new))
             if defect is not None:

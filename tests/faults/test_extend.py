@@ -313,6 +313,22 @@ def test_sticks_go_on_by_their_own_last_step():
         assert tuple(np.round(b + 2.5 * way, 9) + 0.0) in found
 
 
+def test_law_faults_that_share_a_stick_share_what_it_goes_on_with(rng):
+    # also where they are of other sizes, and their first rows of triangles are not as long
+    for _ in range(20):
+        foot = np.array([0.0, 0.0, -2000.0]) + rng.uniform(0, 50, 3) + [4.6e5, 5.9e6, 0.0]
+        dip = np.array([rng.uniform(-60, 60), 40.0, -150.0])
+        steps = rng.uniform([150, -40, -20], [900, 40, 20], (2, 3)) * [[-1], [1]]
+        stick = np.array([foot, foot + dip])
+        faults = [
+            triangulate_fault(gs.FaultSticks(name, [stick, stick + step]))
+            for name, step in zip("AB", steps, strict=True)
+        ]
+        by = {"up": rng.uniform(20, 400), "down": rng.uniform(20, 400)}
+        places = [{*map(tuple, lengthen_fault(one, by).surface.vertices)} for one in faults]
+        assert len(places[0] & places[1]) == 4
+
+
 def test_a_scene_lengthens_first_and_extends_then():
     faults = {"F1": dipping(), "F2": sheet("F2", [(7, 1, 1), (7, 2, 1), (7, 2, 2), (7, 1, 2)])}
     scene = gs.Scene({}, faults, BOX, lengthen={"F1": {"strike": 0.5}}, extend={"F1": "down"})
