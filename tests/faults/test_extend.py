@@ -314,17 +314,17 @@ def test_sticks_go_on_by_their_own_last_step():
 
 
 def test_law_faults_that_share_a_stick_share_what_it_goes_on_with(rng):
-    # also where they are of other sizes, and their first rows of triangles are not as long
+    # within the first row of triangles, which is longer for a larger fault
     for _ in range(20):
         foot = np.array([0.0, 0.0, -2000.0]) + rng.uniform(0, 50, 3) + [4.6e5, 5.9e6, 0.0]
         dip = np.array([rng.uniform(-60, 60), 40.0, -150.0])
         steps = rng.uniform([150, -40, -20], [900, 40, 20], (2, 3)) * [[-1], [1]]
         stick = np.array([foot, foot + dip])
         faults = [
-            triangulate_fault(gs.FaultSticks(name, [stick, stick + step]))
+            triangulate_fault(gs.FaultSticks(name, [stick, stick + np.array([step, 1.1 * step])]))
             for name, step in zip("AB", steps, strict=True)
         ]
-        by = {"up": rng.uniform(20, 400), "down": rng.uniform(20, 400)}
+        by = {"up": rng.uniform(20, 70), "down": rng.uniform(20, 70)}
         places = [{*map(tuple, lengthen_fault(one, by).surface.vertices)} for one in faults]
         assert len(places[0] & places[1]) == 4
 
