@@ -29,7 +29,7 @@ from geosurf.ensemble.store import EnsembleStore
 from geosurf.errors import DependencyError, GeometryError, InputError, OutputError, WorkerError
 from geosurf.scene.graph import Graph
 from geosurf.sheets import tear
-from tests.ensemble.worlds import bytes_of, layer_cake
+from tests.ensemble.worlds import bytes_of, fault, layer_cake, plane
 from tests.messages import refused
 
 N = 25  # more than one batch
@@ -178,6 +178,29 @@ def test_a_finished_ensemble_is_opened_without_a_model(tmp_path, monkeypatch):
         run(n=4, maps=None, store=tmp_path / "e.zarr")
     with pytest.raises(pytest.fail.Exception):  # other ones, too: the store is refused then
         run(n=3, seed=1, maps=None, store=tmp_path / "e.zarr")
+
+
+CHANGED = {
+    "one node": lambda given: given.replace(horizons={"Top": dented()}),
+    "a contact": lambda given: given.replace(contacts={"OWC": -1050.5}),
+    "a fault": lambda given: given.replace(faults={"F1": fault()}),
+    "the box": lambda given: given.replace(box=(0, 2000, 0, 1500, -1300, -790)),
+}
+
+
+def dented():
+    top = plane(-1000.0)
+    top[3, 3] += 0.5
+    return top
+
+
+@pytest.mark.parametrize("change", CHANGED)
+def test_a_store_of_other_inputs_is_refused_and_stays(tmp_path, change):
+    run(n=3, maps=None, store=tmp_path / "e.zarr")
+    before = bytes_of(tmp_path / "e.zarr")
+    with pytest.raises(InputError, match="other"):
+        gs.run_ensemble(CHANGED[change](scene()), 3, uncertain=UNCERTAIN, store=tmp_path / "e.zarr")
+    assert bytes_of(tmp_path / "e.zarr") == before
 
 
 # ---- kills, full disks, lost workers -----------------------------------------------------
