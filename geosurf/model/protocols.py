@@ -94,10 +94,8 @@ class View3D:
 Box = tuple[float, float, float, float, float, float]
 
 
-# Three protocols, each with more members than the one before: a picture needs less of a model than
-# a report.
-class DrawnModel(Protocol):
-    """What `ScenePlots.view` draws; of surfaces, curves, patches and units only those it shows."""
+class ReportedModel(Protocol):
+    """A model as pictures and reports take it, which ask for what they show only."""
 
     @property
     def surfaces(self) -> tuple[TriSurface, ...]:
@@ -123,10 +121,7 @@ class DrawnModel(Protocol):
     def aoi(self) -> np.ndarray | None:
         """Corners of the area of interest (n, 2) [m]; None if it is the box."""
 
-
-class MeasuredModel(DrawnModel, Protocol):
-    """A model with names and measures: what maps, sections and diagrams are drawn of."""
-
+    # Names and measures: what maps, sections and diagrams are drawn of.
     @property
     def sheets(self) -> dict[str, Sheet]:
         """Horizons that are torn at their faults, by name."""
@@ -191,10 +186,7 @@ class MeasuredModel(DrawnModel, Protocol):
     def misfit(self) -> xarray.Dataset:
         """Return the well tops compared with the horizons."""
 
-
-class ReportedModel(MeasuredModel, Protocol):
-    """A model with the further contents of a report: inputs, warnings, certificate and run log."""
-
+    # Further contents of a report: inputs, warnings, certificate and run log.
     @property
     def fault_actions(self) -> tuple[Extension | Truncation, ...]:
         """Every extension and truncation."""
@@ -246,13 +238,11 @@ def missing_members(thing: object, wanted: type) -> tuple[str, ...]:
 
     Examples
     --------
-    >>> missing_members("text", DrawnModel)
+    >>> missing_members("text", ReportedModel)[:6]
     ('surfaces', 'curves', 'patches', 'units', 'box', 'aoi')
     """
-    # All bases of the protocol, most general first; names in their order of definition.
-    members = [
-        name for base in reversed(wanted.__mro__) for name in vars(base) if not name.startswith("_")
-    ]
+    # in the order in which they are defined
+    members = [name for name in vars(wanted) if not name.startswith("_")]
     own: Mapping[str, Any] = getattr(thing, "__dict__", {})
     # The class is asked, not the object: a property of a scene would be computed.
     return tuple(n for n in members if n not in own and not hasattr(type(thing), n))

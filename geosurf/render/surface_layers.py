@@ -18,7 +18,7 @@ from geosurf.kernels.meshes.mesh import edges, ends_of, number_keys, renumbered
 from geosurf.lazy import xarray
 from geosurf.model import Curves, Lattice, Patches, TriSurface, Units
 from geosurf.model.pieces import Pieces, Strips, by_unit
-from geosurf.model.protocols import DrawnModel
+from geosurf.model.protocols import ReportedModel
 from geosurf.render.clip import Prism
 from geosurf.render.colouring import (
     Selection,
@@ -418,7 +418,7 @@ def thinned_mesh(pieces: Pieces, sides: np.ndarray, n_unit: int, stride: int) ->
     return UnitMesh(x, t, sides, of, n_unit)
 
 
-def as_modelled(scene: DrawnModel, surface: TriSurface, max_triangle: int) -> TriSurface:
+def as_modelled(scene: ReportedModel, surface: TriSurface, max_triangle: int) -> TriSurface:
     """
     Return the modelled part of a surface: a torn horizon ends on its faults, not beyond them.
 

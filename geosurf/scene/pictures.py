@@ -22,7 +22,7 @@ from geosurf.errors import GeometryError, GeosurfError, InputError
 from geosurf.files import refused_writing
 from geosurf.measure.section import check_line
 from geosurf.model.expected import listed, path_of
-from geosurf.model.protocols import MeasuredModel
+from geosurf.model.protocols import ReportedModel
 from geosurf.render.backend import views_obstacle
 from geosurf.render.colouring import check_colour_by, selection_of
 from geosurf.render.compose import draw_picture, show_search
@@ -171,7 +171,7 @@ class PictureChoice:
         return (views,) if isinstance(views, str) else listed(views, "views are words", _VIEWS)
 
 
-def pictures_of(scene: MeasuredModel, choice: PictureChoice) -> list[Picture]:
+def pictures_of(scene: ReportedModel, choice: PictureChoice) -> list[Picture]:
     """
     Return the pictures of a scene, not yet drawn.
 
@@ -266,7 +266,7 @@ def pictures_of(scene: MeasuredModel, choice: PictureChoice) -> list[Picture]:
     return found
 
 
-def _draw_search(scene: MeasuredModel, first: str, second: str, path: Path, **look: Any) -> None:
+def _draw_search(scene: ReportedModel, first: str, second: str, path: Path, **look: Any) -> None:
     """Write the picture of a search, if there is anything to show."""
     found = scene.search(first, second)
     if found is None:
@@ -277,7 +277,7 @@ def _draw_search(scene: MeasuredModel, first: str, second: str, path: Path, **lo
 
 
 def render_pictures(
-    scene: MeasuredModel,
+    scene: ReportedModel,
     folder: str | os.PathLike[str],
     on_file: Callable[[str], object] | None,
     choice: Mapping[str, Any],

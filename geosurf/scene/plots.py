@@ -22,7 +22,7 @@ from geosurf.measure.section import chains_of, rings_of
 from geosurf.measure.volumetrics import fluid_of, fluids_rule
 from geosurf.model import Curves, Sheet, SheetReport, TriSurface
 from geosurf.model.expected import expect, flag_of, listed, number_of, outline_of
-from geosurf.model.protocols import DrawnModel, MeasuredModel
+from geosurf.model.protocols import ReportedModel
 from geosurf.render.allan import draw_allan
 from geosurf.render.clip import Prism
 from geosurf.render.colouring import check_colour_by, colour_units, selection_of
@@ -63,7 +63,7 @@ CELLS = 200  # of a thickness map, along the longer side of the box
 
 
 def map_of(
-    scene: MeasuredModel, name: str, clip: bool
+    scene: ReportedModel, name: str, clip: bool
 ) -> tuple[TriSurface, Curves, dict[str, Any]]:
     """What a map of a horizon shows: surface, curves, and the other arguments of `draw_map`."""
     inside = outline_of(scene.box, scene.aoi)
@@ -82,7 +82,7 @@ def map_of(
     return as_modelled(scene, surface, MAX_MAP_TRIANGLE), scene.curves, options
 
 
-def fluids_on(scene: MeasuredModel, name: str) -> list[FluidArea]:
+def fluids_on(scene: ReportedModel, name: str) -> list[FluidArea]:
     """Parts of a horizon above fluid contacts, by the contact interval of the unit below them."""
     if name not in scene.horizons_inside:
         return []
@@ -112,20 +112,20 @@ def _shared_edges(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     return np.column_stack([start, end])[np.isin(start * n + end, last * n + first)]
 
 
-def _remedies(scene: MeasuredModel, name: str) -> tuple[GeosurfWarning, ...]:
+def _remedies(scene: ReportedModel, name: str) -> tuple[GeosurfWarning, ...]:
     """What closed the tear of a horizon where its faults alone did not."""
     sheet = scene.sheets.get(name)
     report = None if sheet is None else sheet.report
     return report.remedies if isinstance(report, SheetReport) else ()
 
 
-def tops_of_scene(scene: MeasuredModel) -> Any:
+def tops_of_scene(scene: ReportedModel) -> Any:
     """The misfits of the well tops, if the scene has some."""
     return None if scene.tops is None else scene.misfit()
 
 
 def thickness_of(
-    scene: MeasuredModel, zone: str, grid: Any, contact: str | None
+    scene: ReportedModel, zone: str, grid: Any, contact: str | None
 ) -> tuple[xarray.DataArray, dict[str, xarray.Dataset]]:
     """Thickness map of a zone, and the fault polygons of the horizons above and below."""
     if grid is None:
@@ -159,7 +159,7 @@ def _by_region(thickness: xarray.DataArray, of_block: Mapping[str, str]) -> xarr
     return xarray.DataArray(np.stack(values), coords, thickness.dims, attrs=attrs)
 
 
-def neighbours(scene: MeasuredModel) -> list[tuple[str, str]]:
+def neighbours(scene: ReportedModel) -> list[tuple[str, str]]:
     """Pairs of horizons with a zone of the reservoir between them, youngest first."""
     # only zones that have units: the column or the box may have removed one, and its neighbours
     # then name the zone
@@ -169,7 +169,7 @@ def neighbours(scene: MeasuredModel) -> list[tuple[str, str]]:
     return [(a, b) for a, b in pairs if f"{a}/{b}" in zones]
 
 
-def cut_horizons(scene: MeasuredModel, fault: str) -> list[str]:
+def cut_horizons(scene: ReportedModel, fault: str) -> list[str]:
     """Names of the horizons that a fault cuts, youngest first."""
     return [name for name in scene.horizons_inside if scene.cutoffs(name, fault)]
 
@@ -192,7 +192,7 @@ def middle_lines(box: Sequence[float], aoi: np.ndarray | None) -> list[np.ndarra
     return lines
 
 
-def warn_of_colours(scene: MeasuredModel, style: PictureStyle) -> None:
+def warn_of_colours(scene: ReportedModel, style: PictureStyle) -> None:
     """Warn of colours for names that the model does not have."""
     if not style.colours:
         return
@@ -816,7 +816,7 @@ class ScenePlots:
 
 
 def _shown_along(
-    scene: MeasuredModel, name: str, fault: str, throw: xarray.Dataset
+    scene: ReportedModel, name: str, fault: str, throw: xarray.Dataset
 ) -> np.ndarray | None:
     """Distance along the strike, throw that data show, and its spread (n, 3); None without."""
     sheet = scene.sheets.get(name)
@@ -845,7 +845,7 @@ def _data_of(scene: Any, horizon: str, data: Any) -> dict[str, np.ndarray]:
     return data_of(scene.sheets.get(horizon), data, horizon, {**words})
 
 
-def _leaks_on(scene: MeasuredModel, fault: str, found: Any) -> list[tuple[str, float, float]]:
+def _leaks_on(scene: ReportedModel, fault: str, found: Any) -> list[tuple[str, float, float]]:
     """Closure, distance along strike and elevation of the leaks on a fault."""
     check_closures(found)
     faces = faces_of(scene.patches, scene.units, fault, "fault")
@@ -857,7 +857,7 @@ def _leaks_on(scene: MeasuredModel, fault: str, found: Any) -> list[tuple[str, f
     return list(zip(names, along, places[:, 2].tolist(), strict=True))
 
 
-def _names_of(scene: DrawnModel, show: Sequence[str]) -> list[str]:
+def _names_of(scene: ReportedModel, show: Sequence[str]) -> list[str]:
     """Names that `only` may have: of surfaces and, where they are shown, of units."""
     names = [*getattr(scene, "horizon_names", ()), *getattr(scene, "fault_names", ())]
     if not names or {"walls", "surfaces", "patches"} & set(show):

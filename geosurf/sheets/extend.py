@@ -246,8 +246,7 @@ def _new_nodes(
         new &= binary_dilation(inside, np.ones((3, 3)), iterations=2)
     if fill:
         new |= holes
-    made: np.ndarray = new
-    return made
+    return new
 
 
 def _in_polygon(frame: Frame, corners: np.ndarray) -> np.ndarray:

@@ -427,8 +427,7 @@ def pinched_out(sheet: Sheet, nodes: np.ndarray, data: np.ndarray, other: StandI
 def _marks(surface: TriSurface) -> np.ndarray:
     """Vertices that are marked as extrapolated; none if nothing is."""
     none = np.zeros(surface.n_vertex, dtype=bool)
-    found: np.ndarray = surface.vertex_data.get("extrapolated", none)
-    return found
+    return surface.vertex_data.get("extrapolated", none)
 
 
 def _far_from(nodes: np.ndarray, sheet: Sheet) -> np.ndarray:
@@ -436,8 +435,7 @@ def _far_from(nodes: np.ndarray, sheet: Sheet) -> np.ndarray:
     # A distance transform: one pass, however many nodes there are.
     away = np.ones(sheet.lattice.shape, dtype=bool)
     away.ravel()[nodes] = False
-    far: np.ndarray = distance_transform_edt(away).ravel() > NEAR
-    return far
+    return distance_transform_edt(away).ravel() > NEAR
 
 
 def _refuse_open(sheet: Sheet, nodes: np.ndarray) -> None:

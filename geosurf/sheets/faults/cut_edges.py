@@ -274,8 +274,7 @@ def _median(values: np.ndarray, width: int) -> np.ndarray:
         return values
     half = min(width // 2, (n - 1) // 2)
     windows = sliding_window_view(np.pad(values, half, mode="edge"), 2 * half + 1)
-    found: np.ndarray = np.partition(windows, half, axis=1)[:, half]
-    return found
+    return np.partition(windows, half, axis=1)[:, half]
 
 
 def throw_beside(heights: np.ndarray, near: NearTrace, block: np.ndarray) -> float:

@@ -199,10 +199,9 @@ def side_over(mesh: FaultMesh, at: np.ndarray, reach: float) -> Callable[[np.nda
         """Sides at some elevations."""
         points = np.column_stack([np.tile(at, (len(z), 1)), z])
         block = np.zeros(len(z), dtype=np.int64)
-        found: np.ndarray = distance_at_elevation(
-            points, block, corners, boxes, normals, starts, items, reach
-        )[1]
-        return found
+        return distance_at_elevation(points, block, corners, boxes, normals, starts, items, reach)[
+            1
+        ]
 
     return sides
 

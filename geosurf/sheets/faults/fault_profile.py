@@ -563,8 +563,7 @@ def to_level(
         s, _ = section.of(points[:, :2] - corner)
         there = np.full(len(points), level)
         s = lines.moved(s, points[:, 2], there, FAR_STEPS)
-        places: np.ndarray = section.places(s, section.across(s, there)) + corner
-        return places
+        return section.places(s, section.across(s, there)) + corner
 
     return found
 
@@ -591,8 +590,7 @@ def _check_between(
         """Columns s at the level and elevation of a cut-off line, in the direction of strike."""
         s, _ = section.of(line[:, :2] - corner)
         s = leads(s, line[:, 2], np.full(len(s), level))[-1, :, 0]
-        found: np.ndarray = np.column_stack([s, line[:, 2]])[np.argsort(s, kind="stable")]
-        return found
+        return np.column_stack([s, line[:, 2]])[np.argsort(s, kind="stable")]
 
     hanging, foot = ([profile(line) for line in wall] for wall in walls)
     met, length, first = 0.0, 0.0, None

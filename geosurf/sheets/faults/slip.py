@@ -109,10 +109,9 @@ class EllipticThrow:
         if self.half_height is not None:
             q2 = q2 + ((z - level) / self.half_height) ** 2
         q = np.sqrt(np.minimum(q2, 1.0))
-        found: np.ndarray = (
+        return (
             self.largest * 2.0 * (1.0 - q) * np.sqrt(np.maximum((0.5 + 0.5 * q) ** 2 - q * q, 0.0))
         )
-        return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -330,7 +329,6 @@ def _of_map(given: Any, corner: np.ndarray, what: str) -> Amount:
         up, on = np.minimum(i + 1, len(axes[1]) - 1), np.minimum(j + 1, len(axes[0]) - 1)
         low = values[i, j] * (1.0 - f) + values[i, on] * f
         high = values[up, j] * (1.0 - f) + values[up, on] * f
-        found: np.ndarray = low * (1.0 - g) + high * g
-        return found
+        return low * (1.0 - g) + high * g
 
     return amount

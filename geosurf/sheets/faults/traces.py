@@ -111,8 +111,7 @@ class Trace:
 
     def far_from(self, at: np.ndarray) -> np.ndarray:
         """Distance (n,) of each vertex from a point in the map [cells]."""
-        far: np.ndarray = np.hypot(*(self.line[:, :2] - at).T)
-        return far
+        return np.hypot(*(self.line[:, :2] - at).T)
 
     @property
     def inside(self) -> tuple[float, float]:

@@ -92,8 +92,7 @@ def _places_on(inputs: Inputs, trace: Trace, line: np.ndarray) -> np.ndarray:
     steps = np.linspace(0.0, along[-1], max(int(along[-1] / STEP), 1) + 1)
     places = np.stack([np.interp(steps, along, points[:, k]) for k in range(3)], axis=1)
     far, vertex = cKDTree(trace.line[:, :2]).query(places[:, :2])
-    kept: np.ndarray = places[(far <= REACH) & (vertex > trace.start) & (vertex < trace.stop)]
-    return kept
+    return places[(far <= REACH) & (vertex > trace.start) & (vertex < trace.stop)]
 
 
 def _wall(

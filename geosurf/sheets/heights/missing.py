@@ -220,15 +220,13 @@ def _vertex_of_nodes(sheet: Sheet) -> np.ndarray:
     order = np.argsort(rows[0])
     at = np.minimum(np.searchsorted(rows[0], rows[1], sorter=order), len(order) - 1)
     vertex = np.where(rows[0][order[at]] == rows[1], order[at], -1)
-    found: np.ndarray = np.where(number >= 0, vertex[np.maximum(number, 0)], -1)
-    return found
+    return np.where(number >= 0, vertex[np.maximum(number, 0)], -1)
 
 
 def parts_of(surface: TriSurface) -> np.ndarray:
     """Connected part of a mesh that each of its vertices is in, int64 (n_vertex,)."""
     t = surface.triangles
-    found: np.ndarray = join_pairs(np.concatenate([t[:, :2], t[:, 1:]]), surface.n_vertex)
-    return found
+    return join_pairs(np.concatenate([t[:, :2], t[:, 1:]]), surface.n_vertex)
 
 
 def nodes_to_stand_in(

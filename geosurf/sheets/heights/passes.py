@@ -677,12 +677,10 @@ def on_base_heights(solver: Solver, plan: TearPlan) -> Rebuilt | None:
 def _share(trace: Trace, place: np.ndarray) -> np.ndarray:
     """Places along a trace as shares of the part on its fault."""
     first, last = trace.inside
-    share: np.ndarray = (trace.length_at(place) - first) / (last - first)
-    return share
+    return (trace.length_at(place) - first) / (last - first)
 
 
 def _place(trace: Trace, share: np.ndarray) -> np.ndarray:
     """The inverse of `_share`."""
     first, last = trace.inside
-    found: np.ndarray = trace.place_at(first + share * (last - first))
-    return found
+    return trace.place_at(first + share * (last - first))

@@ -70,8 +70,7 @@ class Bent:
         bent = [(tip, part) for tip, part in zip(self.tips, parts, strict=True) if part.any()]
         shapes = shapes_of([tip for tip, _ in bent], frame, nodes, anchors)
         share = np.concatenate([np.empty(0), *(part for _, part in bent)])
-        found: np.ndarray = sums_of_columns(shapes, share)
-        return found
+        return sums_of_columns(shapes, share)
 
     def only(self, traces: Sequence[int]) -> Bent:
         """Of some traces only."""

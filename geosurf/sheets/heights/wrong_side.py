@@ -157,8 +157,7 @@ def _above(shift: np.ndarray, use: np.ndarray) -> np.ndarray:
         plane = np.linalg.solve(moments @ design + slight, moments @ shift[..., 2:])
         left = np.abs(shift[..., 2] - (design @ plane)[..., 0])
         weight = use / np.maximum(left, 1e-3 * left.max(axis=1, keepdims=True) + 1e-9)
-    above: np.ndarray = -plane[:, 0, 0]
-    return above
+    return -plane[:, 0, 0]
 
 
 def warning_of(horizon: str, wrong: Sequence[dict[str, Any]]) -> GeosurfWarning:

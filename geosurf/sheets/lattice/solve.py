@@ -355,9 +355,9 @@ def reached(graph: Graph, free: np.ndarray) -> np.ndarray:
     return out
 
 
-def steps_to_known(graph: Graph, unknown: np.ndarray, longest: int = 64) -> np.ndarray:
-    """Number of uncut links from each node to the nearest known one, at most `longest`."""
-    return steps_from(graph.east, graph.north, unknown < 0, longest)
+def steps_to_known(graph: Graph, unknown: np.ndarray) -> np.ndarray:
+    """Number of uncut links from each node to the nearest known one, at most 64."""
+    return steps_from(graph.east, graph.north, unknown < 0, 64)
 
 
 def on_the_way(graph: Graph, steps: np.ndarray, far: int) -> np.ndarray:

@@ -208,8 +208,7 @@ def _rings_near(repairs: Repairs, frame: Frame, at: np.ndarray) -> int:
 def _middles(frame: Frame, pairs: Sequence[Pair]) -> np.ndarray:
     """The middles (n, 2) of pairs of nodes [cells]."""
     nodes = np.array(pairs, dtype=np.int64).ravel()
-    middles: np.ndarray = frame.uv_of_node(nodes).reshape(-1, 2, 2).mean(axis=1) * frame.stretch
-    return middles
+    return frame.uv_of_node(nodes).reshape(-1, 2, 2).mean(axis=1) * frame.stretch
 
 
 # ---- rings ----------------------------------------

@@ -419,10 +419,7 @@ def holdout_misfit(picks: Picks, near: Sequence[NearPicks], built: Built) -> np.
     # vertices are nodes first, then ghosts
     there = (vertex >= 0).all(axis=1)
     heights = np.concatenate([state.values, built.ghosts])
-    found: np.ndarray = np.abs(
-        (heights[vertex[there]] * share[there]).sum(axis=1) - picks.z[rows[there]]
-    )
-    return found
+    return np.abs((heights[vertex[there]] * share[there]).sum(axis=1) - picks.z[rows[there]])
 
 
 def _walls_of(

@@ -55,8 +55,7 @@ class Ahead:
         away = first + np.arange(n)
         weight = np.linalg.pinv(np.column_stack([np.ones(n), away]))[0]
         heights = self.heights(grid, stretch, away, np.arange(SPARE, FARTHEST), aside)
-        found: np.ndarray = (heights[0] - heights[1]) @ weight
-        return found
+        return (heights[0] - heights[1]) @ weight
 
     def heights(
         self, grid: np.ndarray, stretch: np.ndarray, away: np.ndarray, x: np.ndarray, aside: float
@@ -66,8 +65,7 @@ class Ahead:
         at = line[None, :, None] + np.array([-1, 1])[:, None, None, None] * (
             away[:, None] * self.left
         )
-        found: np.ndarray = sample(grid, at.reshape(-1, 2) / stretch).reshape(at.shape[:3])
-        return found
+        return sample(grid, at.reshape(-1, 2) / stretch).reshape(at.shape[:3])
 
     def goes_on(self, grid: np.ndarray, stretch: np.ndarray, at: int, throw: float) -> bool:
         """Whether data `grid` look alike past the tip and before it, all across the line."""

@@ -144,8 +144,7 @@ def _crossing(
     far = [np.abs(movement.distance(fault, at[:, :2], at[:, 2])) for at in (here, there)]
     both = far[0] + far[1]
     share = np.divide(far[0], both, out=np.full_like(both, 0.5), where=both > 0)[:, None]
-    found: np.ndarray = here + share * (there - here)
-    return found
+    return here + share * (there - here)
 
 
 def throw_at_early_ends(

@@ -83,23 +83,20 @@ class Before:
     def lost(self, xy: np.ndarray) -> np.ndarray:
         """Mask (n,) of places in holes."""
         node, weight = self._corners(xy)
-        found: np.ndarray = (np.isnan(self.values.ravel()[node]) & (weight > RIM)).any(axis=1)
-        return found
+        return (np.isnan(self.values.ravel()[node]) & (weight > RIM)).any(axis=1)
 
     def outside(self, xy: np.ndarray) -> np.ndarray:
         """Distance (n,) by which places lie outside of the lattice [cells]."""
         u, v = self._cells(xy)
         n_row, n_col = self.values.shape
         zero = np.zeros(len(xy))
-        found: np.ndarray = np.maximum.reduce([-u, u - (n_col - 1.0), -v, v - (n_row - 1.0), zero])
-        return found
+        return np.maximum.reduce([-u, u - (n_col - 1.0), -v, v - (n_row - 1.0), zero])
 
 
 def _filled(values: np.ndarray) -> np.ndarray:
     """Holes take the nearest value, so that a particle may be sought across them."""
     nearest = distance_transform_edt(np.isnan(values), return_distances=False, return_indices=True)
-    out: np.ndarray = values[tuple(nearest)]
-    return out
+    return values[tuple(nearest)]
 
 
 def sheet_heights(

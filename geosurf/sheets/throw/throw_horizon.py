@@ -461,8 +461,7 @@ def cutoffs_to_expect(best: Attempt, fault: int, wall: float) -> np.ndarray:
     with np.errstate(invalid="ignore"):
         through = above[:, 1:] * above[:, :-1] <= 0.0
     row, at = np.nonzero(same & through)
-    found: np.ndarray = xyz.reshape(*shape, 3)[row, at]
-    return found
+    return xyz.reshape(*shape, 3)[row, at]
 
 
 def too_coarse(best: Attempt, fault: int, places: np.ndarray) -> GeometryError | None:

@@ -111,8 +111,7 @@ def _own_corners(faces: np.ndarray, on_fault: np.ndarray, n_vertex: int) -> np.n
 
     # corners that are joined are one vertex
     joined = join_pairs(np.stack([a, b], axis=1), len(flat))
-    number: np.ndarray = np.unique(joined, return_inverse=True)[1]
-    return number
+    return np.unique(joined, return_inverse=True)[1]
 
 
 def place_keys(points: np.ndarray) -> np.ndarray:

@@ -478,14 +478,12 @@ def _between(
     far[np.arange(n), np.arange(n)] = 0.0
 
     # both directions are computed; rounding, and reach, may make one of them shorter
-    same_place: np.ndarray = np.minimum(far, far.T)
-    return same_place
+    return np.minimum(far, far.T)
 
 
 def _groups(far: np.ndarray, cell: float) -> np.ndarray:
     """Number of the group of each top: tops less than a cell apart are in one."""
-    number: np.ndarray = connected_components(far < cell, directed=False)[1]
-    return number
+    return connected_components(far < cell, directed=False)[1]
 
 
 def _refuse_contradictions(
