@@ -40,6 +40,8 @@ from geosurf.scene.given import (
     longer_in_depth,
     named_like,
     prepared_faults,
+    still_in_time,
+    torn_in_time,
     torn_like,
 )
 from geosurf.scene.memory import fingerprint
@@ -79,6 +81,7 @@ class SceneModel:
         self._frame: dict[str, Any] = {}
         self.longer: LongerFaults = {}
         self.base_sheets: dict[str, Sheet] = {}
+        self.in_time: tuple[LongerFaults, dict[str, Sheet]] = {}, {}
         self.plans: dict[str, TearPlan] = {}  # how horizons were torn as picked in the base case
 
     # ---- what is given -------------------------------------------------------------------
@@ -127,6 +130,8 @@ class SceneModel:
             changes["throws"] = _changed(self.scene._inputs.throws, change.throws)
         scene = self.scene.replace(horizons=change.horizons(), faults=change.faults, **changes)
         longer = self.longer
+        if change.velocity and not change.faults:
+            still_in_time(scene, *self.in_time)
         if change.velocity and longer:
             longer = longer_in_depth(scene, self._longer_in_time)
         if not self.base_sheets:
@@ -160,6 +165,8 @@ class SceneModel:
         """Keep how horizons were torn, and faults as long as they need them: not uncertain."""
         keep_on_disk(self.scene, None)  # sheets of realisations are nobody else's
         self.base_sheets = dict(base.sheets)
+        if self.velocity is not None:
+            self.in_time = torn_in_time(base)
         # Read once: all realisations take over what this scene has read.
         for name in self.fault_names:
             self.fault(name)

@@ -10,16 +10,14 @@ that are vertical are never met, and lines on the rim of the box see what is ins
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from geosurf.kernels.exact.predicates import ORIENT2D_BOUND, TINY, frame_of, orient2d_rows
-from geosurf.kernels.lattices.sets import ranges
+from geosurf.kernels.search.rays import feet_in_shadows
 from geosurf.model import Patches, TriSurface
-
-AT_ONCE = 1_000_000  # pairs of a triangle and a line that are held in memory
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,28 +73,23 @@ def cross_columns(
         used = x[triangles.ravel(), :2]
         middle = 0.5 * (used.min(axis=0) + used.max(axis=0)) if len(used) else np.zeros(2)
 
-    # which way each foot moves, east-west and north-south (n_foot, 2): +1 or -1, never 0
-    push = np.where(feet <= middle, 1.0, -1.0)
-
     # +1 counter-clockwise on the map, so the triangle faces up; -1 down; 0 for an upright one,
     # which has no shadow and is skipped
     facing = signs_of_turns(x[:, :2], triangles)
-    upright = facing == 0
+    face, foot, is_sure = _near(x, triangles, facing, feet, middle)
 
+    # which way feet on rims move, east-west and north-south: +1 or -1, never 0
+    rows = np.flatnonzero(~is_sure)
+    push = np.where(feet[foot[rows]] <= middle, 1.0, -1.0)
     # feet are numbered after the vertices: one array for the sign of any three points
-    points = np.concatenate([x[:, :2], feet])
-    parts = [(np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0))]
-
-    # a foot is inside a shadow if all three edges have it on the side of the third corner; each
-    # edge only tests the pairs that passed the edge before
-    for face, foot in _near(x[:, :2], triangles, np.flatnonzero(~upright), feet):
-        for k in range(3):
-            a, b = triangles[face, k], triangles[face, (k + 1) % 3]
-            inside = _seen_from(points, a, b, len(x) + foot, push[foot]) == facing[face]
-            face, foot = face[inside], foot[inside]
-        parts.append((foot, face, elevations(x[triangles[face]], feet[foot])))
-    foot, face, z = (np.concatenate(column) for column in zip(*parts, strict=True))
-    return Crossings(foot, face, facing[face], z)
+    points = np.concatenate([x[:, :2], feet[foot[rows]]])
+    inside = np.ones(len(face), dtype=bool)
+    for k in range(3):
+        a, b = (triangles[face[rows], i % 3] for i in (k, k + 1))
+        side = _seen_from(points, a, b, len(x) + np.arange(len(rows)), push)
+        inside[rows] &= side == facing[face[rows]]
+    face, foot = face[inside], foot[inside]
+    return Crossings(foot, face, facing[face], elevations(x[triangles[face]], feet[foot]))
 
 
 def signs_of_turns(x: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -148,60 +141,30 @@ def _seen_from(
 
 
 def _near(
-    x: np.ndarray, triangles: np.ndarray, rows: np.ndarray, feet: np.ndarray
-) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Pairs of a triangle and a foot in the box around its shadow, some at a time.
+    x: np.ndarray, triangles: np.ndarray, facing: np.ndarray, feet: np.ndarray, middle: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Triangles and feet in their shadows, and which of these pairs are sure.
 
     Feet lie in strips from south to north, sorted by easting in each.
     """
-    if len(feet) == 0 or len(rows) == 0:
-        return
-
-    # the boxes of the shadows; a foot on the rim of a box is a candidate, too
-    corners = x[triangles[rows]]
-    low, high = corners.min(axis=1), corners.max(axis=1)
-
-    # coordinates become ranks: grids of feet have few distinct ones, and integers compare without
-    # rounding
-    eastings, east = np.unique(feet[:, 0], return_inverse=True)
     northings, north = np.unique(feet[:, 1], return_inverse=True)
-
     # about sqrt(n) strips: a box then reads few strips that it only touches, and each strip holds
     # about sqrt(n) feet
     n_strip = min(len(northings), 1 + int(np.sqrt(len(feet))))
-    strip_of = np.arange(len(northings) + 1) * n_strip // len(northings)
+    strip_of = np.arange(len(northings)) * n_strip // max(len(northings), 1)
+    first = np.searchsorted(strip_of, np.arange(n_strip + 1))
+    limits = np.column_stack([northings[first[:-1]], northings[first[1:] - 1]])
+    order = np.lexsort((feet[:, 0], strip_of[north]))
+    start = np.searchsorted(strip_of[north[order]], np.arange(n_strip + 1))
 
-    # sort by strip, then easting: the feet of a box within one strip are a run in this order
-    key = strip_of[north] * len(eastings) + east
-    order = np.argsort(key, kind="stable")
-    key = key[order]
-
-    # ranks of the feet within each box, first and one past the last
-    south = np.searchsorted(northings, low[:, 1], "left")
-    beyond = np.searchsorted(northings, high[:, 1], "right")
-    west = np.searchsorted(eastings, low[:, 0], "left")
-    end = np.searchsorted(eastings, high[:, 0], "right")
-    met = np.flatnonzero((beyond > south) & (end > west))
-    first, last = strip_of[south[met]], strip_of[beyond[met] - 1]
-
-    # one row for each pair of a box and a strip that it meets, then the run of feet in it
-    which, strip = ranges(first, last - first + 1)
-    which = met[which]
-    base = strip * len(eastings)
-    start = np.searchsorted(key, base + west[which], "left")
-    count = np.searchsorted(key, base + end[which], "left") - start
-    if not count.any():
-        return
-
-    # the number of pairs is known before they are made: parts of about AT_ONCE bound the memory
-    cuts = np.searchsorted(np.cumsum(count), np.arange(0, int(count.sum()), AT_ONCE), "right")
-    for a, b in zip(cuts, [*cuts[1:], len(count)], strict=True):
-        of, place = ranges(start[a:b], count[a:b])
-        one, foot = which[a:b][of], order[place]
-
-        # runs are exact in easting but only strips in northing
-        inside = (feet[foot, 1] >= low[one, 1]) & (feet[foot, 1] <= high[one, 1])
-        yield rows[one[inside]], foot[inside]
+    given = np.ascontiguousarray(x), triangles, facing, feet[order], start, limits, middle
+    pairs = np.empty((2 * len(feet) + 64, 3), dtype=np.int64)
+    n = feet_in_shadows(*given, pairs)
+    if n > len(pairs):
+        pairs = np.empty((n, 3), dtype=np.int64)
+        feet_in_shadows(*given, pairs)
+    face, foot, is_sure = pairs[:n].T
+    return face, order[foot], is_sure == 1
 
 
 def weights_at(corners: np.ndarray, feet: np.ndarray) -> np.ndarray:
