@@ -81,7 +81,8 @@ class SceneModel:
         self._frame: dict[str, Any] = {}
         self.longer: LongerFaults = {}
         self.base_sheets: dict[str, Sheet] = {}
-        self.in_time: tuple[LongerFaults, dict[str, Sheet]] = {}, {}
+        self.in_time: tuple[LongerFaults, dict[str, Sheet]] = {}, {}  # how the base case was torn
+        self.longer_in_time: dict[str, TriSurface] = {}
         self.plans: dict[str, TearPlan] = {}  # how horizons were torn as picked in the base case
 
     # ---- what is given -------------------------------------------------------------------
@@ -133,20 +134,12 @@ class SceneModel:
         if change.velocity and not change.faults:
             still_in_time(scene, *self.in_time)
         if change.velocity and longer:
-            longer = longer_in_depth(scene, self._longer_in_time)
+            longer = longer_in_depth(scene, self.longer_in_time)
         if not self.base_sheets:
             return scene
         still = {} if change.faults or change.velocity else self.base_sheets
         still = {name: sheet for name, sheet in still.items() if name not in change.up}
         return torn_like(scene, longer, self.plans, still)
-
-    @cached_property
-    def _longer_in_time(self) -> dict[str, TriSurface]:
-        """Faults as long as the base case needed them, in time."""
-        return {
-            name: TriSurface(name, "fault", self.scene.to_time(after.vertices), after.triangles)
-            for name, (_, after) in self.longer.items()
-        }
 
     def framed(self, base: Callable[[], Scene], reach: float) -> None:
         """Keep area and box of the base case, taller by a reach [m]; nothing is torn for it."""
@@ -165,13 +158,17 @@ class SceneModel:
         """Keep how horizons were torn, and faults as long as they need them: not uncertain."""
         keep_on_disk(self.scene, None)  # sheets of realisations are nobody else's
         self.base_sheets = dict(base.sheets)
-        if self.velocity is not None:
-            self.in_time = torn_in_time(base)
         # Read once: all realisations take over what this scene has read.
         for name in self.fault_names:
             self.fault(name)
         before = prepared_faults(base)
         self.longer = longer_faults(before, {name: base.whole_surface(name) for name in before})
+        if base._inputs.becomes_depth:
+            self.in_time = torn_in_time(base)
+            self.longer_in_time = {
+                name: TriSurface(name, "fault", base.to_time(after.vertices), after.triangles)
+                for name, (_, after) in self.longer.items()
+            }
         # The base case as planned: repairs that it needs beside its plan, all realisations need.
         self.plans = plans = _plans_of(self.base_sheets)
         if plans:
