@@ -40,8 +40,6 @@ from geosurf.scene.given import (
     longer_in_depth,
     named_like,
     prepared_faults,
-    still_in_time,
-    torn_in_time,
     torn_like,
 )
 from geosurf.scene.memory import fingerprint
@@ -81,7 +79,6 @@ class SceneModel:
         self._frame: dict[str, Any] = {}
         self.longer: LongerFaults = {}
         self.base_sheets: dict[str, Sheet] = {}
-        self.in_time: tuple[LongerFaults, dict[str, Sheet]] = {}, {}  # how the base case was torn
         self.longer_in_time: dict[str, TriSurface] = {}
         self.plans: dict[str, TearPlan] = {}  # how horizons were torn as picked in the base case
 
@@ -131,8 +128,6 @@ class SceneModel:
             changes["throws"] = _changed(self.scene._inputs.throws, change.throws)
         scene = self.scene.replace(horizons=change.horizons(), faults=change.faults, **changes)
         longer = self.longer
-        if change.velocity and not change.faults:
-            still_in_time(scene, *self.in_time)
         if change.velocity and longer:
             longer = longer_in_depth(scene, self.longer_in_time)
         if not self.base_sheets:
@@ -164,7 +159,6 @@ class SceneModel:
         before = prepared_faults(base)
         self.longer = longer_faults(before, {name: base.whole_surface(name) for name in before})
         if base._inputs.becomes_depth:
-            self.in_time = torn_in_time(base)
             self.longer_in_time = {
                 name: TriSurface(name, "fault", base.to_time(after.vertices), after.triangles)
                 for name, (_, after) in self.longer.items()

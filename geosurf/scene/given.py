@@ -20,7 +20,6 @@ from geosurf.scene.memory import OnStart
 from geosurf.scene.result_cache import ResultCache
 from geosurf.scene.scene import Scene
 from geosurf.scene.surfaces import opened_contacts, opened_horizon
-from geosurf.scene.tearing import longer_faults
 
 
 def given_horizon(scene: Scene, name: str) -> tuple[Any, dict[str, Any]]:
@@ -66,18 +65,6 @@ def in_depth(scene: Scene) -> Scene:
 def prepared_faults(scene: Scene) -> dict[str, TriSurface]:
     """Return all faults as extended and truncated, before tears make them longer."""
     return {name: scene._plain.faults.surface(name) for name in scene.fault_names}
-
-
-def torn_in_time(scene: Scene) -> tuple[LongerFaults, dict[str, Sheet]]:
-    """Return faults of a scene in time as given and as long as tears made them; its sheets."""
-    graph, faults = scene._in_time, scene._given.faults
-    before = {name: faults.surface(name) for name in scene.fault_names}
-    return longer_faults(before, {name: graph.whole(name) for name in before}), dict(graph.sheets)
-
-
-def still_in_time(scene: Scene, longer: LongerFaults, sheets: Mapping[str, Sheet]) -> None:
-    """Let a new scene have sheets of another one in time, and faults as long as they need them."""
-    scene._given.longer, scene._given.still = longer, sheets
 
 
 def torn_like(

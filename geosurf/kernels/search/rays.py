@@ -314,6 +314,18 @@ def _seen_from_edge(x, a, b, east, north, push):
     return 1 if change > 0.0 else (-1 if change < 0.0 else 0)
 
 
+@scalar
+def _first_at_least(rows, column, low, high, value):
+    """The first of some rows, rising in a column, that is not below a value; `high` if all are."""
+    while low < high:
+        half = (low + high) // 2
+        if rows[half, column] < value:
+            low = half + 1
+        else:
+            high = half
+    return low
+
+
 @entry("d2 l2 l1 d2 l1 d2 d1 l2* -> l")
 def feet_in_shadows(x, t, facing, feet, start, limits, middle, pairs):
     """Write triangle, foot, and whether that is sure, for feet in shadows or on their rims; their
@@ -333,24 +345,10 @@ def feet_in_shadows(x, t, facing, feet, start, limits, middle, pairs):
         south = min(x[a, 1], x[b, 1], x[c, 1])
         north = max(x[a, 1], x[b, 1], x[c, 1])
 
-        # the first strip that reaches up to the box
-        low, high = 0, n_strip
-        while low < high:
-            middle_strip = (low + high) // 2
-            if limits[middle_strip, 1] < south:
-                low = middle_strip + 1
-            else:
-                high = middle_strip
-        strip = low
+        # strips that reach up to the box, and in each the feet that are not west of it
+        strip = _first_at_least(limits, 1, 0, n_strip, south)
         while strip < n_strip and limits[strip, 0] <= north:
-            low, high = start[strip], start[strip + 1]
-            while low < high:  # its first foot that is not west of the box
-                half = (low + high) // 2
-                if feet[half, 0] < west:
-                    low = half + 1
-                else:
-                    high = half
-            foot = low
+            foot = _first_at_least(feet, 0, start[strip], start[strip + 1], west)
             while foot < start[strip + 1] and feet[foot, 0] <= east:
                 if south <= feet[foot, 1] <= north:
                     push[0] = 1.0 if feet[foot, 0] <= middle[0] else -1.0
