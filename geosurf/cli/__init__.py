@@ -7,7 +7,7 @@ codes.
 ================== ============================================
 parser             commands, options and their help
 arguments          arguments are refused in one sentence
-scenario_commands  ``run``, ``validate``, ``check``, ``report``
+scenario_commands  ``run``, ``validate``, ``check``
 new_command        ``new``
 ensemble_command   ``ensemble``
 render_command     ``render``

@@ -8,12 +8,12 @@ import time
 from pathlib import Path
 
 from geosurf.cli.console import Answer
-from geosurf.cli.scenario_commands import scenario_of
 from geosurf.conventions.machine import missing_sentence
 from geosurf.ensemble import run_ensemble
 from geosurf.ensemble.results import quantile_frame, quantile_text, realisations_csv
 from geosurf.ensemble.run import console_line
 from geosurf.files import refused_writing, write_whole
+from geosurf.scenario import read_scenario
 from geosurf.scenario.output import input_files
 
 EVERY = 30.0  # s between two lines of progress in a log file
@@ -22,7 +22,7 @@ EVERY = 30.0  # s between two lines of progress in a log file
 def ensemble_command(options: argparse.Namespace) -> Answer:
     """Build many realisations of a scenario, and write quantiles of volumes."""
     out, start = Path(options.out), time.perf_counter()
-    scenario = scenario_of(options)  # before a folder is made
+    scenario = read_scenario(options.scenario, options.set)  # before a folder is made
     with refused_writing(f"{out}: results", out, "Choose another folder."):
         out.mkdir(parents=True, exist_ok=True)
     ensemble = run_ensemble(

@@ -6,7 +6,6 @@ import argparse
 import re
 import sys
 from collections.abc import Callable, Iterable, Sequence
-from pathlib import Path
 from typing import Any, NoReturn
 
 import geosurf
@@ -216,39 +215,6 @@ def whole_number(least: int) -> Callable[[str], int]:
     return check
 
 
-def named_file(word: str) -> tuple[str, Path]:
-    """Check an option that takes a name and a file; the name is that of the file by default.
-
-    Examples
-    --------
-    >>> named_file("W1=/dev/null")[0], named_file("/dev/null")[0]
-    ('W1', 'null')
-    """
-    name, sign, file = word.partition("=")
-    path = Path(file if sign else word)
-    if not path.exists():
-        raise argparse.ArgumentTypeError(
-            f"{path} is not there. Give a name and a file, such as W1=wells/W1.txt"
-        )
-    return (name if sign else path.stem), path
-
-
-def number(word: str) -> float:
-    """Check an option that takes a number.
-
-    Examples
-    --------
-    >>> number("2.5")
-    2.5
-    """
-    try:
-        return float(word)
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(
-            f"{word!r} is not a number. Give one, such as 2.5"
-        ) from error
-
-
 # what commands take, known before a command is loaded
 FILES = ("vtm", "vtp", "csv", "nc", "pl", "ml", "epc")
 RESULTS = (*FILES, "grid", "pictures", "report")
@@ -269,8 +235,6 @@ check       scenario_commands  check the model of a scenario and print its certi
             field/scenario.toml
 render      render_command     draw one picture of the model of a scenario
             field/scenario.toml -o top.png --view top
-report      scenario_commands  write the report of a scenario and its pictures
-            field/scenario.toml -o field/out
 ensemble    ensemble_command   compute P90, P50 and P10 of the volumes of a scenario
             field/scenario.toml -o field/ensemble -n 200
 curves      convert_command    find the intersection lines of two surface files
@@ -286,8 +250,8 @@ completion  parser             print a script that lets a shell complete command
 """
 # Below the names of commands: the words of an option or argument, what it takes (a key of `KINDS`,
 # or its word in the help), meaning; a line without words continues the one above.
-# `render` has no defaults: `_draw_view` takes them from the scenario, and `_draw_section` refuses
-# what is given for views only.
+# `render` has no defaults: `_draw_section` refuses what is given for views only. What pictures look
+# like is in the scenario, and `--set` changes it.
 OPTIONS = """
 new
     folder           FOLDER    where scenario.toml is written
@@ -297,21 +261,18 @@ new
     --replace        switch    replace an existing scenario
     --example        example   write a synthetic field with known volumes into FOLDER, and its
                                scenario: {variants} (default: grids)
-run validate check render report ensemble
+run validate check render ensemble
     scenario         -         scenario file (TOML); its keys are in docs/scenario.md
     --set            KEY=VALUE  give a key of the scenario another value, as in --set
                                output.maps=false or --set horizons.Top.file=New.gri; can be
                                repeated
-run check report
-    --merge-slivers  switch    merge units too small to count into neighbours, as [slivers] merge =
-                               true does
-run report
+run
     -o --out         required  output folder, created if it is missing
     --no-pictures    switch    do not draw pictures
 ensemble
     -o --out         required  output folder, created if it is missing; one with a part of the same
                                ensemble is continued
-run check render report ensemble
+run check render ensemble
     --cache-dir      FOLDER    store torn horizons, certificates and pictures there; later commands
                                on the same field redo only what changed
 run
@@ -324,20 +285,9 @@ render
     --show           -         what to draw, also walls, patches, units (default: {show})
     --section        LINE      draw a vertical section along this line, as in
                                "0,2500 6000,2500 ..." [m]
-    --exaggeration   number    vertical exaggeration (default: chosen by the shape of the model)
-    --camera         ANGLES    azimuth and height of the viewer in degrees, in place of --view:
-                               "225,30"
-    --zoom           number    2 shows the middle twice as large
     --only           NAMES     draw these surfaces, units, zones, blocks
     --colour-by      -         colours of units: unit, zone, block, contact or z (elevation)
     --title          -         text above the picture (default: what is shown)
-    --theme          -         light or dark
-    --transparent    yes or no  leave the background out
-    --wells          NAME=FILE  also draw the path of a well, from the top down; can be repeated
-    --polygons       NAME=FILE  also draw polygons such as a licence; can be repeated
-    --points         NAME=FILE  also draw data points; can be repeated
-    --size           W,H       pixels (default: of the scenario): "1280,800"
-    --clip           yes or no  draw the inside of the model only
 ensemble
     -n               count     number of realisations (default: [ensemble], 100)
     --seed           seed      seed (default: that of [ensemble], or 0)
@@ -410,7 +360,6 @@ def build_parser() -> Parser:
         for command in chosen:
             command.add_argument(*words.split(), help=help_, **more)
     known["run"].set_defaults(kept=_kept)
-    known["report"].set_defaults(kept=_kept)
     known["ensemble"].set_defaults(
         kept=lambda options: (
             f"Finished realisations are in {options.out}; the same command continues there."
@@ -469,7 +418,6 @@ KINDS: dict[str, dict[str, Any]] = {
     "switch": {"action": "store_true"},
     "yes or no": {"action": argparse.BooleanOptionalAction},
     "required": {"required": True},
-    "number": {"type": number},
     "count": {"type": whole_number(1)},
     "seed": {"type": whole_number(0)},
     "FILES": {"metavar": "FILES", "nargs": "*"},
@@ -481,7 +429,6 @@ KINDS: dict[str, dict[str, Any]] = {
     "RESULTS": {"metavar": "RESULTS", "action": "extend", "type": list_of(*RESULTS)},
     "NAMES": {"metavar": "NAMES", "action": "append"},
     "KEY=VALUE": {"metavar": "KEY=VALUE", "action": "append", "default": []},
-    "NAME=FILE": {"metavar": "NAME=FILE", "action": "append", "default": [], "type": named_file},
     "example": {"metavar": "KIND", "nargs": "?", "const": "grids", "type": _example_kind},
     "read_as": {
         "metavar": "KIND", "dest": "read_as",

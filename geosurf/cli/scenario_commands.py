@@ -1,4 +1,4 @@
-"""The commands ``run``, ``validate``, ``check`` and ``report`` of a scenario."""
+"""The commands ``run``, ``validate`` and ``check`` of a scenario."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from geosurf.model.units import left_out
 from geosurf.report.page import as_plain_text
 from geosurf.report.tables import volume_table
 from geosurf.scenario import read_scenario, run
-from geosurf.scenario.execute import Outcome, compute, will_draw, write_report
+from geosurf.scenario.execute import Outcome, compute, will_draw
 from geosurf.scenario.keys import Scenario
 from geosurf.scenario.output import input_files, output_files
 from geosurf.scenario.step_log import StepLog
@@ -73,7 +73,7 @@ def run_command(options: argparse.Namespace) -> Answer:
     # time counts from here: reading is part of the run
     progress = step_lines(options, steps=True)
     start = time.perf_counter()
-    scenario = _only(scenario_of(options), options.only)
+    scenario = _only(read_scenario(options.scenario, options.set), options.only)
     if options.dry_run:
         return _planned(scenario, options)
     outcome = run(
@@ -84,7 +84,8 @@ def run_command(options: argparse.Namespace) -> Answer:
         progress=progress,
         cache_dir=options.cache_dir,
     )
-    _print_notes(outcome.notes)
+    for note in outcome.notes:  # on stderr, so that a script can read the answer from stdout
+        print(f"geosurf: {note}", file=sys.stderr)
 
     # the table is for people; files hold the same numbers
     units, seconds = outcome.scene.units, time.perf_counter() - start
@@ -93,7 +94,7 @@ def run_command(options: argparse.Namespace) -> Answer:
     left = left_out(units, "To list them: --set output.include=all.", include)
     lines = [f"\n{table}\n", *filter(None, [left]), f"{len(units)} units in {seconds:.1f} s."]
     if units.slivers:
-        lines.append(f"{units.slivers_in_words}. To merge them: --merge-slivers.")
+        lines.append(f"{units.slivers_in_words}. To merge them: --set slivers.merge=true.")
     elif units.merged:
         lines.append(f"{units.merged_in_words}; certificate.txt lists them.")
     data = {
@@ -142,14 +143,6 @@ def _planned(scenario: Scenario, options: argparse.Namespace) -> Answer:
     return Answer(data | {"reads": read, "writes": written}, text)
 
 
-def scenario_of(options: argparse.Namespace) -> Scenario:
-    """Read the scenario, with the keys that ``--set`` changes; ``--merge-slivers`` merges them."""
-    scenario = read_scenario(options.scenario, options.set)
-    if not getattr(options, "merge_slivers", False):
-        return scenario
-    return replace(scenario, slivers=replace(scenario.slivers, merge=True))
-
-
 def _only(scenario: Scenario, only: tuple[str, ...] | None) -> Scenario:
     """Return the scenario without the files that ``--only`` does not name."""
     if only is None:
@@ -177,12 +170,6 @@ def _reports(options: argparse.Namespace) -> bool:
     return options.only is None or "report" in options.only
 
 
-def _print_notes(notes: Iterable[str]) -> None:
-    """Print notes on stderr, so that a script can read the answer from stdout."""
-    for note in notes:
-        print(f"geosurf: {note}", file=sys.stderr)
-
-
 def _model_data(scene: Scene, scenario: Scenario) -> dict[str, Any]:
     units = units_data(scene.units, scenario.output.include)
     return {"units": units, "warnings": warnings_data(scene.warnings)}
@@ -198,7 +185,7 @@ def validate_command(options: argparse.Namespace) -> Answer:
             print(*(one.in_file(options.scenario) for one in mistakes), sep="\n", flush=True)
             print(f"{counted(len(mistakes), 'mistake')}.", file=sys.stderr)
         return Answer(data, code=InputError.exit_code)
-    scenario = scenario_of(options)
+    scenario = read_scenario(options.scenario, options.set)
     n_horizon, n_fault = len(scenario.horizons), len(scenario.faults)
     out = Path(options.scenario).parent / "out"
     return Answer(
@@ -210,7 +197,7 @@ def validate_command(options: argparse.Namespace) -> Answer:
 
 def check_command(options: argparse.Namespace) -> Answer:
     """Print the certificate of a scenario."""
-    scenario, cache = scenario_of(options), cache_in(options.cache_dir)
+    scenario, cache = read_scenario(options.scenario, options.set), cache_in(options.cache_dir)
     progress = step_lines(options, steps=False)
     log = StepLog(progress)
     scene = compute(scenario, log, cache=cache)
@@ -219,20 +206,3 @@ def check_command(options: argparse.Namespace) -> Answer:
     data = {"scenario": scenario.path, "settings": scenario.settings}
     data |= {"certificate": certificate_data(certificate), **_model_data(scene, scenario)}
     return Answer(data, str(certificate), exit_code_of(certificate))
-
-
-def report_command(options: argparse.Namespace) -> Answer:
-    """Write the report of a scenario."""
-    scenario = scenario_of(options)
-    progress = step_lines(options, steps=True)
-    certificate, path, notes = write_report(
-        scenario,
-        options.out,
-        pictures=False if options.no_pictures else None,
-        progress=progress,
-        cache_dir=options.cache_dir,
-    )
-    _print_notes(notes)
-    data = {"scenario": scenario.path, "settings": scenario.settings, "report": path}
-    data |= {"notes": notes, "certificate": certificate_data(certificate)}
-    return Answer(data, str(path), exit_code_of(certificate))

@@ -33,7 +33,6 @@ from geosurf.scenario.output import (
     input_files,
     new_results,
     refuse_lists,
-    require_writable,
     wells_of_scenario,
     without_lists,
     writable_formats,
@@ -46,7 +45,6 @@ from geosurf.scenario.step_log import Progress, StepLog
 from geosurf.scenario.validate import read_scenario
 from geosurf.scene import Scene
 from geosurf.scene.result_cache import ResultCache, cache_in, check_with_cache
-from geosurf.stopping import temporary_folder
 from geosurf.warning import warn
 from geosurf.write import write
 from geosurf.write.written import commit
@@ -341,46 +339,6 @@ def run(
             _write_report(scene, scenario, folder / "report", drawn, certificate, fluids)
             log.step("report", scenario.title)
     return Outcome(scene, certificate, Path(out), tuple(notes))
-
-
-def write_report(
-    scenario: Scenario,
-    folder: str | os.PathLike[str],
-    *,
-    pictures: bool | None = None,
-    progress: Progress | None = None,
-    cache_dir: str | os.PathLike[str] | None = None,
-) -> tuple[Certificate, Path, tuple[str, ...]]:
-    """Write only the report of a scenario, with its pictures inside.
-
-    Parameters
-    ----------
-    scenario : Scenario
-    folder : path-like
-    pictures : bool, optional
-    progress : callable, optional
-    cache_dir : path-like, optional
-
-    Returns
-    -------
-    (Certificate, pathlib.Path, tuple of str)
-        The page, and notes on what could not be drawn.
-    """
-    # refused now rather than after minutes of computation
-    require_writable(folder)
-    choice = choice_of_pictures(scenario) if will_draw(scenario, pictures) else None
-    log = StepLog(progress)
-    cache = cache_in(cache_dir)
-    scene = compute(scenario, log, None if choice is None else Path(folder), cache)
-    fluids = fluids_of(scenario, scene, log)
-    certificate = check_with_cache(scene, cache)
-
-    # pictures go into the page: their files are not results
-    with temporary_folder() as scratch:
-        drawn = _draw(scene, choice, Path(scratch), log, asked=pictures)
-        notes = model_notes(scene)
-        path = _write_report(scene, scenario, folder, drawn, certificate, fluids)
-    return certificate, path, tuple(notes)
 
 
 def _write_report(

@@ -10,7 +10,6 @@ from __future__ import annotations
 import os
 import re
 import shutil
-import tempfile
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
@@ -402,14 +401,6 @@ def new_results(out: str | os.PathLike[str]) -> Iterator[Path]:
         with in_the_end(lambda: shutil.rmtree(stage, ignore_errors=True)):
             yield stage
             _replace(out, stage)
-
-
-def require_writable(out: str | os.PathLike[str]) -> None:
-    """Create a folder if needed, and raise `OutputError` if nothing can be written there."""
-    # A real file: permissions alone do not show full or read-only disks.
-    with _refused(Path(out)):
-        Path(out).mkdir(parents=True, exist_ok=True)
-        tempfile.TemporaryFile(dir=out).close()
 
 
 def _claim(out: Path, lock: Lock) -> None:

@@ -48,7 +48,7 @@ def test_help_answers_at_once_and_loads_nothing_heavy():
     assert not heavy & set(told_by("-c", code).split())
     said = geosurf("--help")
     assert said.returncode == 0
-    for word in ("run", "check", "render", "report", "curves", "doctor", "warmup", "exit codes"):
+    for word in ("run", "check", "render", "curves", "doctor", "warmup", "exit codes"):
         assert word in said.stdout
 
 
@@ -70,6 +70,8 @@ def test_run_prints_steps_volumes_and_where_things_are(folder, tmp_path, capsys)
     page = said.rpartition("Report: ")[2].partition(";")[0]
     assert Path(page).is_file()
     assert (tmp_path / "out" / "pictures" / "view_southwest.png").is_file()
+    drawn = re.findall(r'<img[^>]* alt="([^"]*)"', Path(page).read_text(encoding="utf-8"))
+    assert len(drawn) == len(set(drawn)) == 6
 
 
 def scripts_in(folder: Path) -> None:
@@ -148,8 +150,8 @@ def test_render_draws_a_section_along_a_line(folder, tmp_path, capsys):
         (["--section", "0,1500 4000;1500"], "--section is '4000;1500', expected two numbers: easting and northing"),
         (["--section", "0,1500"], "'0,1500' has fewer than two points. Give easting"),
         (["--section", "-9,-9 -8,-8"], "lies outside the model (0 to 4000, 0 to 3000). Give"),
-        (["--theme", "drak"], "Did you mean 'dark'"),
-        (["--size", "3,4"], "expected (width, height) in pixels"),
+        (["--set", "pictures.theme=drak"], "Did you mean 'dark'"),
+        (["--set", "output.size_px=[3,4]"], "it must be two whole numbers, [width, height]"),
         (["--section", "0,1 4000,1", "--view", "top"], "--section and --view cannot be combined: --view applies to views only. Leave one"),
     ],
 )  # fmt: skip
@@ -160,16 +162,6 @@ def test_pictures_that_cannot_be_drawn(folder, tmp_path, capsys, words, said):
     assert said in error
     assert "\n" not in error[:-1]
     assert not (tmp_path / "section.png").exists()
-
-
-def test_report_writes_a_page_and_leaves_other_results_alone(folder, tmp_path, capsys):
-    (tmp_path / "volumes.csv").write_text("of an earlier run")
-    assert cli.main(["report", str(folder / "good.toml"), "-o", str(tmp_path)]) == 0
-    page = tmp_path / "index.html"
-    assert capsys.readouterr().out.endswith(f"\n{page}\n")
-    drawn = re.findall(r'<img[^>]* alt="([^"]*)"', page.read_text(encoding="utf-8"))
-    assert len(drawn) == len(set(drawn)) == 6
-    assert (tmp_path / "volumes.csv").is_file()
 
 
 def test_curves_of_two_files(folder, tmp_path, capsys):

@@ -200,7 +200,7 @@ def test_commands_share_a_folder(inputs, tmp_path, counts, capsys):
         main(["render", str(path), "-o", str(tmp_path / "s.png"), "--section", "0,9 9,9", *cache])
         == 0
     )
-    assert main(["report", str(path), "-o", str(tmp_path / "r"), "--no-pictures", *cache]) == 0
+    assert main(["run", str(path), "-o", str(tmp_path / "r"), "--only", "report", *cache]) == 0
     there = set((tmp_path / "cache").iterdir())
     found = gs.run_ensemble(path, 2, progress=False, cache_dir=tmp_path / "cache")
     # two horizons of two realisations are torn, and of the base case as planned; none is searched
