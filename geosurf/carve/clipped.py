@@ -16,10 +16,9 @@ import numpy as np
 from geosurf.carve.cells import Cells, FullCells
 from geosurf.carve.column import Turn
 from geosurf.carve.measures import AREA, volume_of
-from geosurf.carve.outside import rise_of
 from geosurf.carve.zones import ABOVE, BELOW, distinct_pairs, faces_between, owned_by, upper_sides
 from geosurf.kernels.meshes.mesh import join_pairs
-from geosurf.kernels.meshes.nearest import vertical_distances
+from geosurf.kernels.search.columns import cross_columns
 from geosurf.model import Clipped, Patches
 from geosurf.model.excerpt import list_triangles
 
@@ -236,20 +235,23 @@ def _thickest(
     x = full.x
     if len(shell) == 0:
         return 0.0, _middle(full, gone) if len(gone) else (math.nan,) * 3
-    # shells face outward: what looks up is the top of the piece
-    rise = rise_of(x[shell])
-    upper, lower = shell[rise > 0], shell[rise < 0]
     best, place = 0.0, x[shell[0, 0]]
 
-    # from the corners of each side to the other side: on plane triangles the thickest place is at a
-    # corner
-    for points, faces, way in ((upper, lower, -1.0), (lower, upper, 1.0)):
-        corners = x[_distinct(points, len(x))]
-        height = way * (heights_at(corners[:, :2], x[faces], corners[:, 2], way) - corners[:, 2])
-        height = np.where(np.isfinite(height), height, 0.0)
+    # on plane triangles the thickest place is at a corner, of an upright wall at either side of it
+    feet = x[_distinct(shell, len(x)), :2]
+    for beside in (feet.min(axis=0), feet.max(axis=0)):
+        found = cross_columns(x, shell, feet, beside)
+        # shells face outward: lines enter through what looks down, and leave through the next one
+        order = np.lexsort((found.way, found.elevation, found.foot))
+        foot, way, z = found.foot[order], found.way[order], found.elevation[order]
+        enters = np.flatnonzero((way[:-1] < 0) & (way[1:] > 0) & (foot[:-1] == foot[1:]))
+        if not len(enters):
+            continue
+        height = z[enters + 1] - z[enters]
         i = int(height.argmax())
         if height[i] > best:
-            best, place = float(height[i]), corners[i] + (0.0, 0.0, 0.5 * way * height[i])
+            at = enters[i]
+            best, place = float(height[i]), np.array([*feet[foot[at]], 0.5 * (z[at] + z[at + 1])])
     px, py, pz = (place + full.patches.origin).tolist()
     return best, (px, py, pz)
 
@@ -259,51 +261,3 @@ def _distinct(vertices: np.ndarray, n: int) -> np.ndarray:
     mark = np.zeros(n, dtype=bool)
     mark[vertices] = True
     return np.flatnonzero(mark)
-
-
-def heights_at(
-    points: np.ndarray, corners: np.ndarray, start: np.ndarray, way: float
-) -> np.ndarray:
-    """
-    Elevation of the nearest triangle above or below each point.
-
-    Parameters
-    ----------
-    points : ndarray of float64, shape (n, 2)
-    corners : ndarray of float64, shape (n_triangle, 3, 3)
-        None of them vertical.
-    start : ndarray of float64, shape (n,)
-        Elevation that the search begins at.
-    way : float
-        +1.0 looks up, -1.0 down.
-
-    Returns
-    -------
-    ndarray of float64, shape (n,)
-        NaN where there is none.
-
-    Examples
-    --------
-    >>> roof = np.array([[[0.0, 0, 5], [4, 0, 5], [0, 4, 9]]])
-    >>> heights_at(np.array([[1.0, 1.0], [9.0, 9.0]]), roof, np.zeros(2), 1.0)
-    array([ 6., nan])
-    """
-    low, high = corners[:, :, :2].min(axis=1), corners[:, :, :2].max(axis=1)
-    origin = low.min(axis=0)
-    size = np.maximum(high.max(axis=0) - origin, 1e-300)
-
-    # squares over the map, about one for two triangles: each triangle is in all that it touches
-    n = max(int(math.sqrt(len(corners) / 2.0)), 1)
-    slack = 1e-9 * size / n
-    first = np.clip(((low - slack - origin) / size * n).astype(np.int64), 0, n - 1)
-    last = np.clip(((high + slack - origin) / size * n).astype(np.int64), 0, n - 1)
-
-    # points sorted by square: those of one square are a run
-    home = np.clip(((points - origin) / size * n).astype(np.int64), 0, n - 1)
-    home = home[:, 0] * n + home[:, 1]
-    order = np.argsort(home, kind="stable")
-    begin = np.searchsorted(home[order], np.arange(n * n + 1))
-    found = vertical_distances(
-        points, start, corners.reshape(-1, 9), way, first, last, n, order, begin
-    )
-    return np.where(np.isfinite(found), start + way * found, np.nan)

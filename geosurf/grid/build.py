@@ -16,7 +16,7 @@ from geosurf.errors import InputError, InvariantError
 from geosurf.grid import pillars as at_corners
 from geosurf.grid.follow import Below, faults_between, follow_faults, own_side
 from geosurf.grid.pillars import Layers, Pillars, vertical_pillars
-from geosurf.measure.columns import cross_columns
+from geosurf.kernels.search.columns import cross_columns
 from geosurf.model import TriSurface, Units
 from geosurf.model.column import virtual_name
 from geosurf.model.expected import outline_of

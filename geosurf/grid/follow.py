@@ -21,17 +21,17 @@ from scipy.sparse import coo_array
 from scipy.sparse.linalg import splu
 
 from geosurf.grid.pillars import CORNERS, TURNS, Pillars
-from geosurf.measure.columns import cross_columns
+from geosurf.kernels.search.columns import cross_columns
 from geosurf.model.grids import GAUSS, CornerPointGrid
 
 # ---- barriers ----------------------------------------
 # Which faults lie between neighbouring columns: rays between the middles of their cells.
 #
 # A ray along I is a vertical line of a frame whose axes have changed places, so that the exact
-# signs of `geosurf.measure.columns` decide whether it meets a fault. A fault parts two columns if
-# the ray between them crosses it an odd number of times. Middles lie at different elevations: the
-# way from one to the next is vertical, then a ray, then vertical again, so that ways around a node
-# agree on what is on which side.
+# signs of `geosurf.kernels.search.columns` decide whether it meets a fault. A fault parts two
+# columns if the ray between them crosses it an odd number of times. Middles lie at different
+# elevations: the way from one to the next is vertical, then a ray, then vertical again, so that
+# ways around a node agree on what is on which side.
 
 
 AXES = ((1, 2, 0), (0, 2, 1))  # of a ray along I, along J: the two across it, then along it

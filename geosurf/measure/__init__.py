@@ -1,7 +1,7 @@
 """Measure units and patches: maps, tables and profiles as xarray objects with units.
 
 ================  ===============================================================
-columns.py        vertical lines through closed shells
+columns.py        vertical lines through wells
                   vertical lines through wells
 thickness.py      isochore and isopach maps by block
                   horizons on the nodes of a grid, and what that loses at faults

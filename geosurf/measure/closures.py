@@ -25,8 +25,8 @@ from geosurf.conventions import check_word, is_number, length_text, place
 from geosurf.conventions.axes import meaning
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.kernels.meshes.mesh import renumbered
+from geosurf.kernels.search.columns import cross_columns
 from geosurf.lazy import xarray
-from geosurf.measure.columns import cross_columns
 from geosurf.measure.cutoffs import level_of
 from geosurf.measure.faces import row_of
 from geosurf.measure.rock import FAULT, HORIZON, ROOF, WALL, Rock, Seal, bounded_rock

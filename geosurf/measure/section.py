@@ -19,7 +19,7 @@ from geosurf.conventions import checked_points
 from geosurf.errors import InputError
 from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.meshes.linking import link_segments
-from geosurf.measure.columns import signs_of_turns
+from geosurf.kernels.search.columns import signs_of_turns
 from geosurf.measure.faces import check_model
 from geosurf.model import Patches, Units
 from geosurf.model.excerpt import Line, model_near

@@ -20,7 +20,7 @@ from geosurf.conventions import (
 )
 from geosurf.errors import GeosurfWarning, InputError, InvariantError
 from geosurf.kernels.lattices.sets import distinct, rim_edges
-from geosurf.measure.columns import cross_columns, elevations
+from geosurf.kernels.search.columns import cross_columns, elevations
 from geosurf.measure.faces import faces_of
 from geosurf.measure.locate import keys_at, runs_of_keys
 from geosurf.model import Patches, Unit, Units

@@ -20,7 +20,7 @@ from geosurf.arrangement.triangles import halved
 from geosurf.errors import GeometryError, InputError
 from geosurf.kernels.lattices.sets import pairs_of_equal
 from geosurf.kernels.meshes.mesh import edge_keys, number_keys, weld
-from geosurf.measure.columns import cross_columns, shares_at, signs_of_turns
+from geosurf.kernels.search.columns import cross_columns, shares_at, signs_of_turns
 from geosurf.measure.locate import boundaries_of, locator_of
 from geosurf.measure.places import NAMES, well_intervals
 from geosurf.measure.velocity import Velocity, deeper, later

@@ -13,7 +13,7 @@ from geosurf.conventions.axes import TimeUnit
 from geosurf.conventions.running import running
 from geosurf.errors import FormatError, ScenarioError
 from geosurf.faults import split_fault
-from geosurf.measure.columns import cross_columns
+from geosurf.kernels.search.columns import cross_columns
 from geosurf.measure.places import sample_units
 from geosurf.model import FluidContact, TriSurface, Units
 from geosurf.model.network import fault_words, proposal_words

@@ -15,7 +15,6 @@ from hypothesis import strategies as st
 from geosurf import Scene, build_walls, carve_units, rebuild_surfaces, synthetic
 from geosurf.carve import clipped
 from geosurf.carve.certificate import certify
-from geosurf.carve.clipped import heights_at
 from geosurf.conventions import volume_text
 from geosurf.errors import InputError
 from geosurf.model import RULES, Unit, Units
@@ -281,19 +280,6 @@ def clipped_heights(z, rules):
 
 
 # ------------------------------------------------------------------------ the words
-def test_heights_against_all_triangles():
-    """The squares of the map change the cost of the search, never what it finds."""
-    rng = np.random.default_rng(0)
-    corners = rng.uniform(0, 10, (200, 3, 3))
-    corners[:3] *= 9.0  # some cover many squares
-    points, start = rng.uniform(-1, 11, (300, 2)), rng.uniform(0, 10, 300)
-    for way in (1.0, -1.0):
-        each = [heights_at(points, corners[i : i + 1], start, way) for i in range(len(corners))]
-        nearest = np.fmin.reduce(way * np.array(each)) * way
-        np.testing.assert_allclose(heights_at(points, corners, start, way), nearest, rtol=1e-12)
-        assert np.isfinite(nearest).sum() > 100
-
-
 def test_units_are_found_by_zone_block_and_contact():
     shell = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
     faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])

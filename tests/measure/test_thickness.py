@@ -13,9 +13,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from geosurf import Scene, TriSurface, synthetic
+from geosurf.kernels.search.columns import cross_columns
 from geosurf.measure import thickness as unit_columns
 from geosurf.measure import thickness_map
-from geosurf.measure.columns import cross_columns
 from tests.measure.worlds import faulted, level
 from tests.strategies import lattice_points
 

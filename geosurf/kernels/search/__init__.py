@@ -7,5 +7,7 @@ file               question                                                  sou
                    The same with equal voxels.                               Lo & Wang 2004
 `separation`       Which neighbours meet in common corners and edges only?   separating plane
 `rays`             Which surface does a ray along an axis hit first?
+`columns`          Which triangles does a vertical line cross?               simulation of
+                                                                             simplicity
 =================  ========================================================  ================
 """

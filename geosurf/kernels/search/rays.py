@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
-from geosurf.kernels.exact.predicates import ORIENT2D_BOUND, TINY
+from geosurf.kernels.exact.predicates import TINY
 from geosurf.kernels.search.tree import FAN, LEAF
 
 NO_HIT, UNDECIDED = -1, -2
@@ -286,87 +286,3 @@ def rows_near(
         rows = np.empty(n, dtype=np.int64)
         rows_in_box(*tree, boxes, box, rows)
     return np.sort(rows[:n])
-
-
-# ---- shadows ----------------------------------------
-# Which feet of vertical lines lie in the shadows of triangles on the map?
-#
-# Feet lie in strips from south to north, sorted by easting in each. A foot on an edge is thought to
-# be moved, infinitely little, east or west, and then, infinitely less, north or south (`push`).
-# Signs that float arithmetic leaves open are for the caller.
-
-
-@scalar
-def _seen_from_edge(x, a, b, east, north, push):
-    """+1 if a foot lies left of edge a -> b, -1 if right, 0 if that is open or a is over b."""
-    ux, uy = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1]
-    vx, vy = east - x[a, 0], north - x[a, 1]
-    left, right = ux * vy, uy * vx
-    det, size = left - right, abs(left) + abs(right)
-    if size > TINY and abs(det) > ORIENT2D_BOUND * size:
-        return 1 if det > 0.0 else -1
-    # on a corner, or along an axis: differences are 0 where coordinates are equal, and only there
-    at_end = x[b, 0] == east and x[b, 1] == north
-    if not (at_end or ((ux == 0.0 or vy == 0.0) and (uy == 0.0 or vx == 0.0))):
-        return 0
-    # the determinant changes by -uy to the east; to the north, infinitely less, by ux
-    change = -uy * push[0] if uy != 0.0 else ux * push[1]
-    return 1 if change > 0.0 else (-1 if change < 0.0 else 0)
-
-
-@scalar
-def _first_at_least(rows, column, low, high, value):
-    """The first of some rows, rising in a column, that is not below a value; `high` if all are."""
-    while low < high:
-        half = (low + high) // 2
-        if rows[half, column] < value:
-            low = half + 1
-        else:
-            high = half
-    return low
-
-
-@entry("d2 l2 l1 d2 l1 d2 d1 l2* -> l")
-def feet_in_shadows(x, t, facing, feet, start, limits, middle, pairs):
-    """Write triangle, foot, and whether that is sure, for feet in shadows or on their rims; their
-    number. Those beyond the capacity are counted only.
-
-    Triangles that face 0 have no shadow. Strip k has feet from ``start[k]`` on, with northings
-    from ``limits[k, 0]`` to ``limits[k, 1]``. Feet on a rim are moved towards `middle`.
-    """
-    n, n_strip = 0, limits.shape[0]
-    push = np.empty(2)
-    for f in range(t.shape[0]):
-        if facing[f] == 0:
-            continue
-        a, b, c = t[f, 0], t[f, 1], t[f, 2]
-        west = min(x[a, 0], x[b, 0], x[c, 0])
-        east = max(x[a, 0], x[b, 0], x[c, 0])
-        south = min(x[a, 1], x[b, 1], x[c, 1])
-        north = max(x[a, 1], x[b, 1], x[c, 1])
-
-        # strips that reach up to the box, and in each the feet that are not west of it
-        strip = _first_at_least(limits, 1, 0, n_strip, south)
-        while strip < n_strip and limits[strip, 0] <= north:
-            foot = _first_at_least(feet, 0, start[strip], start[strip + 1], west)
-            while foot < start[strip + 1] and feet[foot, 0] <= east:
-                if south <= feet[foot, 1] <= north:
-                    push[0] = 1.0 if feet[foot, 0] <= middle[0] else -1.0
-                    push[1] = 1.0 if feet[foot, 1] <= middle[1] else -1.0
-                    is_out, is_sure = False, 1
-                    for k in range(3):
-                        side = _seen_from_edge(
-                            x, t[f, k], t[f, (k + 1) % 3], feet[foot, 0], feet[foot, 1], push
-                        )
-                        if side == -facing[f]:
-                            is_out = True
-                            break
-                        if side == 0:
-                            is_sure = 0
-                    if not is_out:
-                        if n < pairs.shape[0]:
-                            pairs[n, 0], pairs[n, 1], pairs[n, 2] = f, foot, is_sure
-                        n += 1
-                foot += 1
-            strip += 1
-    return n

@@ -10,7 +10,8 @@ import numpy as np
 
 from geosurf.kernels.lattices.sets import pairs_of_equal
 from geosurf.kernels.meshes.mesh import edge_keys, join_pairs
-from geosurf.measure.columns import columns_through, fault_between, nearest_first, shares_at
+from geosurf.kernels.search.columns import shares_at
+from geosurf.measure.columns import columns_through, fault_between, nearest_first
 from geosurf.model import Patches, Sheet, TriSurface
 from geosurf.model.tops import Tops
 from geosurf.rebuild import rebuild_surfaces, trim_sheets
