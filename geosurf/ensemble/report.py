@@ -275,7 +275,6 @@ def report_ensemble(
     ensemble: Any,
     folder: Path,
     title: str,
-    made: str,
     inputs: Mapping[str, Any] | None,
     relative_to: str | os.PathLike[str] | None,
     include: str,
@@ -290,8 +289,7 @@ def report_ensemble(
         facts += f" {waiting} have not run yet."
     facts += words_of_tears(result)
     facts += f" {ensemble.left_out(include)}".rstrip()
-    header = [page.paragraph(made, "faint")] if made else []
-    header += [
+    header = [
         page.paragraph(facts),
         page.paragraph(
             "P90, the low case, is what 90 % of the realisations exceed; P10 is the high case.",

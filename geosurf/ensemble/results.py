@@ -435,7 +435,7 @@ class Ensemble(Noun):
         return EnsemblePlots(self)
 
     def report(
-        self, folder: str | os.PathLike[str], *, title: str = "Ensemble", made: str = "",
+        self, folder: str | os.PathLike[str], *, title: str = "Ensemble",
         inputs: Mapping[str, Any] | None = None,
         relative_to: str | os.PathLike[str] | None = None, include: str = "reservoir",
     ) -> Path:  # fmt: skip
@@ -451,9 +451,6 @@ class Ensemble(Noun):
             Folder of the page. It is created if it does not exist.
         title : str
             Heading of the page.
-        made : str
-            A date or a name to print below the title. By default the page has no date, so the same
-            results give the same page.
         inputs : mapping of str to path-like, optional
             Files that the model was made of: the page lists their paths, sizes and hashes.
         relative_to : path-like, optional
@@ -491,7 +488,7 @@ class Ensemble(Noun):
         from geosurf.ensemble.report import report_ensemble
 
         return report_ensemble(
-            self, path_of(folder, "report"), str(title), made, inputs, relative_to, include
+            self, path_of(folder, "report"), str(title), inputs, relative_to, include
         )
 
     # ---- inner ---------------------------------------------------------------------------

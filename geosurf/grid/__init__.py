@@ -12,7 +12,6 @@ from geosurf.conventions import check_name, is_number, is_word, volume_text
 from geosurf.conventions.running import running
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.grid.build import (
-    GriddedModel,
     assemble,
     checked,
     columns_of,
@@ -30,7 +29,7 @@ from geosurf.model.base import in_crs_of
 from geosurf.model.column import ELSEWHERE
 from geosurf.model.expected import expect, number_of
 from geosurf.model.grids import AXES, CornerPointGrid
-from geosurf.model.protocols import missing_members
+from geosurf.model.protocols import ReportedModel, missing_members
 from geosurf.warning import warn
 
 __all__ = ["build_grid", "fault_multipliers"]
@@ -38,7 +37,7 @@ __all__ = ["build_grid", "fault_multipliers"]
 
 @running("grid")
 def build_grid(
-    scene: GriddedModel,
+    scene: ReportedModel,
     cell: Any = (100.0, 100.0),
     layers: int | Mapping[str, Any] = 10,
     *,
@@ -97,7 +96,7 @@ def build_grid(
     >>> grid.shape, int(grid.inside_out.sum())
     ((4, 15, 20), 0)
     """
-    for needed in missing_members(scene, GriddedModel):
+    for needed in missing_members(scene, ReportedModel):
         raise InputError(
             f"build_grid takes a Scene, not {type(scene).__name__}: it has no {needed!r}."
         )
@@ -272,7 +271,7 @@ def fault_multipliers(
     >>> bool(((found.multiplier > 0.99) & (found.multiplier < 1.01)).all())  # no throw
     True
     """
-    for needed in missing_members(scene, GriddedModel):
+    for needed in missing_members(scene, ReportedModel):
         raise InputError(f"fault_multipliers takes a Scene; {needed!r} is missing.")
     expect(grid, CornerPointGrid, "fault_multipliers takes a grid", "pass gs.build_grid(scene)")
     if not is_word(by, BY) or not callable(fault_permeability):

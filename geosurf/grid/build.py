@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from scipy.ndimage import distance_transform_edt, uniform_filter
@@ -17,39 +17,12 @@ from geosurf.grid import pillars as at_corners
 from geosurf.grid.follow import Below, faults_between, follow_faults, own_side
 from geosurf.grid.pillars import Layers, Pillars, vertical_pillars
 from geosurf.kernels.search.columns import cross_columns
-from geosurf.model import TriSurface, Units
 from geosurf.model.column import virtual_name
 from geosurf.model.expected import outline_of
 from geosurf.model.grids import CornerPointGrid, GridFaces
+from geosurf.model.protocols import ReportedModel
 
 SMOOTH = 5  # columns over which the middle of the grid is averaged
-
-
-class GriddedModel(Protocol):
-    """What `build_grid` asks of a scene."""
-
-    @property
-    def units(self) -> Units:
-        """Closed units."""
-
-    @property
-    def box(self) -> tuple[float, float, float, float, float, float]:
-        """West, east, south, north, bottom, top [m]."""
-
-    @property
-    def aoi(self) -> np.ndarray | None:
-        """Corners of the area of interest (n, 2) [m]; None if it is the box."""
-
-    @property
-    def fault_names(self) -> tuple[str, ...]:
-        """Names of the faults."""
-
-    @property
-    def horizon_names(self) -> tuple[str, ...]:
-        """Names of the horizons, youngest first."""
-
-    def surface(self, name: str) -> TriSurface:
-        """Return one surface by name."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +83,7 @@ class Model:
         return np.array([0.5 * nx, 0.5 * ny])
 
 
-def model_of(scene: GriddedModel, lattice: ArealLattice, zones: list[str]) -> Model:
+def model_of(scene: ReportedModel, lattice: ArealLattice, zones: list[str]) -> Model:
     """Bring units and faults of a scene into coordinates of a lattice."""
     origin = np.array([*lattice.corner, 0.0])
 

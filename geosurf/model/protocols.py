@@ -1,4 +1,4 @@
-"""What stages ask of a scene: drawing and reporting take any object that has these members.
+"""What stages ask of a scene: drawing, reporting and gridding take objects with these members.
 
 `geosurf.Scene` has them all. Stages lie below it and do not import it.
 """
@@ -95,7 +95,7 @@ Box = tuple[float, float, float, float, float, float]
 
 
 class ReportedModel(Protocol):
-    """A model as pictures and reports take it, which ask for what they show only."""
+    """A model as pictures, reports and grids take it, which ask for what they show only."""
 
     @property
     def surfaces(self) -> tuple[TriSurface, ...]:

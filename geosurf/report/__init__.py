@@ -47,7 +47,6 @@ def report_scene(
     pictures: Mapping[str, str | os.PathLike[str]] | None = None,
     *,
     title: str = "Reservoir model",
-    made: str = "",
     certificate: Certificate | None = None,
     regions: Mapping[str, tuple[float, str]] | None = None,
     inputs: Mapping[str, str | os.PathLike[str]] | None = None,
@@ -71,10 +70,7 @@ def report_scene(
         ``scene.render_pictures(folder)`` draws; where matplotlib is not installed, none: a
         `GeosurfWarning` states it.
     title : str
-        Heading of the page.
-    made : str
-        A date or a name to print below the title. By default the page has no date, so
-        the same scene gives the same page.
+        Heading of the page. It has no date by default, so that the same scene gives the same page.
     certificate : Certificate, optional
         Result of an earlier ``scene.check()``. Default: that of the scene, which is checked if it
         was not before.
@@ -139,8 +135,7 @@ def report_scene(
 
     # last: the check of a large model is the most expensive step of the page
     certificate = certificate or getattr(scene, "certificate", None) or scene.check()
-    words = str(title), str("" if made is None else made)
-    html = build_page(scene, files, *words, certificate, regions, sources, include, volumetrics)
+    html = build_page(scene, files, str(title), certificate, regions, sources, include, volumetrics)
     return write_into_folder(folder / "index.html", html.encode("utf-8"), "the report")
 
 
@@ -229,7 +224,6 @@ def build_page(
     scene: ReportedModel,
     pictures: Mapping[str, Path],
     title: str,
-    made: str,
     certificate: Certificate,
     regions: Mapping[str, tuple[float, str]] | None = None,
     files: Iterable[InputFile] = (),
@@ -255,7 +249,6 @@ def build_page(
         box += f" Coordinate reference system: {label(units.crs)}."
     header = "\n".join(
         [
-            *([page.paragraph(made, "faint")] if made else []),
             page.paragraph(facts),
             page.paragraph(box, "faint"),
             page.verdict(certificate.ok, len(certificate.checks)),

@@ -209,7 +209,6 @@ def warn_of_colours(scene: ReportedModel, style: PictureStyle) -> None:
 # what a scene can show, and the roles of surfaces that each word stands for
 ROLES_SHOWN = {"horizons": "horizon", "faults": "fault", "walls": "wall", "surfaces": "surface"}
 SHOWABLE = (*ROLES_SHOWN, "curves", "patches", "units")
-BUILT = {"walls", "surfaces", "patches", "units"}  # what has names that only a model knows
 _GAP = "give a fraction of the size of the box, 0 or above"
 FACING = "Legend of faults: mean where reservoir faces reservoir."
 _SEAL = "pass scene.seal('F1', vshale=...), or a list of these"
@@ -338,9 +337,8 @@ def _with_axis(cls: type) -> type:
         def run(self: ScenePlots, *args: Any, **words: Any) -> Any:
             style = words.get("style")
             wanted = style.vertical if isinstance(style, PictureStyle) else None
-            down = getattr(getattr(self._scene, "_inputs", None), "positive", None) == "down"
-            time = getattr(self._scene, "time", None)
-            with vertical_axis(time or wanted or ("depth" if down else "elevation")):
+            given = "depth" if self._scene._inputs.positive == "down" else "elevation"
+            with vertical_axis(self._scene.time or wanted or given):
                 return method(self, *args, **words)
 
         return run
@@ -732,13 +730,9 @@ class ScenePlots:
             )
         by = given.by
         _check_colour_by(by, words)
-        if only.names is not None and not BUILT & set(words):
-            only.check(_names_of(scene, words))
-        _check_scene(scene, words)
-
         # only what is shown is asked of the scene, so that nothing else is computed
         roles = {ROLES_SHOWN[word] for word in words if word in ROLES_SHOWN}
-        if only.names is not None and BUILT & set(words):
+        if only.names is not None:
             only.check(_names_of(scene, words))
         content, box, note = Content(), scene.box, ""
         outline = scene.aoi if clip else None
@@ -859,8 +853,8 @@ def _leaks_on(scene: ReportedModel, fault: str, found: Any) -> list[tuple[str, f
 
 def _names_of(scene: ReportedModel, show: Sequence[str]) -> list[str]:
     """Names that `only` may have: of surfaces and, where they are shown, of units."""
-    names = [*getattr(scene, "horizon_names", ()), *getattr(scene, "fault_names", ())]
-    if not names or {"walls", "surfaces", "patches"} & set(show):
+    names = [*scene.horizon_names, *scene.fault_names]
+    if {"walls", "surfaces", "patches"} & set(show):
         names += [surface.name for surface in scene.surfaces]
     if "units" in show:
         for unit in scene.units.values():
@@ -877,16 +871,6 @@ def _check_colour_by(colour_by: Any, show: Sequence[str]) -> None:
             f"colour_by is {colour_by!r}, which colours units, but show has no units. Add 'units' "
             "to show."
         )
-
-
-def _check_scene(scene: object, show: Sequence[str]) -> None:
-    """Raise an error if the scene lacks something that is to be shown."""
-    for wanted in ("box", "aoi", *("surfaces" if word in ROLES_SHOWN else word for word in show)):
-        if not hasattr(scene, wanted) or isinstance(scene, Mapping):
-            raise InputError(
-                f"a view shows a Scene; {type(scene).__name__} has no attribute {wanted!r}. "
-                "Make a scene with geosurf.Scene(horizons, faults, box)."
-            )
 
 
 def _title(show: Sequence[str], colour_by: Any = None) -> str:

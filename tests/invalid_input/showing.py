@@ -68,7 +68,7 @@ SHOWING = {
     "show_progress": row({}, on=[None, 0, "on", [], {}, object()]),
     "view": row(
         lambda g: {"scene": g.scene, "size": (400, 250), "show": "units", **PICTURE}, view,
-        scene=wrong.things, path=wrong.PATHS[1:], size=[*SIZES, None],
+        path=wrong.PATHS[1:], size=[*SIZES, None],
         view=[*wrong.WORDS, None, (1, 2, 3), (0, 91), ("a", 2), (np.nan, 0), [None, None], 5.0],
         exaggeration=[*wrong.LENGTHS, 0], show=["abc", 5, None, [5], ["abc"], [None], object()],
         exploded=[*wrong.LENGTHS, None], clip=FLAGS, zoom=[*wrong.LENGTHS, 0, 1e9],

@@ -1,7 +1,5 @@
 """Pictures, judged by counts of pixels: drivers differ, colours hardly."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
@@ -106,16 +104,12 @@ def test_a_scene_is_asked_only_for_what_is_shown(scene, tmp_path, show, asked):
     assert lazy.asked - {"aoi", "time", "_inputs"} == asked
 
 
-def test_units_are_drawn_apart_in_their_colours(units, tmp_path):
-    path = ScenePlots(SimpleNamespace(units=units)).units(path=tmp_path / "units.png", size=SMALL)
+def test_units_are_drawn_apart_in_their_colours(scene, units, tmp_path):
+    path = scene.plot.units(path=tmp_path / "units.png", size=SMALL)
     image = pixels(path)
     for entry in surface_layers.show_units(units).legend:
         assert share(image, entry.colour, 0.06) > 0.004, entry.label
-    whole = pixels(
-        ScenePlots(SimpleNamespace(units=units)).units(
-            path=tmp_path / "whole.png", explode=0.0, size=SMALL
-        )
-    )
+    whole = pixels(scene.plot.units(path=tmp_path / "whole.png", explode=0.0, size=SMALL))
     assert (whole != 1.0).any(axis=2).sum() != (image != 1.0).any(axis=2).sum()
 
 

@@ -95,7 +95,7 @@ def test_the_page_holds_everything_and_asks_for_nothing(scene, tmp_path):
 def test_the_same_scene_gives_the_same_page(scene, tmp_path):
     one = report_scene(scene, tmp_path / "one").read_bytes()
     assert one == report_scene(scene, tmp_path / "two").read_bytes()
-    dated = report_scene(scene, tmp_path / "one", made="2026-02-30").read_bytes()
+    dated = report_scene(scene, tmp_path / "one", title="2026-02-30").read_bytes()
     assert b"2026-02-30" in dated
     assert [path.name for path in (tmp_path / "one").iterdir()] == ["index.html"]
 
