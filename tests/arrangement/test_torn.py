@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
 from itertools import combinations
 
 import numpy as np
@@ -15,8 +14,6 @@ from geosurf import TriSurface, intersect_surfaces, rebuild_surfaces
 from geosurf.arrangement.candidates import over_itself, pairs_with_itself
 from geosurf.arrangement.search import ULP, find_contacts
 from geosurf.arrangement.tree import needed, pairs_of_one_map, tree_of
-from geosurf.kernels.exact.constructed_points import lpi_in_doubles
-from geosurf.kernels.sheets.torn_links import are_over_nodes, edges_over_ghosts
 from geosurf.model import Lattice
 from geosurf.model.surfaces import torn_sheet
 from geosurf.triangulate.outline import off_the_rims
@@ -115,30 +112,6 @@ def test_a_sheet_is_split_alike_however_it_is_asked(sheet, slope):
     ]
     first, *others = (places_of(way) for way in ways)
     assert all(first == other for other in others)
-
-
-@given(st.integers(0, 2**32 - 1))
-def test_edges_over_nodes_below_ghosts(seed):
-    rng = np.random.default_rng(seed)
-    n, n_node = 9, 6
-    node, ghost = rng.integers(0, n_node, n), rng.random(n) < 0.2
-    t = np.array([rng.permutation(n)[:3] for _ in range(12)])
-    under = {int(node[v]) for row in t if ghost[row].any() for v in row}
-    expected = []
-    for i, row in enumerate(t.tolist()):
-        for a, b in zip(row, row[1:] + row[:1], strict=True):
-            if node[a] in under and node[b] in under:
-                expected.append((i, b, a) if node[a] > node[b] else (i, a, b))
-    found = edges_over_ghosts(t, node, ghost, n_node)
-    assert list(zip(*(part.tolist() for part in found), strict=True)) == expected
-
-    # one place for each node, until one vertex moves
-    vertices = rng.normal(size=(n_node, 3))[node]
-    vertices[:, 2] = rng.normal(size=n)
-    assert are_over_nodes(node, vertices, n_node).all()
-    vertices[0, 1] += 1.0
-    alone = (node == node[0]).sum() == 1
-    assert bool(are_over_nodes(node, vertices, n_node)[0]) == alone
 
 
 # ---- Torn sheets that know their lattice: contacts, rims and equal points are those of plain
@@ -279,26 +252,6 @@ def test_nodes_within_an_ulp_of_planes_and_edges(seed, offset):
     surfaces = [TriSurface("A", "horizon", lattice=top), TriSurface("B", "fault", lattice=wall)]
     if usable(surfaces):
         assert_as_by_voxels(surfaces)
-
-
-def test_points_that_doubles_place_are_the_next_doubles(rng):
-    sure = 0
-    for size in (1.0, 30.0, 1e3):
-        for _ in range(60):
-            x = rng.uniform(-1, 1, (5, 3)) * size + (4000.0, -3000.0, 1700.0)
-            step = rng.uniform(-1, 1, 3) * size / 5
-            x[3], x[4] = x[:3].mean(axis=0) + step, x[:3].mean(axis=0) - rng.uniform(0, 1) * step
-            t = np.array([[0, 1, 2]])
-            known, *place = lpi_in_doubles(x, t, 3, 4, 0)
-            if not known:
-                continue
-            a, b, o, p, q = ([Fraction(v) for v in x[i].tolist()] for i in (3, 4, 0, 1, 2))
-            n = oracles.normal_of([o, p, q])
-            ha, hb = (oracles.dot(n, oracles.minus(end, o)) for end in (a, b))
-            right = [float(u + (v - u) * ha / (ha - hb)) for u, v in zip(a, b, strict=True)]
-            assert place == right
-            sure += 1
-    assert sure > 30
 
 
 # ---- Lattices with one map: what is left out never meets, results are the voxels' to the byte.

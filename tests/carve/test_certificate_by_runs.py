@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf import Lattice, Scene, TriSurface, build_walls, carve_units, rebuild_surfaces
+from geosurf import Lattice, TriSurface, build_walls, carve_units, rebuild_surfaces
 from geosurf.carve.certificate import certify, certify_repeated, same_bytes
 from geosurf.carve.certificate_lines import euler_in_words
 from geosurf.carve.shells import CarvedUnit
@@ -280,15 +280,6 @@ def test_a_wrong_volume_and_a_wrong_area(model):
         object.__setattr__(made[1][next(iter(units))], name, 1.0)
         found = certify(*made).checks
         assert [c.name for c in found if not c.passed] == ["volumes add up to the box"]
-
-
-def test_a_scene_lists_no_triangles_for_its_certificate():
-    given = surfaces(1)
-    horizons = {s.name: s for s in given if s.role == "horizon"}
-    faults = {s.name: s for s in given if s.role == "fault"}
-    scene = Scene(horizons, faults, box=BOX)
-    assert scene.check().ok
-    assert "local" not in scene.patches.__dict__
 
 
 # ---- Certificates of torn horizons by runs: copies at faults are listed, and what is near the

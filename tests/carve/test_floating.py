@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from geosurf import TriSurface, build_walls, carve_units, rebuild_surfaces
-from geosurf.carve.cells import find_cells, place_floating
+from geosurf.carve.cells import find_cells
 from geosurf.carve.measures import AREA
 from geosurf.carve.zones import owned_by
-from geosurf.errors import GeometryError, InvariantError, OpenUnitError
+from geosurf.errors import GeometryError, OpenUnitError
 from tests import laws, oracles
 from tests.strategies import sheet, soups
 
@@ -136,10 +136,3 @@ def test_a_wall_that_is_missing_under_a_fault_is_called_by_its_name():
     cover = TriSurface("Cover", "fault", walls[0].vertices, walls[0].triangles)
     with pytest.raises(OpenUnitError, match=f"open: wall '{walls[0].name}' has"):
         carve_units(rebuild_surfaces([cover, *walls[:-1]]))
-
-
-def test_a_piece_without_an_area_is_refused():
-    x = np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [1, 1, 1], [2, 2, 1], [3, 3, 1]], dtype=float)
-    t = np.array([[0, 1, 2], [3, 4, 5]])
-    with pytest.raises(InvariantError, match=r"no ray passes .* at \(E 1,.*report this"):
-        place_floating(x, t, np.array([0, 1]), np.array([0]), np.array([0, 1, 2, 2]))

@@ -141,14 +141,6 @@ def test_contacts_out_of_order_are_refused_with_a_place():
     assert e.value.surfaces == ("GOC", "OWC")
 
 
-def test_a_contact_with_the_name_of_a_horizon_is_refused():
-    """Once the horizon was taken for the contact, and units were split at it in silence."""
-    extra, contacts = build_contacts({"Top": 2.0}, BOX)
-    patches = rebuild_surfaces([TOP, BASE, *extra, *build_walls(BOX)])
-    with pytest.raises(InputError, match="'Top' is the name of a horizon and of a contact; rename"):
-        carve_units(patches, contacts=contacts)
-
-
 def test_surfaces_may_be_called_as_walls_are():
     """A horizon 'top' and a contact 'bottom' are not the walls of these names, in any order."""
     extra, contacts = build_contacts({"bottom": 2.0}, BOX)

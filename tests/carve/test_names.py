@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +10,8 @@ import pytest
 from geosurf import TriSurface, build_walls, carve_units, rebuild_surfaces
 from geosurf.carve.certificate import certify
 from geosurf.carve.zones import name_blocks
-from geosurf.model import FluidContact, Units
+from geosurf.model import FluidContact
+from tests.carve.test_certificate import assert_noticed
 from tests.carve.test_units import volumes
 from tests.strategies import BOX, grid, level, sheet, upright
 
@@ -110,27 +110,9 @@ def test_faults_that_coincide_have_a_side_each(one, two, turned):
     assert sound(faults[::-1]) == expected
 
 
-def other_side(name, fault):
-    """A name with + for - and - for + after one fault."""
-    sign = {f"{fault}+": f"{fault}-", f"{fault}-": f"{fault}+"}
-    return " ".join(sign.get(word, word) for word in name.split(" "))
-
-
 @pytest.mark.parametrize("turned", [False, True])
 def test_a_side_that_a_name_leaves_out_or_exchanges_is_seen(turned):
-    patches = rebuild_surfaces([wall("F1", *SOUTH), wall("F2", *NORTH, turned), *build_walls(BOX)])
-    units = carve_units(patches)
-    for change in (lambda side: "", lambda side: other_side(side, "F2")):
-        wrong = []
-        for unit in units.values():
-            words = [change(w) if w.startswith("F2") else w for w in unit.fault_sides]
-            block = " ".join(word for word in words if word)
-            sides = tuple(word for word in words if word)
-            wrong.append(replace(unit, name=f"box {block}", block=block, fault_sides=sides))
-        found = certify(patches, Units(wrong, units.box))
-        assert [check.name for check in found.checks if not check.passed] == [
-            "unit names match their bounding surfaces"
-        ]
+    assert_noticed([wall("F1", *SOUTH), wall("F2", *NORTH, turned), *build_walls(BOX)])
 
 
 def test_levels_that_coincide_may_be_wound_either_way():

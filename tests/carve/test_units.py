@@ -11,7 +11,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import geosurf as gs
 from benchmarks.scenes import make_setting
 from geosurf import (
     Scene,
@@ -25,7 +24,6 @@ from geosurf import (
 from geosurf.carve.certificate import certify
 from geosurf.errors import GeometryError, InputError, OpenUnitError
 from geosurf.model import Unit
-from geosurf.synthetic.world import make_fault, make_horizon
 from tests import laws, oracles
 from tests.carve.test_certificate import assert_noticed
 from tests.strategies import BOX, faulted_worlds, grid, level, shuffled, soup, upright
@@ -283,25 +281,12 @@ def test_a_layer_is_as_thick_as_it_is_whatever_its_blocks_cover():
 
 
 # ---- Shells of a few units are those of all units, byte by byte, and list nothing else.
-def model():
-    """Three horizons, two faults and a contact."""
-    box = (0.0, 1000.0, 0.0, 1000.0, -900.0, -100.0)
-
-    def level(k):
-        return lambda x, y: -300.0 - 150.0 * k + 40.0 * np.sin(x / 210.0 + k) * np.cos(y / 170.0)
-
-    whole, shift = (-50.0, 1050.0, -50.0, 1050.0), (0.0, 0.0, 0.0)
-    horizons = {f"H{k}": make_horizon(f"H{k}", whole, 41, level(k), shift) for k in range(3)}
-    z, y = np.meshgrid(np.linspace(-1000.0, 0.0, 9), np.linspace(-100.0, 1100.0, 13))
-    faults = {
-        name: make_fault(name, x + 0.3 * z + 20.0 * np.sin(y / 200.0), y, z, (0.0, 0.0, 0.0))
-        for name, x in (("F1", 400.0), ("F2", 800.0))
-    }
-    return gs.Scene(horizons, faults, box, contacts={"OWC": -420.0})
 
 
 def test_shells_of_some_units_are_those_of_all():
-    units = model().units
+    world = synthetic.graben(n=9)
+    contacts = {"OWC": -2100.0}
+    units = Scene(world.horizons, world.faults, world.box, contacts=contacts).units
     shells = next(iter(units.values()))._shell[0]
     n = len(shells.volumes)
     some = np.arange(n)[::3]

@@ -18,7 +18,6 @@ from geosurf.intersect.link import (
     split_overlaps,
     touching_points,
 )
-from geosurf.kernels.contacts.aligned_grids import points_near_segments
 from tests import oracles
 from tests.rebuild.worlds import world
 from tests.strategies import soup
@@ -139,24 +138,3 @@ def test_a_point_reaches_segments_through_faces_that_it_does_not_end_in():
     assert fast == slow
     middle = [p for _, ends in fast for p in ends]
     assert len(middle) > 8
-
-
-@pytest.mark.parametrize("n", [3, 40, 170])
-def test_points_beside_segments_are_those_of_all_pairs(rng, n):
-    x = rng.integers(0, 12, (n, 3)).astype(float)
-    segments = rng.integers(0, n, (n, 2))
-    segments = segments[(x[segments[:, 0]] != x[segments[:, 1]]).any(axis=1)]
-    lines, points = np.array([0, len(segments) // 3, len(segments)]), np.array([0, n // 2, n])
-    pairs = np.empty((n * n, 2), dtype=np.int64)
-    which = rng.permutation(n)
-    found = pairs[: points_near_segments(x, segments, lines, which, points, 1e-9, pairs)]
-    slow = set()
-    for group in range(2):
-        for s in range(lines[group], lines[group + 1]):
-            a, b = segments[s]
-            for p in which[points[group] : points[group + 1]].tolist():
-                way, to = x[b] - x[a], x[p] - x[a]
-                if p not in (a, b) and not np.cross(way, to).any() and 0 <= way @ to <= way @ way:
-                    slow.add((s, p))
-    assert {tuple(row) for row in found.tolist()} == slow
-    assert len(found) == len(slow)

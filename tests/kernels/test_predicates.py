@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import os
 from fractions import Fraction
-from itertools import permutations
 
 import numpy as np
 import pytest
@@ -33,15 +32,10 @@ def test_signs_are_never_wrong(name, family):
     found = kernel_signs(name, points)
     wrong = np.flatnonzero(true != found)
     assert len(wrong) == 0, (points[wrong[0]].tolist(), true[wrong[0]], found[wrong[0]])
-    assert {-1, 1} <= set(true.tolist()), "the family is one-sided: it tests nothing"
-
-
-@every_predicate
-@pytest.mark.parametrize("family", ["lattice", "cocircular", "nudged", "powers"])
-def test_families_hold_exact_zeros_where_they_should(name, family):
-    points = tuples(family, 4000, *PREDICATES[name], seed=7)
-    zeros = (true_signs(name, points) == 0).sum()
-    assert zeros > (400 if family == "lattice" else 0) or (name, family) == ("incircle", "nudged")
+    # a family that is one-sided, or never degenerate, tests nothing
+    assert {-1, 1} <= set(true.tolist())
+    degenerate = ("lattice", "powers", "cocircular", "nudged")[: 3 if name == "incircle" else 4]
+    assert (true == 0).any() or family not in degenerate
 
 
 @every_predicate
@@ -50,42 +44,6 @@ def test_two_oracles_agree(name, family):
     points = tuples(family, 40, *PREDICATES[name], seed=8)
     slow = [getattr(oracles, name)(*p) for p in points]
     assert true_signs(name, points).tolist() == slow
-
-
-@every_predicate
-@every_family
-def test_signs_follow_the_order_of_points(name, family):
-    points = tuples(family, 150, *PREDICATES[name], seed=9)
-    straight = kernel_signs(name, points)
-    for order in permutations(range(points.shape[1])):
-        n = len(order)
-        odd = sum(order[i] > order[j] for i in range(n) for j in range(i + 1, n)) % 2
-        np.testing.assert_array_equal(
-            kernel_signs(name, points[:, order]), -straight if odd else straight
-        )
-
-
-@every_predicate
-def test_mirrors_shifts_and_powers_of_two(name):
-    points = tuples("lattice", 2000, *PREDICATES[name], seed=10)
-    signs = kernel_signs(name, points)
-    assert signs.any()
-    mirror = np.ones(points.shape[2])
-    mirror[0] = -1.0
-    np.testing.assert_array_equal(kernel_signs(name, points * mirror), -signs)
-    np.testing.assert_array_equal(kernel_signs(name, points * 2.0**-20 + 456_000.0), signs)
-    np.testing.assert_array_equal(kernel_signs(name, points * 2.0**200), signs)
-    # the products underflow, the answers do not
-    np.testing.assert_array_equal(kernel_signs(name, points * 2.0**-300), signs)
-
-
-def test_conventions():
-    square = np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]])
-    assert kernel_signs("orient2d", square[None, :3]) == 1
-    assert kernel_signs("incircle", np.array([[*square[:3], (0.5, 0.5)]])) == 1
-    assert kernel_signs("incircle", np.array([[*square[:3], (0.0, 1.0)]])) == 0
-    up = np.array([[[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]])
-    assert kernel_signs("orient3d", up) == 1
 
 
 @given(
@@ -196,58 +154,30 @@ def w():
     return np.full(400, 77, dtype=np.int64)
 
 
-@given(a=number, b=number)
-def test_sub(w, a, b):
-    put(w, 0, a), put(w, 20, b)
-    bigint.sub(w, 40, 0, 20, N)
-    assert get(w, 40) == a - b
-    bigint.sub(w, 0, 0, 20, N)  # in place
-    assert get(w, 0) == a - b
-
-
-@given(a=number, b=number, factor=st.sampled_from([-2, -1, 1, 2]), more=st.integers(0, 5))
-def test_add_with_a_factor_to_a_number_as_long_or_longer(w, a, b, factor, more):
-    put(w, 0, a, N + more), put(w, 20, b)
-    bigint.accumulate(w, 0, N + more, 20, N, factor)
-    assert get(w, 0, N + more) == a + factor * b
-
-
-@given(a=number, b=number)
-def test_mul(w, a, b):
-    put(w, 0, a), put(w, 20, b)
-    bigint.mul(w, 40, 0, N, 20, N)
-    assert get(w, 40, 2 * N) == a * b
-
-
-@given(a=number, b=number, c=number, factor=st.sampled_from([-1, 1]), more=st.integers(0, 4))
-def test_mul_add(w, a, b, c, factor, more):
+@given(
+    a=number, b=number, c=number, factor=st.sampled_from([-1, 1]), more=st.integers(0, 4),
+    bits=st.integers(0, 130),
+)  # fmt: skip
+def test_law_limbs_compute_as_integers_do(w, a, b, c, factor, more, bits):
+    """Also in place, and with numbers that are longer than others."""
     put(w, 0, a), put(w, 20, b), put(w, 60, c, 2 * N + more)
+    bigint.sub(w, 100, 0, 20, N)
+    assert get(w, 100) == a - b
+    bigint.mul(w, 100, 0, N, 20, N)
+    assert get(w, 100, 2 * N) == a * b
     bigint.mul_add(w, 60, 2 * N + more, 0, N, 20, N, factor)
     assert get(w, 60, 2 * N + more) == c + factor * a * b
-
-
-@given(a=number, b=st.integers(-(2**50), 2**50))
-def test_mul_of_unequal_lengths(w, a, b):
-    put(w, 0, a), put(w, 20, b, 2)
-    bigint.mul(w, 40, 0, N, 20, 2)
-    bigint.mul(w, 60, 20, 2, 0, N)
-    assert get(w, 40, N + 2) == get(w, 60, N + 2) == a * b
-
-
-@given(a=number, bits=st.integers(0, 130))
-def test_shift(w, a, bits):
-    put(w, 0, a)
-    length = bigint.shift_left(w, 40, 0, N, bits)
+    length = bigint.shift_left(w, 100, 0, N, bits)
     assert length == N + bits // BITS + 1
-    assert get(w, 40, length) == a << bits
-
-
-@given(a=number)
-def test_sign_and_negate(w, a):
-    put(w, 0, a)
+    assert get(w, 100, length) == a << bits
     assert bigint.sign(w, 0, N) == (a > 0) - (a < 0)
     bigint.negate(w, 0, N)
     assert get(w, 0) == -a
+    put(w, 0, a, N + more)
+    bigint.accumulate(w, 0, N + more, 20, N, 2 * factor)
+    assert get(w, 0, N + more) == a + 2 * factor * b
+    bigint.sub(w, 20, 20, 20, N)
+    assert get(w, 20) == 0
 
 
 @given(x=doubles, spare=st.integers(0, 3))

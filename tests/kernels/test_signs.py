@@ -152,32 +152,6 @@ def test_points_nearer_to_each_other_than_double_doubles_are_put_in_order():
     assert asked > 20
 
 
-LEVEL = [[-9, -9, -0.0], [9, -9, -0.0], [0, 9, -0.0]]
-STEEP = [[-9, -9, 9], [9, -9, 9], [0, 9, -11]]
-UPRIGHT = [[-0.0, -9, -9], [-0.0, 9, -9], [-0.0, 0, 9], [-9, -0.0, -9], [9, -0.0, -9], [0, -0.0, 9]]
-
-
-@pytest.mark.parametrize(
-    ("corners", "defined"),
-    [
-        ([*LEVEL, [-0.0, 1, -4], [-0.0, -1, 4]], [1, 3, 4, 0]),
-        ([*STEEP, [-0.0, 1, -0.0], [-0.0, -1, -0.0]], [1, 3, 4, 0]),
-        ([*LEVEL, *UPRIGHT], [2, 0, 1, 2]),
-    ],
-    ids=["a level face", "a level edge", "three planes"],
-)
-def test_no_point_is_at_minus_zero(corners, defined):
-    """Also where corners are: one order of surfaces would give it, and another would not."""
-    x = np.array(corners)
-    t, none = np.arange(len(x) // 3 * 3).reshape(-1, 3), np.empty((0, 3), dtype=np.int64)
-    m, _ = frame_of(x, len(t))
-    out = np.empty((1, 10))
-    point_dd_rows(x, t, none, m, np.array([defined]), out)
-    assert out[0, 0] == 1.0
-    assert (out[0, 1:4] == 0.0).sum() > 1
-    assert not np.signbit(out[0, 1:4][out[0, 1:4] == 0.0]).any()
-
-
 def random_rows(random, n: int, count: int) -> np.ndarray:
     return random.random((count, n)).argsort(axis=1)[:, :4]
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 import pytest
 
@@ -16,9 +18,7 @@ from geosurf.measure import (
     vertical_section,
     wall_lines,
 )
-from geosurf.measure import thickness as unit_columns
 from geosurf.measure.cutoffs import fault_polygons
-from geosurf.measure.thickness import passages
 from geosurf.model import Lattice, Units
 from geosurf.model.pieces import Strips
 
@@ -91,53 +91,35 @@ def turned_grids(n=41, warp=0.0, holes=False):
     return Scene(horizons, faults, box)
 
 
+def thickness_of(units, scene, step):
+    """Maps of all zones, of both kinds."""
+    zones = dict.fromkeys(unit.zone for unit in scene.units.values())
+    return [
+        thickness_map(units, zone, step, kind=kind, horizons=scene.horizon_names).to_dataset()
+        for zone, kind in product(zones, ("isochore", "isopach"))
+    ]
+
+
+def assert_same_thickness(found, scene, step):
+    """As of units without patches, of which all triangles are searched."""
+    shells = Units(scene.units.values(), scene.box)
+    for one, two in zip(found, thickness_of(shells, scene, step), strict=True):
+        assert_same(one, two)
+
+
 @pytest.mark.parametrize("warp", [0.0, 60.0, 400.0])
-@pytest.mark.parametrize("kind", ["isochore", "isopach"])
-def test_thickness_by_coordinates_and_by_triangles_is_the_same(warp, kind):
+def test_thickness_by_coordinates_and_by_triangles_is_the_same(warp):
     scene = turned_grids(warp=warp, holes=warp == 60.0)
-    shells = Units(scene.units.values(), scene.box)  # no patches: triangles of shells are searched
-    for zone in ("H0/H1", "above H0", "below H2"):
-        one, two = (
-            thickness_map(units, zone, 170.0, kind=kind, horizons=scene.horizon_names)
-            for units in (scene.units, shells)
-        )
-        assert_same(one.to_dataset(), two.to_dataset())
+    assert_same_thickness(thickness_of(scene.units, scene, 170.0), scene, 170.0)
 
 
-# ---- Vertical lines through torn horizons: grids by coordinates, as all triangles of units ha
 @pytest.mark.parametrize("kind", ["reverse", "X"])
-def test_lines_pass_what_listed_units_have(kind, monkeypatch):
+def test_no_triangle_of_a_torn_grid_is_searched_for_its_thickness(kind, monkeypatch):
+    """Every second line goes through nodes."""
     world = gs.synthetic.torn(kind, n=41)
     scene = gs.Scene(world.horizons, world.faults, world.box, tear=True)
-    units, rng = scene.units, np.random.default_rng(3)
-    west, east, south, north = scene.box[:4]
-
-    # also on nodes and on edges of cells
-    axis = world.horizons["Top"].easting.values
-    feet = rng.uniform([west, south], [east, north], (400, 2))
-    feet[:200, 0] = rng.choice(axis[1:-1], 200)
-    feet[:100, 1] = rng.choice(world.horizons["Top"].northing.values[1:-1], 100)
-    middle = np.array([0.5 * (west + east), 0.5 * (south + north)])
-    rows = list(range(len(units)))
-
-    # no triangles of runs are searched
+    assert len(scene.units) > 1
     with monkeypatch.context() as patch:
         patch.setattr(Strips, "keys_of", None)
-        passed = list(passages(units, rows, feet, middle))
-    met = {}
-    for some, of_units in passed:
-        number = np.arange(len(feet))[some]
-        for u, one in enumerate(of_units):
-            met[u] = sorted(
-                zip(
-                    number[one.foot].tolist(), one.way.tolist(), one.elevation.tolist(), strict=True
-                )
-            )
-    assert sum(map(len, met.values())) > 2 * len(feet)
-    for u, unit in enumerate(units.values()):
-        one = unit_columns._of_shell(unit, feet, middle)
-        listed = sorted(
-            zip(one.foot.tolist(), one.way.tolist(), one.elevation.tolist(), strict=True)
-        )
-        assert [row[:2] for row in met[u]] == [row[:2] for row in listed]
-        assert np.allclose([row[2] for row in met[u]], [row[2] for row in listed], atol=1e-9)
+        found = thickness_of(scene.units, scene, 12.5)
+    assert_same_thickness(found, scene, 12.5)

@@ -210,23 +210,17 @@ def test_fault_polygons_by_hand(throw, kind):
 # ---- throw ---------------------------------------------------------------------------
 
 
-def test_throw_along_a_fault_is_the_throw_put_in():
-    found = faulted((1.0, 6.0)).throw("Base", "F1")
+@pytest.mark.parametrize(("south", "north"), [(1.0, 6.0), (-3.0, -3.0)])
+def test_throw_along_a_fault_is_the_throw_put_in(south, north):
+    found = faulted((south, north)).throw("Base", "F1")
     y = found.northing.values
-    expected = 1.0 + 5.0 * (y - SOUTH) / (NORTH - SOUTH)
+    expected = south + (north - south) * (y - SOUTH) / (NORTH - SOUTH)
     np.testing.assert_allclose(found.throw, expected, atol=1e-12)
     np.testing.assert_allclose(found.heave, expected, atol=1e-12)
     np.testing.assert_allclose(found.dip_separation, expected * ROOT2, atol=1e-12)
     np.testing.assert_allclose(found.apparent_dip, 45.0, atol=1e-9)
     np.testing.assert_allclose(found.along_strike, y, atol=1e-12)
     np.testing.assert_allclose([y.min(), y.max()], [0.0, 30.0], atol=1e-12)
-
-
-def test_a_reverse_fault_has_a_negative_throw():
-    found = faulted((-3.0, -3.0)).throw("Top", "F1")
-    np.testing.assert_allclose(found.throw, -3.0, atol=1e-12)
-    np.testing.assert_allclose(found.heave, -3.0, atol=1e-12)
-    np.testing.assert_allclose(found.dip_separation, -3.0 * ROOT2, atol=1e-12)
 
 
 def test_the_winding_of_a_mesh_says_nothing_about_its_throw():

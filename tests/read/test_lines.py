@@ -47,18 +47,6 @@ def test_lines_are_polygons_or_sticks(file):
     assert (said.format, said.read_with) == ("cps3_lines", "read_polygons or read_fault")
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        (HEAD + "0 0 5\n", "line 3: found '0 0 5', expected '-> name' or x y z"),
-        (HEAD + "-> 1\n0 0\n", "line 4: found '0 0'"),
-        (HEAD + "-> 1\n0 0 x\n", "line 4: found 'x', expected a number"),
-    ],
-)
-def test_damaged_lines_are_refused(file, text, words):
-    refused(FormatError, words, lambda: gs.read_polygons(file(text), positive="up"))
-
-
 # ---- GOCAD VSet and PLine: points and lines, also those that geosurf wrote.
 HEAD_GOCAD_LINES = (
     "GOCAD {}\nGOCAD_ORIGINAL_COORDINATE_SYSTEM\nZPOSITIVE Depth\nEND_ORIGINAL_COORDINATE_SYSTEM\n"
@@ -101,19 +89,6 @@ def test_law_curves_come_back_from_a_pline(tmp_path):
     assert found == {tuple(point) for point in curves.points.tolist()}
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("GOCAD PLine 1\nILINE\nVRTX 1 0 0 0\nSEG 1 2\nEND\n", "line 4: vertex 2 is used but"),
-        ("GOCAD PLine 1\nILINE\nVRTX 1 0 0 0\nEND\n", "no segments"),
-        ("GOCAD PLine 1\nILINE\nVRTX 1 0 0 x\nEND\n", "line 3: found 'x'"),
-        ("GOCAD PLine 1\nILINE\nVRTX 1 0 0 0\n", "has no END"),
-    ],
-)
-def test_damaged_lines_get_one_sentence_each(tmp_path, text, message):
-    refused(FormatError, message, lambda: gs.read_polygons(written(tmp_path, text)))
-
-
 # ---- Points, polygons and sticks with attributes, as RMS and Petrel write them.
 RMS = 'Float dip\nString "fault"\nDiscrete n\n1 2 30 5.5 "F 1" 7\n3 4 50 UNDEF F2 8\n'
 PETREL = (
@@ -154,20 +129,6 @@ def test_lines_between_end_marks_and_by_number_are_sticks_of_faults(tmp_path):
     found = gs.info(path)
     assert (found.read_with, found.count) == ("read_polygons or read_fault", 6)
     assert gs.read_fault(written(tmp_path, NUMBERED), name="F2", positive="up").name == "F2"
-
-
-DAMAGES = {
-    "width": (RMS + "5 6 7 8\n", r"line 6: found 4 values, expected 6"),
-    "word": (RMS.replace("30", "3o"), "line 4: found 'UNDEF'|line 4: found '3o'"),
-    "no end": (PETREL.replace("END HEADER\n", ""), "BEGIN HEADER has no END HEADER"),
-}
-
-
-@pytest.mark.parametrize("case", DAMAGES)
-def test_damaged_attributes_get_one_sentence(tmp_path, case):
-    text, message = DAMAGES[case]
-    with pytest.raises(FormatError, match=message):
-        gs.read_points(written(tmp_path, text), positive="up", format="attributes")
 
 
 def test_what_xtgeo_writes_comes_back(tmp_path):
@@ -270,23 +231,6 @@ def test_law_sticks_come_back(tmp_path_factory, faults):
     for name, sticks in faults.items():
         back = gs.read_fault(path, name=name, positive="up")
         assert [np.array(s).tolist() for s in back.sticks] == [np.array(s).tolist() for s in sticks]
-
-
-DAMAGES_STICKS = {
-    "word": (CHARISMA.replace("1500.25 F1", "15oo F1", 1), {"format": "charisma"}, "'15oo'"),
-    "short": (CHARISMA + "INLINE- 1 2 3 4\n", {}, "line 7: found 'INLINE- 1 2 3 4', expected"),
-    "again": (CHARISMA + CHARISMA[:56] + "\n", {}, "'F1 1' continues after another one began"),
-    "one": (CHARISMA + "XLINE- 1 2 3 4 5 F9 1\n", {"name": "F9"}, "line 7: stick 0 .* 1 point"),
-    "open": (COLUMNS, {}, r"This line is: 1 '12', 2 '7', 3 'K', 4 '461000.10'"),
-    "noise": ("\x01\x02\x7f\n" * 9, {}, r"line 1: found 0 columns for x.*or set columns="),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("case", DAMAGES_STICKS)
-def test_damaged_sticks_get_one_sentence(tmp_path, case):
-    text, words, message = DAMAGES_STICKS[case]
-    path = written(tmp_path, text, "a.csv" if text.startswith("X_") else "a.dat")
-    refused(FormatError, message, gs.read_fault, path, positive="up", **{"name": "F1"} | words)
 
 
 # ---- GeoJSON and shapefiles: places, attributes, systems, and damaged files.
@@ -443,28 +387,6 @@ def bad(place, kind="LineString"):
 
 
 PATCH = struct.pack("<i4d4i", 31, 0, 0, 0, 0, 1, 3, 0, 0) + bytes(3 * 24 + 16)
-DAMAGES_FEATURES = {
-    "cut": (json.dumps(FAULTS)[:-9], "JSON parser cannot read it"),
-    "nan": (json.dumps(bad([[1, 2, np.nan], [3, 4, 5]])), "found NaN, expected a number"),
-    "true": (bad([[True, 2], [3, 4]]), "are not lists of two or three"),
-    "flat": (bad([1, 2, 3]), "are not lists of two or three"),
-    "short": (bad([LINE[0]]), "a LineString has 1 points, expected at least 2"),
-    "none": (collection(), "no points and no lines"),
-    "kind": (bad(LINE, "Curve"), "object of the type 'Curve'"),
-    "mixed": (collection(("Point", LINE[0], {}), ("LineString", LINE, {})),
-              "holds 1 point and 1 line, .* Write one file for each kind"),
-    "half": (bad([[461000, 5932000], LINE[1]]), "1 of 2 points of a line have no elevation"),
-    "shp cut": (shp(shape(13, [LINE]))[:-8], "header announces .* bytes, but the file has"),
-    "shp type": (shp(PATCH), "is of the type 31"),
-    "shp nan": (shp(shape(13, [[[np.inf, 0, 0], LINE[0]]])), "a coordinate that is not finite"),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("case", DAMAGES_FEATURES)
-def test_damaged_features_get_one_sentence(tmp_path, case):
-    content, message = DAMAGES_FEATURES[case]
-    path = written(tmp_path, content, "a.shp" if case.startswith("shp") else "a.geojson")
-    refused(FormatError, message, gs.read_fault, path, positive="up")
 
 
 def test_attributes_of_another_export_are_refused(tmp_path):
@@ -482,3 +404,61 @@ def test_the_index_of_a_shapefile_is_not_a_shapefile(tmp_path):
 def test_signatures_exclude_those_of_other_formats():
     for head in (json.dumps(FAULTS).encode(), shp(shape(13, [LINE]))):
         assert sum(fits(head[:8192]) for fits in SIGNATURES.values()) == 1
+
+
+# ---- Damaged files of all kinds: reader, content, words that are passed, and what the error says.
+PLINE = "GOCAD PLine 1\nILINE\nVRTX 1 0 0 0\n"
+WHOLE = {"format": "attributes"}
+DAMAGES = {
+    "cps3 name": (gs.read_polygons, HEAD + "0 0 5\n", {},
+                  "line 3: found '0 0 5', expected '-> name' or x y z"),
+    "cps3 short": (gs.read_polygons, HEAD + "-> 1\n0 0\n", {}, "line 4: found '0 0'"),
+    "cps3 word": (gs.read_polygons, HEAD + "-> 1\n0 0 x\n", {}, "line 4: found 'x', expected a"),
+    "pline vertex": (gs.read_polygons, PLINE + "SEG 1 2\nEND\n", {},
+                     "line 4: vertex 2 is used but"),
+    "pline alone": (gs.read_polygons, PLINE + "END\n", {}, "no segments"),
+    "pline word": (gs.read_polygons, PLINE.replace("0\n", "x\n") + "END\n", {},
+                   "line 3: found 'x'"),
+    "pline end": (gs.read_polygons, PLINE, {}, "has no END"),
+    "rms width": (gs.read_points, RMS + "5 6 7 8\n", WHOLE, "line 6: found 4 values, expected 6"),
+    "rms word": (gs.read_points, RMS.replace("30", "3o"), WHOLE, "line 4: found '(UNDEF|3o)'"),
+    "petrel end": (gs.read_points, PETREL.replace("END HEADER\n", ""), WHOLE,
+                   "BEGIN HEADER has no END HEADER"),
+    "word": (gs.read_fault, CHARISMA.replace("1500.25 F1", "15oo F1", 1),
+             {"name": "F1", "format": "charisma"}, "'15oo'"),
+    "short": (gs.read_fault, CHARISMA + "INLINE- 1 2 3 4\n", {"name": "F1"},
+              "line 7: found 'INLINE- 1 2 3 4', expected"),
+    "again": (gs.read_fault, CHARISMA + CHARISMA[:56] + "\n", {"name": "F1"},
+              "'F1 1' continues after another one began"),
+    "one": (gs.read_fault, CHARISMA + "XLINE- 1 2 3 4 5 F9 1\n", {"name": "F9"},
+            "line 7: stick 0 .* 1 point"),
+    "open": (gs.read_fault, COLUMNS, {"name": "F1"},
+             r"This line is: 1 '12', 2 '7', 3 'K', 4 '461000.10'"),
+    "noise": (gs.read_fault, "\x01\x02\x7f\n" * 9, {"name": "F1"},
+              r"line 1: found 0 columns for x.*or set columns="),
+    "json cut": (gs.read_fault, json.dumps(FAULTS)[:-9], {}, "JSON parser cannot read it"),
+    "json nan": (gs.read_fault, bad([[1, 2, np.nan], [3, 4, 5]]), {},
+                 "found NaN, expected a number"),
+    "json true": (gs.read_fault, bad([[True, 2], [3, 4]]), {}, "are not lists of two or three"),
+    "json flat": (gs.read_fault, bad([1, 2, 3]), {}, "are not lists of two or three"),
+    "json short": (gs.read_fault, bad([LINE[0]]), {},
+                   "a LineString has 1 points, expected at least 2"),
+    "json none": (gs.read_fault, collection(), {}, "no points and no lines"),
+    "json kind": (gs.read_fault, bad(LINE, "Curve"), {}, "object of the type 'Curve'"),
+    "json mixed": (gs.read_fault, collection(("Point", LINE[0], {}), ("LineString", LINE, {})), {},
+                   "holds 1 point and 1 line, .* Write one file for each kind"),
+    "json half": (gs.read_fault, bad([[461000, 5932000], LINE[1]]), {},
+                  "1 of 2 points of a line have no elevation"),
+    "shp cut": (gs.read_fault, shp(shape(13, [LINE]))[:-8], {},
+                "header announces .* bytes, but the file has"),
+    "shp type": (gs.read_fault, shp(PATCH), {}, "is of the type 31"),
+    "shp nan": (gs.read_fault, shp(shape(13, [[[np.inf, 0, 0], LINE[0]]])), {},
+                "a coordinate that is not finite"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", DAMAGES)
+def test_damaged_files_get_one_sentence(tmp_path, case):
+    read, content, words, message = DAMAGES[case]
+    path = written(tmp_path, content, "a.shp" if case.startswith("shp") else "a.dat")
+    refused(FormatError, message, read, path, positive="up", **words)

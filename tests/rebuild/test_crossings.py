@@ -110,9 +110,9 @@ def test_distinct_points_that_round_to_one_place_are_one_vertex():
 
 # ---- No crossing that rounding makes is missed by the shortlist, and none is left after the r
 @pytest.mark.parametrize("family", list(FAMILIES))
-@pytest.mark.parametrize("seed", range(20))
-def test_nothing_is_missed_and_nothing_is_left(family, seed):
-    assert not {"missed", "left", "refused"} & set(check(family, seed))
+def test_nothing_is_missed_and_nothing_is_left(family):
+    for seed in range(10):
+        assert not {"missed", "left", "refused"} & set(check(family, seed)), seed
 
 
 def test_a_line_that_moves_along_itself_is_moved_again(monkeypatch):

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from geosurf import TriSurface, build_walls, carve_units, rebuild_surfaces
+from geosurf import TriSurface, build_walls, rebuild_surfaces
 from geosurf.carve.certificate import certify
 from geosurf.errors import InputError
 from tests import laws, oracles
@@ -135,17 +135,6 @@ def test_nearly_degenerate_inputs_are_repaired_and_say_so():
     ]
     assert max(moved) <= patches.report["largest_move"]
     assert certify(patches).ok
-
-
-def test_a_repair_leaves_the_box_alone():
-    box = (0.3, 2.7, 0.3, 2.4, -0.3, 3.3)
-    top = grid("Top", np.random.default_rng(3).integers(0, 4, (6, 6)) / 3)
-    wall = sheet("F1", [(1, -1, -1), (3, 9, -1), (3, 9, 5), (1, -1, 5)], (3, 3))
-    patches = rebuild_surfaces([top, wall, *build_walls(box)])
-    units = carve_units(patches)
-    assert patches.report["moved_vertices"] > 0
-    assert units.box == box
-    assert certify(patches, units).ok
 
 
 def test_slivers_that_a_coarser_step_closes_go():
