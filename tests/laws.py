@@ -107,23 +107,12 @@ def curve_bytes(curves) -> tuple:
 
 def assert_same_curves(one, two) -> None:
     """The same curves, byte by byte, whatever the order of the surfaces: matched by name."""
-    assert segments_by_name(one) == segments_by_name(two)
     assert chains_by_name(one) == chains_by_name(two)
     assert contacts_by_name(one) == contacts_by_name(two)
 
 
 def _pair(curves, row) -> tuple[str, ...]:
     return tuple(sorted(curves.names[i] for i in row))
-
-
-def segments_by_name(curves) -> Counter:
-    """Segments as (names, end points)."""
-    ends = curves.points[curves.segments]
-    keys = (
-        (_pair(curves, row), *sorted(map(tuple, e)))
-        for row, e in zip(curves.surfaces_of_segment.tolist(), ends.tolist(), strict=True)
-    )
-    return Counter(keys)
 
 
 def chains_by_name(curves) -> Counter:

@@ -99,13 +99,6 @@ def test_the_surface_whose_numbers_are_too_small_is_named(size):
         intersect_triangles(flat.vertices, wall.vertices)
 
 
-def test_what_does_not_meet_may_be_as_small_as_it_likes():
-    tiny = soup("A", [[(0, 0, 1), (1e-250, 0, 1), (0, 1, 1)]])
-    below = soup("B", [[(0, 0, 0), (4, 0, 0), (0, 4, 0)]])
-    assert intersect_surfaces([tiny, below]).n_curve == 0
-    assert rebuild_surfaces([tiny, below]).n_triangle == 2
-
-
 @pytest.mark.parametrize("size", [MIN_COORDINATE, 2.0**-240, 1.0, MAX_COORDINATE / 4])
 def test_the_sizes_that_are_promised_are_taken(size):
     """Coordinates with all of their digits, at both ends of the range."""

@@ -7,14 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from geosurf import rebuild_surfaces
 from geosurf.arrangement import KnownPairs, candidates, find_contacts, search_voxels
 from geosurf.arrangement.candidates import fit_voxels
 from geosurf.arrangement.tree import candidate_pairs, tree_of
 from geosurf.errors import InputError, SurfaceError
 from geosurf.kernels.search.tree import triangle_boxes
-from tests import laws
-from tests.strategies import faulted_worlds, grid, relief, sheet, soup, soups
+from tests.strategies import grid, relief, sheet, soup, soups
 
 
 def pairs_of(one, two, same=False):
@@ -48,12 +46,6 @@ def test_a_surface_with_itself(surfaces):
     found = pairs_of(one, one, same=True)
     assert touching <= found <= near
     assert all(a < b for a, b in found)
-
-
-@settings(max_examples=25)
-@given(faulted_worlds())
-def test_trees_and_voxels_give_the_same_bytes(world):
-    laws.assert_same_bytes(*(rebuild_surfaces(world, method=m) for m in ("tree", "voxels")))
 
 
 @pytest.mark.parametrize("power", [-356, -358, -359, -361, -1000])

@@ -17,13 +17,10 @@ from benchmarks import child, measure, peers, reached, targets, truth
 from benchmarks.__main__ import main
 from benchmarks.distance import distance_to_segments, hausdorff
 from benchmarks.installed import Installed
-from benchmarks.jobs import Job, Result
-from benchmarks.judge import judge
+from benchmarks.jobs import Result
 from benchmarks.scenes import make_setting
-from benchmarks.stats import exponent
 from geosurf import Scene, intersect_surfaces, synthetic
 from geosurf.cli.console import OUR_FAULT
-from geosurf.errors import InputError
 from geosurf.synthetic.domes import _WAVY_BOX as WAVES_BOX
 from geosurf.synthetic.domes import _east_of
 from geosurf.synthetic.domes import _wavy_height as _height
@@ -136,18 +133,6 @@ def test_hausdorff_sees_both_ways():
     assert hausdorff(np.empty((0, 2, 3)), circle, (-6.0, 6.0))[1] == math.inf
 
 
-def test_the_exponent_is_recovered(rng):
-    sizes = np.array([2e4, 2e5, 2e6, 2e7])
-    for b in (0.5, 1.0, 1.44):
-        assert exponent(sizes, 3e-7 * sizes**b) == pytest.approx(b, abs=1e-12)
-        noisy = 3e-7 * sizes**b * rng.uniform(0.9, 1.1, 4)
-        assert exponent(sizes, noisy) == pytest.approx(b, abs=0.05)
-    with pytest.raises(InputError, match=r"two sizes or more.*Measure more sizes"):
-        exponent([1e4, 1e4], [1.0, 2.0])
-    with pytest.raises(InputError, match=r"positive sizes and costs.*Leave out"):
-        exponent([1e4, 1e5], [1.0, 0.0])
-
-
 @pytest.mark.parametrize("name", ["S1", "S2", "S1 shuffled", "waves", "20 faults", "block"])
 def test_truth_and_engine_agree(name):
     setting = make_setting(name, 6000)
@@ -186,26 +171,6 @@ def test_a_wrong_answer_of_ours_ends_with_4(without_processes, monkeypatch, caps
 
 
 # ---- peers ---------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("peer", peers.PEERS, ids=lambda peer: peer.name)
-def test_an_installed_peer_answers(peer):
-    """Those that are here: what is exact is right, float32 at UTM coordinates is marked."""
-    if not peer.available:
-        pytest.skip(f"{peer.name} is not installed")
-    places = {"curve": "S1", "split": "S1", "units": "block", "carve": "block", "slice": "S2"}
-    for task in sorted(set(peer.tasks) & set(places)):
-        job = Job(task, places[task], 2000, peer.name, repeats=1, budget=0, warm=False)
-        [result] = here([job])
-        known = measure.known_truth(job.scene, job.size)
-        known = child.measure(asdict(known))["answer"] | {"units": 6}
-        wrong = judge(result, known)
-        if peer.name == "vtk":
-            assert re.fullmatch(r"length \d+\.\d+ m, true \d+\.\d+ m", wrong[0])
-        elif task == "slice":
-            assert wrong == [f"{known['segments'] - 1} segments, true {known['segments']}"]
-        else:
-            assert wrong == []
 
 
 # ---- targets -------------------------------------------------------------------------------

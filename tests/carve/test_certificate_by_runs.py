@@ -273,15 +273,6 @@ def test_damage_is_found_by_runs_and_on_the_lines_of_triangles(model, kind):
     assert {check.name for check in slow if not check.passed} == bad
 
 
-def test_a_wrong_volume_and_a_wrong_area(model):
-    patches, units = model
-    for name in ("volume", "area"):
-        made = built(patches, units)
-        object.__setattr__(made[1][next(iter(units))], name, 1.0)
-        found = certify(*made).checks
-        assert [c.name for c in found if not c.passed] == ["volumes add up to the box"]
-
-
 # ---- Certificates of torn horizons by runs: copies at faults are listed, and what is near the
 CROSSES = "surfaces meet only along shared edges"
 

@@ -24,12 +24,6 @@ def turned_over(surface):
     return TriSurface(surface.name, surface.role, surface.vertices, surface.triangles[:, [0, 2, 1]])
 
 
-def test_a_fault_that_is_turned_over_exchanges_its_sides():
-    fault = upright("F1", 1)
-    assert volumes(carve(fault)) == {"box F1-": 48.0, "box F1+": 144.0}
-    assert volumes(carve(turned_over(fault))) == {"box F1+": 48.0, "box F1-": 144.0}
-
-
 def scissors(y, shift, x=2.0, z=2.0):
     """A horizon that is torn at x, and moved there by shift: up on its east, down on its west."""
     n = len(y)

@@ -11,7 +11,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmarks.scenes import make_setting
 from geosurf import (
     Scene,
     TriSurface,
@@ -224,28 +223,6 @@ def test_order_changes_nothing(surfaces, seed):
 def test_map_areas_of_faces_are_those_of_all_triangles(surfaces):
     for unit in carve_units(rebuild_surfaces(surfaces)).values():
         assert unit.map_area == pytest.approx(Unit.map_area.func(unit), rel=1e-14)
-
-
-def test_three_faults_that_cross_and_five_horizons():
-    """Each zone has the volume between its horizons' triangles, whatever blocks divide it."""
-    setting = make_setting("five horizons", 4000)
-    horizons, box = setting.by_role("horizon"), setting.box
-    scene = Scene(horizons, setting.by_role("fault"), box)
-    laws.assert_volumes_add_up(scene.units, box)
-    total = sum(Fraction(unit.volume) for unit in scene.units.values())
-    assert float(total) == pytest.approx(8000.0**2 * 1000.0, rel=1e-12)
-    assert certify(scene.patches, scene.units).ok
-    surfaces = [scene.surface(name) for name in horizons]
-    corners = surfaces[0].vertices[surfaces[0].triangles]
-    assert all((s.triangles == surfaces[0].triangles).all() for s in surfaces)
-    one, two = corners[:, 1, :2] - corners[:, 0, :2], corners[:, 2, :2] - corners[:, 0, :2]
-    area = 0.5 * (one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0])
-    for upper, lower in itertools.pairwise(surfaces):
-        between = (upper.vertices - lower.vertices)[upper.triangles, 2].mean(axis=1)
-        zone = [u for u in scene.units.values() if u.zone == f"{upper.name}/{lower.name}"]
-        assert len(zone) >= 6  # three lines make seven cells in the map, or six through one point
-        assert len({u.block for u in zone}) == len(zone)
-        assert sum(u.volume for u in zone) == pytest.approx((area * between).sum(), rel=1e-12)
 
 
 @pytest.mark.parametrize("turns", [(1, 1), (1, -1), (1, 1, -1, 1)])

@@ -165,12 +165,3 @@ def test_floats_leave_to_fractions_what_they_cannot_tell(monkeypatch):
     found = Rays(x, np.arange(9).reshape(3, 3)).shoot(np.arange(3), np.arange(3))
     assert found.tolist() == [[0, 3], [2, 5], [4, NO_HIT]]
     assert asked == [0, 1, 2]
-
-
-def test_what_is_not_seen_holds_nothing():
-    corners = np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0.0]])
-    x = np.concatenate([corners + np.array([0, 0, z]) for z in range(3)])
-    shots = Rays(x, np.arange(9).reshape(3, 3)), np.array([0]), np.arange(3)
-    assert shots[0].shoot(*shots[1:]).tolist() == [[0, 3]]
-    hidden = np.array([False, False, True])
-    assert shots[0].shoot(*shots[1:], hidden).tolist() == [[0, 5]]

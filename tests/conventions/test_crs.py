@@ -8,7 +8,6 @@ import sys
 import time
 import weakref
 from fractions import Fraction
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,7 +18,6 @@ from geosurf.conventions import checks, shift_is_exact
 from geosurf.conventions import running as module
 from geosurf.conventions.checks import crs_of_foreign, lines_of_foreign, points_of_foreign
 from geosurf.conventions.crs import METRIC
-from geosurf.conventions.machine import give_back_memory
 from geosurf.conventions.running import count_of, running, silence
 from geosurf.errors import FormatError, InputError
 from geosurf.triangulate.outline import check_outline
@@ -89,22 +87,7 @@ def test_a_shift_is_exact_if_that_of_every_coordinate_is(shape, at_once, rng, mo
         assert not shift_is_exact(odd, shift)
 
 
-# ---- Freed memory goes back to the system, and facts of certificates go with their last user.
-def _resident() -> int:
-    """Bytes of memory that this process has."""
-    pages = int(Path("/proc/self/statm").read_text().split()[1])
-    return pages * 4096
-
-
-@pytest.mark.skipif(sys.platform != "linux", reason="the system tells its memory elsewhere")
-def test_freed_memory_goes_back():
-    # every second array is freed: a heap with gaps
-    held = [np.ones(1 << 13) for _ in range(2000)]
-    del held[::2]
-    before = _resident()
-    give_back_memory()
-    assert before - _resident() > 30 << 20
-    assert len(held) == 1000
+# ---- Facts of certificates go with their last user.
 
 
 def test_facts_go_with_their_last_user():

@@ -13,7 +13,7 @@ from tests import laws
 from tests.arrangement import self_overlap
 from tests.messages import refused
 from tests.overlaps import Together, together
-from tests.strategies import grid, soup
+from tests.strategies import soup
 
 FIRST = [(0, 0, 0), (4, 0, 0), (4, 4, 0), (0, 4, 0)]
 SECOND = [(2, -1, 0), (6, -1, 0), (6, 5, 0), (2, 5, 0)]
@@ -77,30 +77,6 @@ def test_closed_bodies_that_coincide_have_an_area_and_no_curve(weld):
         assert [c.surfaces for c in curves.contacts] == list(pairs)
         assert all(len(c.points) >= 8 for c in curves.contacts)  # its corners, for want of a rim
     assert_exact([one, two])
-
-
-@pytest.mark.parametrize("n", [2, 3, 4])
-def test_identical_surfaces_share_all_their_triangles(n, rng):
-    """Corners permuted, triangles turned and in another order, some twice."""
-    corners = grid("A", rng.integers(0, 3, (3, 3)).astype(float))
-    corners = corners.vertices[corners.triangles]
-    surfaces = []
-    for k in range(n):
-        some = corners[rng.permutation(len(corners))]
-        some = np.stack([t[rng.permutation(3)] for t in some])
-        again = some[: int(rng.integers(0, 3))]
-        surfaces.append(soup("ABCD"[k], np.concatenate([some, again])))
-    curves = intersect_surfaces(surfaces)
-    pairs = list(itertools.combinations(range(n), 2))
-    assert [c.surfaces for c in curves.contacts] == pairs
-    assert {c.kind for c in curves.contacts} == {"area"}
-    assert curves.surfaces_of_curve.tolist() == [list(pair) for pair in pairs]
-    assert curves.closed.all()  # the outline
-    patches = rebuild_surfaces(surfaces)
-    for k in range(n):
-        mine = patches.triangles[patches.surface_of_triangle == k]
-        assert len(np.unique(np.sort(mine, axis=1), axis=0)) == len(corners)
-    assert len(np.unique(np.sort(patches.triangles, axis=1), axis=0)) == len(corners)
 
 
 def test_a_surface_that_crosses_itself_shares_its_vertices_with_others():

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -183,24 +181,6 @@ def to_triangles(corners, p):
 
 
 class TestWells:
-    def test_of_planes_are_where_the_planes_are(self):
-        """A line through tilted planes: entry points from the equations of the planes."""
-        world = gs.synthetic.tilted_planes()
-        scene = gs.Scene(world.horizons, world.faults, world.box)
-        p, q = np.array([500.0, 700.0, -1750.0]), np.array([3300.0, 2100.0, -2450.0])
-        found = scene.well_intervals([p, q])
-        places = np.stack([found[k].sel(end="entry").values for k in ("easting", "northing")], 1)
-        up = found.elevation.sel(end="entry").values
-        assert len(set(found.unit.values)) == found.sizes["interval"] >= 3
-        for k, (before, after) in enumerate(pairwise(found.zone.values)):
-            if before != after:
-                name = {"above Top": "Top", "Top/Base": "Base"}[before]
-                surface = scene.surface(name).vertices
-                fit, *_ = np.linalg.lstsq(
-                    np.column_stack([surface[:, :2], np.ones(len(surface))]), surface[:, 2], None
-                )
-                assert up[k + 1] == pytest.approx(np.append(places[k + 1], 1.0) @ fit, abs=1e-8)
-
     def test_add_up_and_meet(self, scene):
         """Intervals follow each other, lengths add up, and the middle of each is in its unit."""
         w, e, s, n, low, high = scene.box

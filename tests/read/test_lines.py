@@ -199,12 +199,6 @@ def test_tables_with_names_hold_several_faults(tmp_path, text, name, columns):
     assert len(gs.read_polygons(path, positive="down", columns=columns)) == 2
 
 
-def test_a_stick_column_alone_splits_lines(tmp_path):
-    path = written(tmp_path, "1 2 3 7\n4 5 6 7\n1 3 3 8\n4 6 6 8\n", "faults.dat")
-    fault = gs.read_fault(path, positive="up", columns=(1, 2, 3, 4))
-    assert (fault.name, len(fault.sticks)) == ("faults", 2)
-
-
 @given(
     st.dictionaries(
         st.text(st.characters(codec="ascii", categories=["L", "N"]), min_size=1, max_size=5),

@@ -12,7 +12,6 @@ import pytest
 
 import geosurf as gs
 from geosurf.errors import FormatError, InputError
-from tests.grids import gridded
 from tests.messages import refused
 
 h5py = pytest.importorskip("h5py")
@@ -73,20 +72,6 @@ def test_what_is_written_comes_back_to_the_last_bit(world, package):
     text = str(gs.info(package))
     assert "Top (horizon), Middle (horizon), Base (horizon), F1 (fault), F2 (fault)" in text
     assert "positive up, stated by the file" in text
-
-
-def test_any_grid_survives(tmp_path):
-    rng = np.random.default_rng(7)
-    for k in range(12):
-        shape = tuple(rng.integers(1, 5, 2) + 1)
-        turn, step = rng.uniform(0, 2 * np.pi) * (k % 3 > 0), rng.uniform(1, 60, 2)
-        i, j = np.indices(shape)
-        x = 461e3 + np.cos(turn) * step[0] * j - np.sin(turn) * step[1] * i
-        y = 5.9e6 + np.sin(turn) * step[0] * j + np.cos(turn) * step[1] * i
-        z = np.where(rng.random(shape) < 0.2, np.nan, rng.normal(-1500, 50, shape))
-        top = gridded(z, x, y)
-        path = gs.write(top, tmp_path / "t.epc", name="Top")[0]
-        np.testing.assert_array_equal(nodes(gs.read_horizon(path)), nodes(top))
 
 
 @pytest.mark.parametrize("turn", [0, 37.5, -120])

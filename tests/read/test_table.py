@@ -177,15 +177,6 @@ def map_of_numbers(n, word="-1600.25", end="\n"):
     return end.join([*head, f"{n}, {n}, 0, 10, 0, 10", "0, 0, 0", "@", *lines, ""])
 
 
-@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
-def test_large_maps_with_all_line_ends(tmp_path, end):
-    path = tmp_path / "top.zmap"
-    path.write_bytes(map_of_numbers(300, "-99", end).encode())
-    found = gs.read_horizon(path, positive="up").values
-    assert np.isnan(found[0, -1])
-    assert (found.ravel()[np.arange(found.size) != found.shape[1] - 1] == -1600.25).all()
-
-
 def test_cut_files_are_refused(tmp_path):
     path = tmp_path / "top.zmap"
     text = map_of_numbers(300)

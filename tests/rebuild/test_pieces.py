@@ -48,38 +48,6 @@ def gridded_scenes(draw):
     return [*surfaces, TriSurface("F1", "fault", lattice=fault)]
 
 
-def in_order(patches):
-    """Corners by coordinates, surface, parent and patch of all triangles, in a common order."""
-    corners = patches.local[patches.triangles]
-    columns = [patches.surface_of_triangle, patches.parent_of_triangle]
-    rows = np.column_stack([*columns, corners.reshape(-1, 9), patches.patch_of_triangle])
-    return rows[np.lexsort(rows[:, :11].T[::-1])]
-
-
-@given(gridded_scenes())
-def test_runs_and_lists_give_the_same_patches(surfaces):
-    one, two = rebuild_surfaces(surfaces), rebuild_surfaces([as_list(s) for s in surfaces])
-    assert one.report["moved_vertices"] == two.report["moved_vertices"] == 0
-    a, b = in_order(one), in_order(two)
-    np.testing.assert_array_equal(a, b)
-    rims = [
-        np.unique(np.sort(p.local[p.curve_edges].reshape(-1, 2, 3), axis=1), axis=0)
-        for p in (one, two)
-    ]
-    np.testing.assert_array_equal(*rims)
-
-
-def test_a_ring_closes_on_itself():
-    """A lattice that ends where it began has no rim there."""
-    angle = np.linspace(0, 2 * np.pi, 13)
-    x, y = np.cos(angle), np.sin(angle)
-    x[-1], y[-1] = x[0], y[0]
-    pipe = Lattice(np.tile(x, (4, 1)), np.tile(y, (4, 1)), np.tile([[0.0], [1], [2], [3]], 13))
-    flat = TriSurface("Top", "horizon", [[-9, -9, 1.5], [9, -9, 1.5], [0, 9, 1.5]], [[0, 1, 2]])
-    patches = rebuild_surfaces([flat, TriSurface("F1", "fault", lattice=pipe)])
-    assert patches.n_patch == 4
-
-
 @given(gridded_scenes(), st.integers(0, 2**32 - 1))
 def test_sheets_are_trimmed_without_listing_runs(surfaces, seed):
     rng = np.random.default_rng(seed)
@@ -144,24 +112,6 @@ def test_a_result_that_cannot_be_held_is_refused_with_its_place(monkeypatch):
     assert place(caught.value.place) in str(caught.value)
     corners = np.concatenate([top.vertices, wall.vertices])
     assert (corners == caught.value.place).all(axis=1).any()
-
-
-def test_a_box_without_a_side_is_open_at_a_place():
-    box = np.reshape(BOX, (3, 2))
-    walls = build_walls(BOX)
-    middle = box.mean(axis=1)
-    top = TriSurface(
-        "Top", "horizon",
-        [(x, y, middle[2]) for x in (box[0] + [-1, 1]) for y in (box[1] + [-1, 1])],
-        [(0, 2, 1), (1, 2, 3)],
-    )  # fmt: skip
-    with pytest.raises(OpenUnitError, match=r"model are open: wall '.*' has .* at \(E") as caught:
-        carve_units(rebuild_surfaces([top, *walls[1:]]))
-    (name,) = caught.value.surfaces
-    assert name in {wall.name for wall in walls[1:]}
-    place = np.array(caught.value.place)
-    assert ((box[:, 0] <= place) & (place <= box[:, 1])).all()
-    assert np.isin(place, box).any()  # on a side
 
 
 # ---- Some of the worlds of `many`, and those in which it found something.

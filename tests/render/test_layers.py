@@ -140,17 +140,6 @@ def test_a_surface_is_cut_to_the_area_and_its_cuts_go_around_it(ring):
     assert length == pytest.approx(around, rel=1e-12)
 
 
-def test_levels_cut_too_and_neighbours_share_the_cut():
-    points, triangles = tilted()
-    x, t, walls = Prism((-9, 19, -9, 19, 0.2, 0.5)).triangles(points, triangles)
-    assert (x[:, 2].min(), x[:, 2].max()) == (0.2, 0.5)
-    assert map_area(x, t) == pytest.approx(3.0 * 10.0, rel=1e-12)
-    assert set(np.unique(x[walls][:, :, 2])) == {0.2, 0.5}
-    rim = rim_edges(t)  # no seams inside
-    on_rim = np.isin(x[rim][:, :, 2], (0.2, 0.5)) | np.isin(x[rim][:, :, 1], (-1.0, 9.0))
-    assert on_rim.all()
-
-
 def test_torn_horizons_are_drawn_as_far_as_their_faults():
     world = synthetic.torn("normal", n=41)
     sheet = tear_horizon(world.horizons["Top"], world.faults, name="Top")

@@ -16,6 +16,7 @@ from benchmarks.stress.crash_points import attack
 from benchmarks.stress.crash_writers import OTHERS
 from geosurf.errors import OutputError
 from geosurf.write.text_grids import fixed_lines_text, n_fixed, rows_text
+from geosurf.write.written import SMALLEST
 from tests.grids import gridded
 from tests.messages import refused
 
@@ -133,7 +134,8 @@ def test_law_killed_at_any_step_the_old_or_the_new_one_is_there(tmp_path):
 
 # ---- Grids in text come back as they were, or are refused in one sentence; losses are measured.
 UPRIGHT = (".zmap", ".cps3", ".asc")
-ROTATED = (".irapasc", ".gri", ".nc")
+STATED = (".nc", ".epc")
+ROTATED = (".irapasc", ".gri", *STATED)
 
 
 def grid(values, rotation=0.0, x=0.0, y=0.0, dx=10.0, dy=20.0, **attrs):
@@ -195,11 +197,12 @@ def test_law_a_grid_comes_back_or_is_refused(tmp_path_factory, top, suffix):
         assert not path.exists()
         return
     written = gs.write(top, path)
-    back = gs.read_horizon(path, positive=None if suffix == ".nc" else "up")
+    back = gs.read_horizon(path, positive=None if suffix in STATED else "up")
     old, new = nodes(top), nodes(back)
     slack = written.largest_difference
-    if slack == 0.0:
+    if slack == 0.0 and suffix != ".zmap":
         assert old == new
+    slack = max(slack, SMALLEST)  # fields of ZMAP+ have one width: what is less is no loss
     values = np.sort([*old.values()]), np.sort([*new.values()])
     np.testing.assert_allclose(*values, rtol=0, atol=slack)
 
