@@ -11,7 +11,6 @@ from geosurf.cli.console import Answer
 from geosurf.conventions.machine import missing_sentence
 from geosurf.ensemble import run_ensemble
 from geosurf.ensemble.results import quantile_frame, quantile_text, realisations_csv
-from geosurf.ensemble.run import console_line
 from geosurf.files import refused_writing, write_whole
 from geosurf.scenario import read_scenario
 from geosurf.scenario.output import input_files
@@ -23,6 +22,7 @@ def ensemble_command(options: argparse.Namespace) -> Answer:
     """Build many realisations of a scenario, and write quantiles of volumes."""
     out, start = Path(options.out), time.perf_counter()
     scenario = read_scenario(options.scenario, options.set)  # before a folder is made
+    watched = sys.stderr is None or sys.stderr.isatty()
     with refused_writing(f"{out}: results", out, "Choose another folder."):
         out.mkdir(parents=True, exist_ok=True)
     ensemble = run_ensemble(
@@ -33,7 +33,7 @@ def ensemble_command(options: argparse.Namespace) -> Answer:
         cache_dir=options.cache_dir,
         workers=options.workers,
         processes=options.processes,
-        progress=False if options.quiet or options.json else _Log(),
+        progress=not (options.quiet or options.json) and (watched or _Log()),
     )
     include, parts = scenario.output.include, ensemble.parts
     groups: dict[str, tuple[str, ...]] = {
@@ -77,15 +77,13 @@ def ensemble_command(options: argparse.Namespace) -> Answer:
 
 
 class _Log:
-    """Shows progress on stderr: in place on a console, else a line every half minute."""
+    """Prints progress on stderr, a line every half minute: for log files."""
 
     def __init__(self) -> None:
         self._shown = time.monotonic()
 
     def __call__(self, line: str) -> None:
-        """Show a line, or leave it out."""
-        if sys.stderr is None or sys.stderr.isatty():
-            console_line(line)
-        elif time.monotonic() - self._shown > EVERY:
+        """Print a line, or leave it out."""
+        if time.monotonic() - self._shown > EVERY:
             self._shown = time.monotonic()
             print(line, file=sys.stderr, flush=True)

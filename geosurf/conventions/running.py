@@ -120,10 +120,10 @@ def running(words: str) -> Iterator[None]:
         _board.pop(words)
 
 
-def count_of(words: str, number: int, count: int) -> None:
-    """Remember that a step is one of several."""
+def count_of(words: str, number: int, count: int, more: str = "") -> None:
+    """Remember that a step is one of several, and what else there is to say of them."""
     if count > 1:
-        _board.counts[words] = f"{number} of {count}"
+        _board.counts[words] = f"{number} of {count}{more}"
 
 
 @contextmanager

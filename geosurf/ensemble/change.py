@@ -16,6 +16,7 @@ from geosurf.conventions import check_word, is_whole
 from geosurf.conventions.checks import are_points
 from geosurf.ensemble.fields import GaussianField
 from geosurf.errors import InputError
+from geosurf.kernels.search.columns import cross_columns, shares_at
 from geosurf.model import Sheet, TriSurface
 from geosurf.model.distributions import Distribution
 from geosurf.model.tops import Tops
@@ -123,39 +124,11 @@ class HorizonData:
             # Triangles refer to vertices; absent nodes have none.
             rows = np.flatnonzero(self.surface.lattice.present.ravel())
             corners = rows[self.surface.triangles]
-        return _shares(self.points[:, :2], corners, places)
-
-
-def _shares(
-    at: np.ndarray, corners: np.ndarray, places: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Corners and barycentric shares of the triangle in which each place lies, the first found."""
-    boxes = at[corners]
-    low, high = boxes.min(axis=1), boxes.max(axis=1)
-    found = np.zeros((len(places), 3), dtype=np.int64)
-    shares = np.full((len(places), 3), np.nan)
-    # Wells are few, so each is looked up by itself.
-    for k, place in enumerate(places):
-        # Triangles whose rectangle has the place.
-        near = np.flatnonzero(((low <= place) & (place <= high)).all(axis=1))
-        if not len(near):
-            continue
-        a, b, c = (boxes[near, i] - place for i in range(3))
-        # Areas opposite to each corner, as shares of the whole.
-        part = np.stack([_cross(b, c), _cross(c, a), _cross(a, b)], axis=1)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            part = part / part.sum(axis=1, keepdims=True)
-        # On an edge two triangles hold the place: the one where it lies deepest.
-        best = int(np.nan_to_num(part.min(axis=1), nan=-1.0).argmax())
-        # A little outside counts as on the edge.
-        if part[best].min() >= -1e-9:
-            found[k], shares[k] = corners[near[best]], part[best]
-    return found, shares
-
-
-def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    made: np.ndarray = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-    return made
+        found = cross_columns(self.points, corners, places)
+        rows, shares = np.zeros((len(places), 3), dtype=np.int64), np.full((len(places), 3), np.nan)
+        met = rows[found.foot] = corners[found.triangle]
+        shares[found.foot] = shares_at(self.points[met], places[found.foot])
+        return rows, shares
 
 
 # ---- draws ----------------------------------------

@@ -22,6 +22,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from scipy.fft import next_fast_len
 from scipy.sparse import csr_matrix
 
 from geosurf.conventions import check_word, is_number, length_text, place
@@ -420,19 +421,8 @@ def torus_of(grid: FieldGrid, covariance: Covariance) -> tuple[int, int]:
             f"needs {wanted.prod():.2g} nodes, more than {LARGEST:.2g}. Give a longer range for "
             "horizons of this size, or a smaller area."
         )
-    n_row, n_col = (_fast_length(int(n)) for n in wanted)
+    n_row, n_col = (next_fast_len(int(n), real=True) for n in wanted)
     return n_row, n_col
-
-
-def _fast_length(n: int) -> int:
-    """The least number from n on without prime factors above 5: such lengths transform fastest.
-
-    `scipy.fft` has one, and takes a quarter of a second to load.
-    """
-    odds = (3**i * 5**j for i in range(25) for j in range(17))
-    # times the power of two that brings each to n at least
-    fitting: list[int] = [odd << (-(-n // odd) - 1).bit_length() for odd in odds]
-    return min(fitting)
 
 
 def _turned(row: np.ndarray, *axes: int) -> np.ndarray:

@@ -7,7 +7,6 @@ import io
 import json
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -94,7 +93,9 @@ class Layers:
             found.append((zone, zone, ""))
             # A contact may be given for some zones only.
             fluids = [one for one in scene.contacts if not one.zones or zone in one.zones]
-            parts = _intervals(list(dict.fromkeys(one.name for one in fluids)))
+            fluid_names = list(dict.fromkeys(one.name for one in fluids))
+            # intervals between contacts are called as zones between horizons are
+            parts = names_of_zones(fluid_names) if fluid_names else []
             found += [(f"{zone} {part}", zone, part) for part in parts]
         names, zones, contacts = (tuple(row[k] for row in found) for k in range(3))
         return cls(names, zones, contacts, nodes.coords["easting"][1], nodes.coords["northing"][1])
@@ -132,15 +133,6 @@ class Layers:
             # Blocks are summed: a layer is one map.
             made[k] = np.nan_to_num(found.values).sum(axis=0)
         return made
-
-
-def _intervals(names: list[str]) -> list[str]:
-    """Intervals between fluid contacts from the top down, as units call them."""
-    if not names:
-        return []
-    # The names that units have.
-    between = [f"{a}/{b}" for a, b in pairwise(names)]
-    return [f"above {names[0]}", *between, f"below {names[-1]}"]
 
 
 # ---- juxtapositions ----------------------------------------

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import os
-import sys
 import time
 from collections.abc import Callable, Iterator
+from contextlib import nullcontext
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 import numpy as np
 
 from geosurf.conventions import counted, is_whole
+from geosurf.conventions.running import count_of, running
 from geosurf.ensemble.change import check_seed
 from geosurf.ensemble.models import OWN_NUMBERS, BuiltModel, SceneModel, uncertainty_of
 from geosurf.ensemble.on_dask import (
@@ -93,7 +94,8 @@ def run_ensemble(
         Whether workers are processes instead of threads. Default: what is expected to end earlier,
         by the time of the first ones; threads for a callable.
     progress : bool or callable
-        True shows progress and the time left, where stderr is a console; a callable gets each line.
+        True shows how many realisations are there, and the time left, on terminals and in
+        notebooks (see `show_progress`); a callable gets a line for each instead.
 
     Returns
     -------
@@ -264,21 +266,30 @@ def _run(
     """Run what is missing, and store each realisation when it is finished."""
     # What the store has is not run again.
     missing = target.missing()
-    show: Any = progress if callable(progress) else None if progress else lambda _: None
-    counter = Progress(target.n, target.n - len(missing), show)
+    begun, n_done, n_failed = time.monotonic(), target.n - len(missing), 0
 
     def finished(record: Record) -> None:
         """Store one realisation; stop if all of the first ones fail."""
+        nonlocal n_done, n_failed
         target.add(record)
-        counter.add(bool(record.reason))
+        n_done, n_failed = n_done + 1, n_failed + bool(record.reason)
+        left = target.n - n_done
+        more = f", {n_failed} failed" if n_failed else ""
+        if left:
+            each = (time.monotonic() - begun) / (len(missing) - left)
+            more += f", {duration(each * left)} left"
+        count_of("realisations", n_done, target.n, more)
+        if callable(progress):
+            progress(f"{n_done} of {counted(target.n, 'realisation')}{more}")
         _refuse_if_all_fail(target)
 
     # Also before the first: a store that is continued may have failed completely.
     _refuse_if_all_fail(target)
-    run_on_dask(
-        target.plan, missing, finished, client=client, workers=workers, processes=processes,
-        pool=pool,
-    )  # fmt: skip
+    with running("realisations") if progress is True else nullcontext():
+        run_on_dask(
+            target.plan, missing, finished, client=client, workers=workers, processes=processes,
+            pool=pool,
+        )  # fmt: skip
     target.finish()
 
 
@@ -391,73 +402,6 @@ def _warn_of_failed(ensemble: Ensemble) -> None:
     )
 
 
-EVERY = 0.2  # s between two lines
-WARM = 2  # realisations that are not typical: caches are empty
-
-
-class Progress:
-    """
-    Counts realisations and estimates the time that is left from the last ones.
-
-    Parameters
-    ----------
-    n : int
-        All realisations.
-    done : int
-        Those that are stored already.
-    show : callable, optional
-        Is called with a line of text; default: the console, where it is one.
-
-    Examples
-    --------
-    >>> lines = []
-    >>> progress = Progress(3, 1, lines.append)
-    >>> for failed in (False, True):
-    ...     progress.add(failed)
-    >>> lines[0].split(",")[0], lines[-1].split(",")[:2]
-    ('2 of 3 realisations', ['3 of 3 realisations', ' 1 failed'])
-    """
-
-    def __init__(self, n: int, done: int, show: Callable[[str], object] | None = None) -> None:
-        self.n, self.done, self.failed = n, done, 0
-        self.show = show or console_line
-        # Monotonic: the clock of the computer may be set meanwhile.
-        self._times = [time.monotonic()]
-        self._shown = -EVERY
-
-    def add(self, failed: bool) -> None:
-        """Count one more."""
-        self.done += 1
-        self.failed += failed
-        now = time.monotonic()
-        self._times.append(now)
-        # Not more often than people read, and always the last one.
-        if now - self._shown >= EVERY or self.done == self.n:
-            self._shown = now
-            self.show(self.line())
-
-    def line(self) -> str:
-        """Return progress in words."""
-        parts = [f"{self.done} of {counted(self.n, 'realisation')}"]
-        if self.failed:
-            parts.append(f"{self.failed} failed")
-        seconds = self.seconds_left()
-        if seconds is not None and self.done < self.n:
-            parts.append(f"{duration(seconds)} left")
-        return ", ".join(parts)
-
-    def seconds_left(self) -> float | None:
-        """Estimate the time that is left [s]; None at the beginning."""
-        # The last ones: an ensemble that shares a computer changes its pace.
-        recent = self._times[-200:]
-        if len(self._times) <= WARM + 1:
-            return None
-        # The first realisations fill caches and are slower.
-        recent = recent[WARM:] if len(self._times) < 50 else recent
-        each = (recent[-1] - recent[0]) / max(len(recent) - 1, 1)
-        return each * (self.n - self.done)
-
-
 def duration(seconds: float) -> str:
     """Return a duration as people read it.
 
@@ -472,16 +416,3 @@ def duration(seconds: float) -> str:
     if whole < 3600:
         return f"{whole // 60} min {whole % 60} s"
     return f"{whole // 3600} h {whole % 3600 // 60} min"
-
-
-def console_line(line: str, stream: TextIO | None = None) -> None:
-    """Show a line in place of the one before, on stderr if that is a console."""
-    stream = sys.stderr if stream is None else stream
-    # Files and pipes get no lines that overwrite each other.
-    if stream is None or not stream.isatty():
-        return
-    done, _, rest = line.partition(" of ")
-    end = "\n" if done == rest.split(" ", 1)[0] else ""  # the last line stays
-    # Back to the start of the line, and clear it.
-    stream.write(f"\r\x1b[K{line}{end}")
-    stream.flush()

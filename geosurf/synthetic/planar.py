@@ -17,16 +17,8 @@ import numpy as np
 from geosurf.conventions import check_word
 from geosurf.errors import InputError
 from geosurf.lazy import xarray
-from geosurf.synthetic.world import (
-    Box,
-    Offset,
-    World,
-    checked,
-    make_fault,
-    make_horizon,
-    shifted,
-    zone_names,
-)
+from geosurf.model.column import names_of_zones
+from geosurf.synthetic.world import Box, Offset, World, checked, make_fault, make_horizon, shifted
 
 # ---- polyhedra ----------------------------------------
 # Convex polyhedra cut by planes, in rational arithmetic.
@@ -551,7 +543,7 @@ def _zones(
         tops.append(_above((float(level), p, q)))
 
     found = {}
-    for i, zone in enumerate(zone_names(list(horizons))):
+    for i, zone in enumerate(names_of_zones(list(horizons))):
         # a zone is below the horizon above it and above the one below it; the first and last have
         # one bound
         upper = [_other_side(tops[i - 1])] if i > 0 else []

@@ -6,7 +6,6 @@ import inspect
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import wraps
-from itertools import pairwise
 from typing import Any, ParamSpec
 
 import numpy as np
@@ -178,15 +177,3 @@ def shifted(box: Box, offset: Offset) -> Box:
     w, e, s, n, b, t = box
     x, y, z = offset
     return w + x, e + x, s + y, n + y, b + z, t + z
-
-
-def zone_names(horizons: list[str]) -> list[str]:
-    """Return the zones between horizons, youngest first.
-
-    Examples
-    --------
-    >>> zone_names(["Top", "Base"])
-    ['above Top', 'Top/Base', 'below Base']
-    """
-    between = [f"{a}/{b}" for a, b in pairwise(horizons)]
-    return [f"above {horizons[0]}", *between, f"below {horizons[-1]}"]

@@ -15,10 +15,10 @@ from scipy.interpolate import RegularGridInterpolator
 import geosurf
 from geosurf import synthetic
 from geosurf.errors import InputError
+from geosurf.model.column import names_of_zones
 from geosurf.sheets import tear_horizon
 from geosurf.synthetic import torn_horizon
 from geosurf.synthetic.domes import hashed_noise
-from geosurf.synthetic.world import zone_names
 from geosurf.triangulate import triangulate_fault, triangulate_horizon
 
 FILES = Path(__file__).resolve().parents[2] / "data" / "synthetic_horizons"
@@ -135,7 +135,7 @@ def columns(world, n=400):
         faults.append((name, cut))
     found = {}
     names = list(world.horizons)
-    zones = zone_names(names)
+    zones = names_of_zones(names)
     for zone, upper, lower in zip(zones, levels[:-1], levels[1:], strict=True):
         for signs in np.ndindex(*[2] * len(faults)):
             high, low, sides = upper, lower, []
