@@ -1,13 +1,12 @@
 """Which unit is at a point: the surfaces of a model, made ready for vertical lines.
 
-What no curve touches of a grid stays a grid: a point finds its cell by its coordinates. All other
-triangles are sorted into bins on the map. The kernels in `kernels.meshes.lattice_units` explain why
+What no curve touches of a grid stays a grid: a point finds its cell by its coordinates. Lines that
+pass other triangles are searched. The kernels in `kernels.meshes.lattice_units` explain why
 sums over both are enough, and decide every sign exactly.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -18,7 +17,7 @@ from geosurf.kernels.meshes import lattice_units
 from geosurf.kernels.meshes.lattice_units import OFF, digits_of, find_keys, frame_with
 from geosurf.kernels.meshes.mesh import number_keys
 from geosurf.kernels.meshes.nearest import nearest_distance, point_codes
-from geosurf.kernels.search.columns import signs_of_turns
+from geosurf.kernels.search.columns import met_by_columns, signs_of_turns
 from geosurf.kernels.search.rays import rows_near
 from geosurf.model import Lattice, Patches, Units
 from geosurf.model.pieces import Pieces, Strips, corners_of
@@ -181,10 +180,8 @@ def _guess(lattice: Lattice, origin: np.ndarray) -> np.ndarray | None:
     return np.array([start[0], *back[0], start[1], *back[1]])
 
 
-AT_ONCE = 1 << 19  # points that are looked up together, by one thread
+AT_ONCE = 1 << 17  # points that are looked up together, by one thread
 TILES = 64  # along each side of the model, in whose order points are looked up
-MOST_BINS = 1 << 22
-MOST_ITEMS = 1 << 26  # triangles in all bins: coarser bins hold each less often
 
 
 @dataclass(frozen=True, eq=False)
@@ -237,25 +234,21 @@ class Grids:
 
 
 @dataclass(frozen=True, eq=False)
-class Bins:
-    """Triangles in bins on the map, as `lattice_units` takes them."""
+class Listed:
+    """Triangles that are searched one by one; none is upright."""
 
     corners: np.ndarray
     facing: np.ndarray
-    ends: np.ndarray
     step: np.ndarray
-    grid: np.ndarray
-    shape: np.ndarray
-    start: np.ndarray
-    items: np.ndarray
     digits: tuple[int, int]
 
     def add(self, lines: Lines, rule: np.ndarray, unit: np.ndarray) -> None:
         """Add the steps of all triangles to the highest point below each, line by line."""
         m, w = frame_with(self.digits, lines.digits)
-        of = (self.corners, self.facing, self.ends, self.step)
-        bins = (self.grid, self.shape, self.start, self.items)
-        lattice_units.add_triangle_units(*of, *bins, *lines.arrays, rule, m, w, unit)
+        x, rows = self.corners.reshape(-1, 3), np.arange(3 * len(self.corners)).reshape(-1, 3)
+        pairs = met_by_columns(x, rows, self.facing, lines.feet, rule[:2])
+        of = self.corners.reshape(-1, 9), self.facing, self.step
+        lattice_units.add_triangle_units(*of, *pairs, *lines.arrays, rule, m, w, unit)
 
 
 @dataclass(frozen=True, eq=False)
@@ -268,7 +261,7 @@ class Locator:
     rule : ndarray of float64, shape (3,)
         Easting and northing of the middle of the model, elevation of its floor, local.
     groups : tuple of Grids
-    bins : Bins
+    listed : Listed
     box : ndarray of float64, shape (2, 3)
         Lowest and highest coordinates of the model, local.
     """
@@ -276,7 +269,7 @@ class Locator:
     origin: np.ndarray
     rule: np.ndarray
     groups: tuple[Grids, ...]
-    bins: Bins
+    listed: Listed
     box: np.ndarray
 
     def find(self, points: np.ndarray) -> np.ndarray:
@@ -296,7 +289,7 @@ class Locator:
         # into the local frame as nodes of surfaces go: a point at a node stays at it
         local = points - self.origin
 
-        # tile by tile, row by row: neighbours share cells and bins
+        # tile by tile, row by row: neighbours share cells
         place = ((local[:, k] - self.box[0, k]) / np.ptp(self.box[:, k]) for k in (0, 1))
         with np.errstate(invalid="ignore"):  # what is not a number is refused later
             col, row = (np.clip(TILES * of, 0, TILES - 1).astype(np.int16) for of in place)
@@ -335,7 +328,7 @@ class Locator:
         if n_point:
             for group in self.groups:
                 group.add(lines, self.rule, unit)
-            self.bins.add(lines, self.rule, unit)
+            self.listed.add(lines, self.rule, unit)
 
             # the outside is at the top of a line; each lower point adds what is between
             steps = unit.reshape(len(lines.feet), -1)[:, ::-1]
@@ -384,7 +377,7 @@ def locator_of(units: Units) -> Locator:
 
     groups = tuple(_grids(of, pieces.origin) for of in maps)
     corners, step = (np.concatenate(parts) for parts in zip(*lists, strict=True))
-    return Locator(pieces.origin, rule, groups, _bins(corners, step), box)
+    return Locator(pieces.origin, rule, groups, _listed(corners, step), box)
 
 
 def _cut_triangles(pieces: Pieces, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -447,41 +440,11 @@ def _grids(group: list[tuple[Lattice, np.ndarray]], origin: np.ndarray) -> Grids
     return Grids(x, y, lattice.places, z, column, steps, guess, turn, digits)
 
 
-def _bins(corners: np.ndarray, step: np.ndarray) -> Bins:
-    """Sort triangles (n, 3, 3) into bins, the highest first; vertical ones have no shadow."""
-    n = len(corners)
-    facing = signs_of_turns(
-        corners.reshape(-1, 3)[:, :2], np.arange(3 * n, dtype=np.int64).reshape(-1, 3)
-    )
-
-    # the highest first; a front that looks up has the unit behind it below
-    top = corners[:, :, 2].max(axis=1, initial=-np.inf)
-    order = np.flatnonzero(facing)
-    order = order[np.argsort(-top[order], kind="stable")]
-    facing, corners, step = facing[order], corners[order], step[order] * facing[order]
-    ends = np.stack([corners[:, :, 2].min(axis=1, initial=np.inf), top[order]], axis=1)
-    c = corners.reshape(-1, 9)
-    for grid, shape in _bin_shapes(corners):
-        count = np.zeros(shape.prod() + 1, dtype=np.int64)
-        if lattice_units.count_bins(c, grid, shape, count[1:]) <= MOST_ITEMS:
-            break
-    start = np.cumsum(count)
-    items = np.empty(start[-1], dtype=np.int64)
-    lattice_units.fill_bins(c, facing, grid, shape, start[:-1].copy(), items)
-    return Bins(c, facing, ends, step, grid, shape, start, items, digits_of(c))
-
-
-def _bin_shapes(corners: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Grids of bins around some triangles, the finest first: about two bins for each triangle."""
-    flat = corners[:, :, :2].reshape(-1, 2)
-    low = flat.min(axis=0) if len(flat) else np.zeros(2)
-    size = np.maximum(np.ptp(flat, axis=0), 1e-9) if len(flat) else np.ones(2)
-    n = min(max(2 * len(corners), 1), MOST_BINS)
-    while True:
-        edge = np.sqrt(size.prod() / n)
-        shape = np.maximum(np.ceil(size / edge), 1).astype(np.int64)
-        # a little wider than the triangles, so that the last bin holds what is at the end
-        yield np.append(low, shape / (size * (1.0 + 1e-9))), shape[::-1].copy()
-        if n == 1:
-            return
-        n = max(n // 4, 1)
+def _listed(corners: np.ndarray, step: np.ndarray) -> Listed:
+    """Triangles (n, 3, 3) without those that are upright: these have no shadow."""
+    rows = np.arange(3 * len(corners), dtype=np.int64).reshape(-1, 3)
+    facing = signs_of_turns(corners.reshape(-1, 3)[:, :2], rows)
+    some = np.flatnonzero(facing)
+    # a front that looks up has the unit behind it below
+    corners, facing = corners[some], facing[some]
+    return Listed(corners, facing, step[some] * facing, digits_of(corners))

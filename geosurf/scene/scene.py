@@ -852,7 +852,7 @@ class Scene:
         return self._graph.memory.get_or_compute(
             "measure", "units by place", ("locator", self._graph.units_key),
             lambda: locator_of(self.units),
-            lambda found: counted(len(found.bins.corners), "triangle"),
+            lambda found: counted(len(found.listed.corners), "triangle"),
         )  # fmt: skip
 
     @property

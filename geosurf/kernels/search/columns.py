@@ -157,9 +157,19 @@ def cross_columns(
         used = x[triangles.ravel(), :2]
         middle = 0.5 * (used.min(axis=0) + used.max(axis=0)) if len(used) else np.zeros(2)
 
-    # +1 counter-clockwise on the map, so the triangle faces up; -1 down; 0 for an upright one,
-    # which has no shadow and is skipped
     facing = signs_of_turns(x[:, :2], triangles)
+    face, foot = met_by_columns(x, triangles, facing, feet, middle)
+    return Crossings(foot, face, facing[face], elevations(x[triangles[face]], feet[foot]))
+
+
+def met_by_columns(
+    x: np.ndarray, triangles: np.ndarray, facing: np.ndarray, feet: np.ndarray, middle: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Triangles that vertical lines cross, and the feet of these, triangle by triangle.
+
+    `facing` is +1 where a triangle goes round counter-clockwise on the map, so it faces up; -1
+    where it faces down; 0 where it is upright: then it has no shadow and is skipped.
+    """
     face, foot, is_sure = _near(x, triangles, facing, feet, middle)
 
     # which way feet on rims move, east-west and north-south: +1 or -1, never 0
@@ -172,8 +182,7 @@ def cross_columns(
         a, b = (triangles[face[rows], i % 3] for i in (k, k + 1))
         side = _seen_from(points, a, b, len(x) + np.arange(len(rows)), push)
         inside[rows] &= side == facing[face[rows]]
-    face, foot = face[inside], foot[inside]
-    return Crossings(foot, face, facing[face], elevations(x[triangles[face]], feet[foot]))
+    return face[inside], foot[inside]
 
 
 def signs_of_turns(x: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -242,7 +251,7 @@ def _near(
     start = np.searchsorted(strip_of[north[order]], np.arange(n_strip + 1))
 
     given = np.ascontiguousarray(x), triangles, facing, feet[order], start, limits, middle
-    pairs = np.empty((2 * len(feet) + 64, 3), dtype=np.int64)
+    pairs = np.empty((4 * len(feet) + 64, 3), dtype=np.int64)
     n = feet_in_shadows(*given, pairs)
     if n > len(pairs):
         pairs = np.empty((n, 3), dtype=np.int64)
