@@ -43,9 +43,12 @@ MOMENTS = {
 }
 
 
-@pytest.mark.parametrize("moment", MOMENTS)
-@pytest.mark.parametrize(("word", "code"), [("SIGTERM", 143), ("SIGHUP", 129), ("SIGINT", 130)])
-def test_a_signal_ends_the_process_and_what_is_half_done(tmp_path, moment, word, code):
+@pytest.mark.parametrize(
+    ("word", "code", "moment"),
+    [("SIGTERM", 143, "anywhere"), ("SIGHUP", 129, "anywhere")]
+    + [("SIGINT", 130, moment) for moment in MOMENTS],
+)
+def test_a_signal_ends_the_process_and_what_is_half_done(tmp_path, word, code, moment):
     stage = tmp_path / "stage"
     command = [sys.executable, "-c", START + MOMENTS[moment], word, str(stage)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
@@ -63,7 +66,7 @@ def test_a_signal_that_is_ignored_stays_so(tmp_path):
     assert (done.returncode, done.stdout.split()[-1], done.stderr) == (0, "on", "")
 
 
-@pytest.mark.parametrize("seconds", [0.15, 0.5, 1.0, 1.6])
+@pytest.mark.parametrize("seconds", [0.6, 1.6])
 def test_a_run_that_is_stopped_leaves_an_empty_folder(tmp_path, seconds):
     command = [sys.executable, "-m", "geosurf", "run", str(DATA), "-o", str(tmp_path / "out")]
     environ = {**os.environ, "TMPDIR": str(tmp_path)}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import gc
 import re
 import shutil
 import subprocess
@@ -31,6 +32,14 @@ def run(*command: str | Path) -> subprocess.CompletedProcess[str]:
 
 def name_of(path: Path) -> str:
     return path.relative_to(ROOT).as_posix()
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _no_garbage() -> Iterator[None]:
+    """Trees of all files are kept, and to look through them again and again takes 5 s."""
+    gc.disable()
+    yield
+    gc.enable()
 
 
 @cache

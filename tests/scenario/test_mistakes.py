@@ -7,8 +7,7 @@ from __future__ import annotations
 import itertools
 import json
 import re
-import subprocess
-import sys
+import runpy
 from dataclasses import fields
 from pathlib import Path
 
@@ -216,11 +215,9 @@ def test_an_empty_scenario_needs_a_horizon(scenario):
         read_scenario(scenario(body=""))
 
 
-def test_the_page_is_in_step_with_the_code():
+def test_the_page_is_in_step_with_the_code(capsys):
     page = (ROOT / "docs" / "scenario.md").read_text(encoding="utf-8")
-    made = subprocess.run(
-        [sys.executable, ROOT / "docs" / "scenario_page.py"], capture_output=True, check=True
-    )
-    assert page == made.stdout.decode(), "run: python docs/scenario_page.py > docs/scenario.md"
+    runpy.run_path(str(ROOT / "docs" / "scenario_page.py"), run_name="__main__")
+    assert page == capsys.readouterr().out, "run: python docs/scenario_page.py > docs/scenario.md"
     for kind in (OutputSettings, BoxRanges):
         assert all(f"`{entry.name}`" in page for entry in fields(kind))

@@ -90,7 +90,7 @@ keep = "hanging wall"
 
 def test_results_of_an_earlier_run_do_not_survive_and_other_files_do(scenario, tmp_path):
     out = tmp_path / "out"
-    run_scenario(scenario(("size_px", "maps = true\nsize_px")), out)
+    run_scenario(scenario(('["southwest"]', "[]\nexploded = false")), out)
     (out / "notes.txt").write_text("mine")
     (out / "pictures" / "mine.png").write_text("mine")
     without_fault = scenario(
@@ -160,36 +160,36 @@ def test_without_opengl_maps_and_everything_else_are_there(scenario, tmp_path, m
     assert outcome.certificate.ok
 
 
-@pytest.mark.parametrize(
-    ("error", "reason"),
-    {
-        "of geosurf": (GeometryError("fault 'F1' is flat."), "fault 'F1' is flat."),
-        "foreign": (ZeroDivisionError("division"), "ZeroDivisionError: division. This is a fault"),
-        "memory": (MemoryError(), "there is not enough memory for it."),
-    }.values(),
-    ids=str,
-)
-def test_an_error_of_one_picture_costs_no_other_result(
-    scenario, tmp_path, monkeypatch, error, reason
-):
-    def fail(*_, **__):
-        raise error
-
-    monkeypatch.setattr("geosurf.scene.plots.draw_allan", fail)
+def test_errors_of_pictures_cost_no_other_result(scenario, tmp_path, monkeypatch):
+    foreign = "ZeroDivisionError: division. This is a fault"
+    errors = {
+        ("allan", "allan_00_F1.png"): (GeometryError("fault 'F1' is flat."), "'F1' is flat."),
+        ("throw", "throw_00_F1.png"): (ZeroDivisionError("division"), foreign),
+        ("thickness", "isochore_00_Top_Base.png"): (MemoryError(), "not enough memory for it."),
+    }
+    for (kind, _), (error, _) in errors.items():
+        draw = f"geosurf.scene.plots.draw_{kind}"
+        monkeypatch.setattr(draw, lambda *_, error=error, **__: raised(error))
     path, out = scenario(("views = [", "exploded = false\nviews = [")), tmp_path / "out"
-    with pytest.warns(GeosurfWarning, match=r"'allan_00_F1\.png' was not drawn") as caught:
+    with pytest.warns(GeosurfWarning, match="was not drawn") as caught:
         run_scenario(path, out)
-    (note,) = (one.message for one in caught)
-    assert (note.kind, note.subject) == ("picture", "allan_00_F1.png")
-    assert reason in note.effect
-    assert note.remedy.endswith("Set allan = false in [output] to run without it.")
+    notes = {one.message.subject: one.message for one in caught}
+    assert len(caught) == len(notes) == 3
+    for (kind, name), (_, reason) in errors.items():
+        assert notes[name].kind == "picture"
+        assert reason in notes[name].effect
+        assert notes[name].remedy.endswith(f"Set {kind} = false in [output] to run without it.")
     page = (out / "report" / "index.html").read_text(encoding="utf-8")
     assert page.index("was not drawn") < page.index("(GRV) [million m³]</h2>")
     there = digests(out)
     assert {"volumes.csv", "certificate.txt", "report/index.html", "pictures/search.png"} <= {
         *there
     }
-    assert "pictures/allan_00_F1.png" not in there
+    assert not {f"pictures/{name}" for name in notes} & {*there}
+
+
+def raised(error):
+    raise error
 
 
 def test_an_interrupt_while_drawing_ends_the_run(scenario, tmp_path, monkeypatch):
