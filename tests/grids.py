@@ -32,3 +32,16 @@ def turned(degrees: float, shape: tuple[int, int], cell: float, corner=(0.0, 0.0
     i, j = np.meshgrid(np.arange(shape[1]) * cell, np.arange(shape[0]) * cell)
     c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
     return corner[0] + i * c - j * s, corner[1] + i * s + j * c, i, j
+
+
+def nodes_of(horizon: xr.DataArray) -> np.ndarray:
+    """Easting, northing and value of all nodes (n_row, n_col, 3)."""
+    x, y = np.asarray(horizon.easting), np.asarray(horizon.northing)
+    x, y = np.meshgrid(x, y) if x.ndim == 1 else (x, y)
+    return np.stack([x, y, horizon.values], axis=-1)
+
+
+def ring_area(ring: Any) -> float:
+    """Area of a ring of points (n, 2), negative where it runs clockwise."""
+    x, y = (np.asarray(ring, dtype=float) - ring[0]).T
+    return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))

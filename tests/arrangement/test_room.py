@@ -32,9 +32,9 @@ import geosurf as gs
 from tests.arrangement.test_room import crossing
 gs.intersect_surfaces([crossing(40)], self_intersections=True)  # loads kernels
 used = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
-resource.setrlimit(resource.RLIMIT_AS, (used + (800 << 20),) * 2)
+resource.setrlimit(resource.RLIMIT_AS, (used + (200 << 20),) * 2)
 try:
-    gs.intersect_surfaces([crossing(8000)], self_intersections=True)
+    gs.intersect_surfaces([crossing(4000)], self_intersections=True)
 except gs.errors.InputError as error:
     print(error)
 """

@@ -6,7 +6,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import geosurf as gs
@@ -86,7 +86,6 @@ def places_of(patches):
     )
 
 
-@settings(max_examples=40)
 @given(torn_sheets())
 def test_all_crossings_of_a_sheet_with_itself_are_found(sheet):
     expected = crossing(*sheet)
@@ -100,7 +99,6 @@ def test_all_crossings_of_a_sheet_with_itself_are_found(sheet):
     assert over_itself(plain, rows, ORIGIN).all()
 
 
-@settings(max_examples=20)
 @given(torn_sheets(), st.integers(0, 2))
 def test_a_sheet_is_split_alike_however_it_is_asked(sheet, slope):
     x = np.array([[-1.0, 0.3, -9], [3, 0.7 + slope, -9], [1, 1.9, 9]])
@@ -237,7 +235,6 @@ def test_rough_grids_of_all_sizes_of_cells(rng, cells, offset):
     assert assert_as_by_voxels(surfaces) > 25
 
 
-@settings(max_examples=40)
 @given(st.integers(0, 2**32), st.sampled_from([1.0, 1e3, 1e6]))
 def test_nodes_within_an_ulp_of_planes_and_edges(seed, offset):
     """Whole numbers moved by the last place or not: floats say nothing that is not so."""
@@ -328,7 +325,6 @@ def test_blocks_and_their_rims(rng, turned, holes):
     assert_one_result(made)
 
 
-@settings(max_examples=40)
 @given(of_one_map_horizons())
 def test_the_list_has_all_that_meet_and_no_more_than_is_needed(surfaces):
     if len(surfaces) == 2:
@@ -340,7 +336,6 @@ def test_the_list_has_all_that_meet_and_no_more_than_is_needed(surfaces):
         assert needed(one.lattice, two.lattice, np.array(sorted(found)).reshape(-1, 2)).all()
 
 
-@settings(max_examples=40)
 @given(of_one_map_horizons())
 def test_near_pairs_above_one_triangle_are_kept(surfaces):
     """What rounding could make meet stays a candidate, however little apart it is."""

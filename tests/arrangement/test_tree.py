@@ -38,7 +38,6 @@ def test_no_contact_is_missed(surfaces):
     assert touching <= pairs_of(one, two) <= near
 
 
-@settings(max_examples=30)
 @given(soups(most=12))
 def test_a_surface_with_itself(surfaces):
     one = surfaces[0]

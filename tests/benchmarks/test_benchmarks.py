@@ -15,7 +15,7 @@ import pytest
 import benchmarks
 from benchmarks import child, measure, peers, reached, targets, truth
 from benchmarks.__main__ import main
-from benchmarks.distance import distance_to_segments, hausdorff
+from benchmarks.distance import distance_to_segments
 from benchmarks.installed import Installed
 from benchmarks.jobs import Result
 from benchmarks.scenes import make_setting
@@ -107,30 +107,6 @@ def test_distance_is_that_of_all_pairs(rng):
                 near.append(math.dist(p, a + t * d))
             slow.append(min(near))
         np.testing.assert_allclose(distance_to_segments(points, segments), slow, rtol=1e-12)
-
-
-def test_hausdorff_sees_both_ways():
-    def circle(y):
-        """An arc of radius 10 about the origin, by its northing."""
-        return np.stack([np.sqrt(100.0 - y**2), y, 0 * y], axis=-1)
-
-    for n in (8, 32):
-        at = circle(np.linspace(-6.0, 6.0, n + 1))
-        chords = np.stack([at[:-1], at[1:]], axis=1)
-        longest = np.linalg.norm(chords[:, 1] - chords[:, 0], axis=1).max()
-        sagitta = 10.0 - math.sqrt(100.0 - longest**2 / 4)
-        strays, misses = hausdorff(chords, circle, (-6.0, 6.0))
-        assert 0.9 * sagitta < strays <= sagitta * (1 + 1e-9)
-        assert 0.9 * sagitta < misses <= sagitta * (1 + 1e-9)
-    # a gap is seen from the true curve only, an outgrowth from the other one only
-    strays, misses = hausdorff(np.delete(chords, 16, axis=0), circle, (-6.0, 6.0))
-    assert strays <= sagitta * (1 + 1e-9)
-    assert 0.1 < misses < longest
-    spike = np.array([[[10.0, 0.0, 0.0], [10.0, 0.0, 3.0]]])
-    strays, misses = hausdorff(np.concatenate([chords, spike]), circle, (-6.0, 6.0))
-    assert strays == pytest.approx(3.0)
-    assert misses <= sagitta * (1 + 1e-9)
-    assert hausdorff(np.empty((0, 2, 3)), circle, (-6.0, 6.0))[1] == math.inf
 
 
 @pytest.mark.parametrize("name", ["S1", "S2", "S1 shuffled", "waves", "20 faults", "block"])

@@ -91,7 +91,6 @@ def test_a_grid_of_one_block_need_not_reach_the_others():
         scene_of({"OWC": part(1)})
 
 
-@settings(max_examples=15)
 @given(faulted_worlds(), st.integers(-3, 6), st.integers(-3, 6))
 def test_parts_add_up_to_the_units_of_small_worlds(surfaces, one, two):
     """Whole levels hit corners, edges and level pieces of horizons."""
@@ -193,7 +192,6 @@ def sides_in(block):
     return [word for word in block.split() if not word.startswith("#")]
 
 
-@settings(max_examples=15)
 @given(faulted_worlds())
 def test_sides_are_where_no_way_leads_around(surfaces):
     """Against a search by hand: from each unit through all but one fault, to the sides it meets."""

@@ -98,15 +98,15 @@ def test_merging_keeps_volumes_and_is_certified(surfaces, volume, contact):
     assert totals == sorted(round(u.volume, 6) for u in units.values())
 
 
+@pytest.mark.parametrize("rule", [None, {"min_volume": 6.0, "merge": True}])
 @settings(max_examples=6)
 @given(faulted_worlds(), st.integers(0, 2**32 - 1))
-def test_the_order_of_surfaces_does_not_matter(surfaces, seed):
+def test_the_order_of_surfaces_does_not_matter(rule, surfaces, seed):
     rng = np.random.default_rng(seed)
     horizons = [s for s in surfaces if s.role == "horizon"]
     others = [s for s in surfaces if s.role != "horizon"]
     mixed = [shuffled(s, rng, reflect=False) for s in horizons]
     mixed += [others[i] for i in rng.permutation(len(others))]
-    rule = {"min_volume": 6.0, "merge": True}
     one, two = (carve_units(rebuild_surfaces(some), slivers=rule) for some in (surfaces, mixed))
     assert list(one) == list(two)
     assert [(m.name, m.into, m.volume) for m in one.merged] == [

@@ -7,7 +7,7 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from geosurf import TriSurface, intersect_surfaces, rebuild_surfaces
@@ -40,7 +40,6 @@ def assert_true(one, two, **options):
     return curves
 
 
-@settings(max_examples=15)
 @given(relief(), relief("Base", holes=False))
 def test_two_reliefs_on_one_lattice(one, two):
     assert_true(one, two)
@@ -62,7 +61,6 @@ def test_relief_and_a_fault_along_lattice_lines(one, at, lean, n):
     assert_true(one, fault)
 
 
-@settings(max_examples=25)
 @given(relief(), relief("Base"), st.randoms(use_true_random=False))
 def test_order_and_voxels_change_nothing(one, two, random):
     rng = np.random.default_rng(random.randrange(2**32))
@@ -78,7 +76,6 @@ def test_order_and_voxels_change_nothing(one, two, random):
     assert [c.tobytes() for c in same_order.curves] == [c.tobytes() for c in straight.curves]
 
 
-@settings(max_examples=25)
 @given(relief(), relief("Base", height=3))
 def test_a_shift_by_utm_offsets_changes_nothing(one, two):
     straight = intersect_surfaces([one, two])

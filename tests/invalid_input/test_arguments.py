@@ -36,11 +36,11 @@ def test_arrays_that_nobody_can_write_to_are_not_copied():
 # ---- Random arguments at every public function end by a result or by an error of geosurf.
 def test_random_arguments_bring_out_no_foreign_exception():
     """As many as seconds allow; `random_arguments` makes thousands."""
-    ended, defects = run(200, seed=7)
+    ended, defects = run(100, seed=7)
     assert defects == {}
-    assert ended.total() == 200
-    assert ended["taken"] > 5
-    assert ended["refused"] > 50
+    assert ended.total() == 100
+    assert ended["taken"] > 2
+    assert ended["refused"] > 25
 
 
 def test_a_foreign_exception_and_a_foreign_warning_are_defects():

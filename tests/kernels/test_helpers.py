@@ -70,19 +70,6 @@ def test_a_constant_is_a_plain_number():
     assert len(half.overloads) == 1
 
 
-def test_an_error_in_a_helper_names_it():
-    def wrong(x):
-        return x.nowhere
-
-    broken = Helper(wrong)
-
-    def calls(x):
-        return broken(x)
-
-    with pytest.raises(numba.TypingError, match="nowhere"):
-        entry_dispatcher(calls)(X)
-
-
 def at(x, i):
     return x[i]
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -116,29 +115,6 @@ def test_measures_are_those_of_the_triangles(case):
         mine = np.bincount(of, 2.0 * np.maximum(area, 0.0), n_face)
         np.testing.assert_allclose(up, mine, atol=1e-12)
         np.testing.assert_allclose(up - down, below[:, 2], atol=1e-12)
-
-
-@given(holed_lattices())
-def test_triangles_measure_as_runs_do_at_any_corner(case):
-    lattice, _ = case
-    surface = TriSurface("Top", "horizon", lattice=lattice)
-    x, t = surface.vertices, surface.triangles
-    one, two = np.zeros((1, 3)), np.zeros((1, 3))
-    volumes.volume_below_triangles(x, t, np.zeros(len(t), dtype=np.int64), ALL, 4.0, one)
-    volumes.volume_below_triangles(
-        x, t[:, [2, 0, 1]], np.zeros(len(t), dtype=np.int64), ALL, 4.0, two
-    )
-    assert one.tobytes() == two.tobytes()
-    a, b, c = (x[t[:, k]] for k in range(3))
-    rise = np.cross(b - a, c - a)[:, 2]
-    terms = rise * ((a[:, 2] - 4.0) + (b[:, 2] - 4.0) + (c[:, 2] - 4.0))
-    assert one[0, 0] + one[0, 1] == pytest.approx(math.fsum(terms), rel=1e-15, abs=1e-13)
-    assert one[0, 2] == pytest.approx(rise.sum(), abs=1e-12)
-    extent = np.array([[0.0, 0.0, *[np.inf] * 3, *[-np.inf] * 3, *[0.0] * 4]])
-    volumes.extent_triangles(x, t, np.zeros(len(t), dtype=np.int64), ALL, extent)
-    full = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    assert extent[0, :2].sum() == pytest.approx(math.fsum(full), rel=1e-14)
-    assert extent[0, 8:10].sum() == pytest.approx(math.fsum(np.maximum(rise, 0.0)), abs=1e-12)
 
 
 def test_nothing_is_lost_of_a_sum_of_large_and_small_terms():

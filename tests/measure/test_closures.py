@@ -12,7 +12,7 @@ from scipy.ndimage import label
 import geosurf as gs
 from geosurf.errors import InputError
 from geosurf.synthetic.world import make_fault
-from tests.grids import gridded, lines_of
+from tests.grids import gridded, lines_of, ring_area
 
 X = np.arange(0.0, 2001.0, 100.0)
 Y = np.arange(-600.0, 601.0, 200.0)
@@ -173,9 +173,9 @@ def test_two_culminations_spill_into_each_other() -> None:
     assert path[[0, -1], 0].tolist() == [900.0, 1400.0]
     for name in found.closure.values:
         ring = lines[kinds.index(("outline", name))]
-        x, y = ring[:, :2].T - ring[0, :2, None]
-        area = 0.5 * (x * np.roll(y, -1) - y * np.roll(x, -1)).sum()
-        assert area == pytest.approx(float(found.area.sel(closure=name)), rel=1e-12)
+        assert ring_area(ring[:, :2]) == pytest.approx(
+            float(found.area.sel(closure=name)), rel=1e-12
+        )
 
 
 def test_a_contact_at_the_spill_point_holds_the_same_volume() -> None:

@@ -19,7 +19,7 @@ from geosurf import (
 )
 from geosurf.measure import allan_diagram, faces_of, juxtaposition_table, separation
 from geosurf.measure.cutoffs import wall_lines
-from tests.grids import lines_of
+from tests.grids import lines_of, ring_area
 from tests.measure.worlds import BOX, NORTH, SOUTH, faulted, level, slope
 
 ROOT2 = math.sqrt(2.0)
@@ -32,10 +32,6 @@ def diagram_lines(found):
 
 def turned_over(fault, name="F1"):
     return TriSurface(name, "fault", fault.vertices, fault.triangles[:, [0, 2, 1]])
-
-
-def ring_area(s, z):
-    return 0.5 * float((s * np.roll(z, -1) - np.roll(s, -1) * z).sum())
 
 
 # ---- juxtaposition -------------------------------------------------------------------
@@ -102,7 +98,7 @@ def test_rings_of_the_allan_diagram_hold_the_areas():
     """45 degrees: heights on the diagram are lengths on the fault over root 2."""
     scene = faulted((1.0, 6.0))
     found, table = scene.allan("F1"), scene.juxtaposition("F1", "all")
-    rings = np.array([ring_area(*line.T) for line in diagram_lines(found)])
+    rings = np.array([ring_area(line) for line in diagram_lines(found)])
     kind, side = found.kind.values, found.side.values
     for sign in "+-":
         mine = (kind == "zone") & (side == sign)

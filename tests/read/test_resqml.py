@@ -12,6 +12,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.errors import FormatError, InputError
+from tests.grids import nodes_of
 from tests.messages import refused
 
 h5py = pytest.importorskip("h5py")
@@ -52,16 +53,10 @@ def edited(path, *pairs, more=None, drop=()):
     return path
 
 
-def nodes(horizon):
-    x, y = np.asarray(horizon.easting), np.asarray(horizon.northing)
-    x, y = np.meshgrid(x, y) if x.ndim == 1 else (x, y)
-    return np.stack([x, y, horizon.values], axis=-1)
-
-
 def test_what_is_written_comes_back_to_the_last_bit(world, package):
     for name, horizon in world.horizons.items():
         found = gs.read_horizon(package, name=name)
-        np.testing.assert_array_equal(nodes(found), nodes(horizon))
+        np.testing.assert_array_equal(nodes_of(found), nodes_of(horizon))
         assert (found.dims, found.attrs["crs"]) == (("northing", "easting"), CRS)
     for name, given in world.faults.items():
         expected = gs.triangulate_fault(given, name=name)
@@ -77,7 +72,7 @@ def test_what_is_written_comes_back_to_the_last_bit(world, package):
 @pytest.mark.parametrize("turn", [0, 37.5, -120])
 @pytest.mark.parametrize(("down", "unit"), [("true", "ft"), ("false", "m"), ("true", "m")])
 def test_local_systems_are_moved_turned_and_scaled(package, turn, down, unit):
-    local = nodes(gs.read_horizon(package, name="Top"))
+    local = nodes_of(gs.read_horizon(package, name="Top"))
     words = {"uom": "dega", "turn": turn, "x": 461000.5, "y": 5.9e6, "z": 25, "down": down}
     words |= {"unit": unit, "axes": "easting northing"}
     edited(package, *((old, new.format(**words)) for old, new in PLAIN))
@@ -93,7 +88,7 @@ def test_local_systems_are_moved_turned_and_scaled(package, turn, down, unit):
         ],
         axis=-1,
     )
-    np.testing.assert_allclose(nodes(top), expected, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(nodes_of(top), expected, rtol=0, atol=1e-9)
     with pytest.raises(InputError, match="the file has positive="):
         gs.read_horizon(package, name="Top", positive="up" if down == "true" else "down")
 

@@ -6,7 +6,7 @@ import itertools
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from geosurf import TriSurface, build_walls, rebuild_surfaces
@@ -44,20 +44,17 @@ def assert_true(surfaces, exact=True):
 
 
 # two reliefs meet in points with denominators, whose rounded triangles may still not cross
-@settings(max_examples=25)
 @given(relief(size=2, holes=False), relief("Base", size=2))
 def test_two_reliefs(one, two):
     assert_true([one, two])
 
 
-@settings(max_examples=25)
 @given(relief(size=2), st.integers(-1, 2), st.integers(0, 1))
 def test_relief_and_fault(one, at, lean):
     corners = [(at, -1, -1), (at + 4 * lean, 3, -1), (at + 4 * lean, 3, 3), (at, -1, 3)]
     assert_true([one, sheet("F1", corners)])
 
 
-@settings(max_examples=40)
 @given(soups(most=2, extent=2))
 def test_lattice_soups(pair):
     """Triangles that meet others of their own surface, too."""
@@ -67,7 +64,6 @@ def test_lattice_soups(pair):
     assert_meets_in_corners_and_edges(patches)
 
 
-@settings(max_examples=15)
 @given(faulted_worlds())
 def test_faulted_worlds(surfaces):
     assert_true(surfaces, exact=False)
@@ -108,7 +104,6 @@ def test_taking_apart():
 
 
 # ------------------------------------------------------------------ same answer
-@settings(max_examples=20)
 @given(relief(), relief("Base", holes=False), st.integers(0, 2), seeds)
 def test_shuffles_change_nothing(one, two, at, seed):
     wall = sheet("F1", [(at, -1, -1), (at + 2, 4, -1), (at + 2, 4, 3), (at, -1, 3)])

@@ -17,6 +17,7 @@ from geosurf.model import Lattice, Units
 from geosurf.rebuild import drop_triangles, repair, trim_sheets
 from geosurf.rebuild.ghosts import kept_parts
 from tests import laws, oracles
+from tests.grids import ring_area
 from tests.messages import refused
 from tests.rebuild import many, spaces
 from tests.rebuild.worlds import boxed_world
@@ -87,8 +88,7 @@ def test_round_inputs_that_no_step_moves_are_shifted(turned):
     assert 0 < patches.report["largest_move"] <= np.sqrt(3) * 1.5 * repair.SHIFT
     units = carve_units(patches)
     assert all(check.passed for check in certify(patches, units).checks)
-    x, y = np.array(ring).T
-    area = 0.5 * np.abs(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+    area = ring_area(ring)
     assert sum(unit.volume for unit in units.values()) == pytest.approx(8 * area, rel=1e-12)
     volumes = [units[f"box {block}"].volume for block in ("F1+ F2+", "F1- F2-")]
     assert volumes == pytest.approx([2 * area] * 2, rel=0.2)

@@ -13,6 +13,7 @@ from geosurf.render import render_place, surface_layers, views
 from geosurf.render.clip import Prism, convex_parts
 from geosurf.render.compose import show_place
 from geosurf.render.surface_layers import as_modelled
+from tests.grids import ring_area
 from tests.strategies import grid, sheet
 
 
@@ -98,11 +99,6 @@ def map_area(points, triangles):
     a, b, c = (points[triangles[:, k], :2] for k in range(3))
     u, v = b - a, c - a
     return 0.5 * np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]).sum()
-
-
-def ring_area(ring):
-    p, q = ring, np.roll(ring, -1, axis=0)
-    return 0.5 * (p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]).sum()
 
 
 def tilted(n=7, size=10.0):

@@ -14,6 +14,7 @@ from geosurf.render.colouring import colour_units
 from geosurf.render.picture_style import PLAIN
 from geosurf.scene.plots import fluids_on
 from geosurf.scene.shown import IGNORED, USED, data_of
+from tests.grids import ring_area
 
 SMALL = (640, 400)
 
@@ -22,12 +23,6 @@ SMALL = (640, 400)
 def scene():
     world = gs.synthetic.graben(n=9)
     return gs.Scene(world.horizons, world.faults, world.box, contacts={"OWC": -2100.0})
-
-
-def area_of(ring):
-    """Area [m2] of a ring, negative around holes."""
-    x, y = ring.T
-    return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
 
 
 def top_of(unit, horizon):
@@ -61,7 +56,7 @@ def test_the_fill_above_a_contact_is_the_map_area_of_the_units_there(scene):
                 for unit in scene.units.included().values()
                 if unit.contact == area.interval and unit.zone.startswith(f"{name}/")
             ]
-            assert sum(map(area_of, area.rings)) == pytest.approx(
+            assert sum(map(ring_area, area.rings)) == pytest.approx(
                 sum(top_of(unit, name) for unit in units), rel=1e-9
             )
             assert len(area.lines) > 0

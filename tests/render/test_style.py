@@ -6,7 +6,7 @@ import warnings
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.image import imread
 
@@ -84,7 +84,6 @@ def test_numbers_of_units_become_colours_with_a_bar(units):
     refused(InputError, "Use one of unit, zone", lambda: check_colour_by(object()))
 
 
-@settings(max_examples=40)
 @given(st.lists(st.text("ab1/ _", min_size=1, max_size=60), max_size=12), st.integers(10, 34))
 def test_different_names_have_different_short_labels(names, most):
     labels = shortened_apart(names, most)

@@ -113,21 +113,6 @@ def test_law_words_are_no_formulas_and_numbers_stay(row):
     assert bool(notes) == any(risky)
 
 
-def test_names_of_units_are_no_formulas(tmp_path):
-    world = gs.synthetic.tilted_planes()
-    names = {name: f"=HYPERLINK({name})" for name in world.horizons}
-    horizons = {names[name]: grid for name, grid in world.horizons.items()}
-    scene = gs.Scene(horizons, {"@F": next(iter(world.faults.values()))}, world.box)
-    written = gs.write(scene.units, tmp_path / "a.csv")
-    assert any("apostrophe" in note for note in written.notes)
-    with (tmp_path / "a.csv").open(encoding="utf-8", newline="") as file:
-        rows = list(csv.reader(file))
-    assert any(cell.startswith("'=HYPERLINK") for row in rows for cell in row)
-    for row in rows[1:]:
-        for cell in row:
-            assert not cell.startswith(FORMULA) or np.isfinite(float(cell))
-
-
 # ---- Reference systems in files, as other programs look for them; tops and areas in another o
 
 WKT = 'PROJCS["ED50 / UTM zone 31N",GEOGCS["ED50"],UNIT["metre",1],AUTHORITY["EPSG","23031"]]'

@@ -15,7 +15,7 @@ from geosurf.cli import main
 from geosurf.errors import FormatError, InputError, OutputError
 from geosurf.write.model3d import parts_of
 from geosurf.write.resqml_framework import lines_of, shells_of
-from tests.grids import gridded
+from tests.grids import gridded, nodes_of
 from tests.messages import refused
 from tests.read.test_resqml import edited
 from tests.write.sealed import assert_equal
@@ -104,11 +104,8 @@ def test_nodes_and_triangles_are_those_of_the_surfaces(world, fault, tmp_path):
     assert [path.name for path in written] == ["m.epc", "m.h5"]
     package = Package(written[0])
     for name, horizon in (("Top", top), ("Turned", turned)):
-        x, y = np.asarray(horizon.easting), np.asarray(horizon.northing)
-        x, y = np.meshgrid(x, y) if x.ndim == 1 else (x, y)
-        for found, expected in zip(nodes(package, name), (x, y, horizon.values), strict=True):
-            np.testing.assert_array_equal(found, expected)
-
+        for k, found in enumerate(nodes(package, name)):
+            np.testing.assert_array_equal(found, nodes_of(horizon)[..., k])
     arrays = package.arrays(package.one("TriangulatedSetRepresentation", "F1"))
     triangles, points = sorted(arrays, key=lambda a: a.dtype.kind == "f")
     np.testing.assert_array_equal(points, fault.vertices)

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 import xarray as xr
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import geosurf as gs
@@ -206,7 +206,6 @@ def grid_files(draw):
     )
 
 
-@settings(max_examples=20)
 @given(text=grid_files())
 def test_any_regular_grid_survives_irap(tmp_path_factory, text):
     folder = tmp_path_factory.mktemp("grid")

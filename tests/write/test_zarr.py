@@ -17,7 +17,7 @@ from benchmarks.stress.crash_writers import OTHERS
 from geosurf.errors import OutputError
 from geosurf.write.text_grids import fixed_lines_text, n_fixed, rows_text
 from geosurf.write.written import SMALLEST
-from tests.grids import gridded
+from tests.grids import gridded, nodes_of
 from tests.messages import refused
 
 pytest.importorskip("zarr", reason="zarr is not installed")
@@ -153,10 +153,7 @@ def grid(values, rotation=0.0, x=0.0, y=0.0, dx=10.0, dy=20.0, **attrs):
 
 def nodes(horizon):
     """Places of all nodes with a value, to the millimetre, and their values."""
-    x, y = horizon.easting.values, horizon.northing.values
-    if x.ndim == 1:
-        x, y = np.meshgrid(x, y)
-    found = zip(x.ravel(), y.ravel(), horizon.values.ravel(), strict=True)
+    found = nodes_of(horizon).reshape(-1, 3)
     return {(round(a, 3) + 0.0, round(b, 3) + 0.0): z for a, b, z in found if not math.isnan(z)}
 
 
