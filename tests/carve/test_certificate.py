@@ -11,7 +11,6 @@ from hypothesis import given, settings
 
 from geosurf import Scene, build_walls, carve_units, rebuild_surfaces
 from geosurf.arrangement import threads
-from geosurf.arrangement.triangles import crossing_pairs
 from geosurf.carve.certificate import certify, same_bytes
 from geosurf.carve.certificate_facts import Facts
 from geosurf.carve.certificate_lines import partition
@@ -286,14 +285,6 @@ def test_a_gap_as_large_as_an_overlap():
 
 def test_curve_edges_are_among_the_bytes_that_are_compared(patches):
     assert not same_bytes(patches, patches.changed(curve_edges=patches.curve_edges[1:])).passed
-
-
-def test_a_gap_of_one_bit_is_no_crossing_and_an_overlap_of_one_bit_is():
-    flat = np.array([[0.0, 0, 1], [4, 0, 1], [0, 4, 1]])
-    for z, n in ((np.nextafter(1.0, 2.0), 0), (1.0, 1), (np.nextafter(1.0, 0.0), 1)):
-        tip = np.array([[1.0, 1, z], [1, 1, 3], [2, 1, 3]])
-        pairs = crossing_pairs(np.concatenate([flat, tip]), np.arange(6).reshape(2, 3))
-        assert len(pairs) == n
 
 
 def test_a_certificate_beyond_what_is_free_is_an_error_with_numbers(patches, units, monkeypatch):

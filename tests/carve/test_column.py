@@ -12,7 +12,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from geosurf import Scene, build_walls, carve_units, rebuild_surfaces, synthetic
+from geosurf import Scene, build_walls, carve_units, rebuild_surfaces
 from geosurf.carve import clipped
 from geosurf.carve.certificate import certify
 from geosurf.conventions import volume_text
@@ -98,23 +98,6 @@ def test_what_is_clipped_is_measured_when_somebody_looks(monkeypatch):
 
 
 # ---------------------------------------------------------------------- eroded dome
-def test_an_eroded_dome_converges_with_order_two():
-    errors = []
-    for n in (9, 17, 33):
-        world = synthetic.dome_and_flat_fault(n=n)
-        flat = world.horizons["Top"].copy(data=np.full((n, n), -1920.0))
-        scene = Scene(
-            {"Unconformity": flat, "Dome": world.horizons["Top"]}, box=world.box,
-            column={"Unconformity": "erosional"},
-        )  # fmt: skip
-        (clip,) = scene.units.report["clipped"]
-        assert clip.thickness == 20.0
-        assert clip.place == (2000.0, 2000.0, -1910.0)
-        errors.append(abs(clip.volume - math.pi * 1200 * 800 * 20 / 2))
-        below = world.truth["volumes"]["below Top", ("Flat-",)]
-        errors[-1] = max(errors[-1], abs(scene.units["below Dome"].volume - below))
-    ratios = np.array(errors[:-1]) / np.array(errors[1:])
-    assert ((ratios > 3.3) & (ratios < 4.8)).all(), (errors, ratios)
 
 
 # ------------------------------------------------------------------- partial horizons

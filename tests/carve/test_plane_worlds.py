@@ -35,27 +35,20 @@ def test_units_are_those_of_rational_arithmetic(seed):
     assert check(seed) != "refused"
 
 
-def test_three_planes_that_nearly_meet_on_a_wall_bound_a_unit():
+def test_three_planes_that_nearly_meet_on_a_wall_bound_a_unit_that_a_scene_warns_of():
     """The sum of its prisms is 0 in doubles; that of whole numbers is not."""
-    patches = rebuild_surfaces([*three_planes(), *build_walls(BOX)])
-    units = carve_units(patches)
-    assert sum(unit.volume for unit in units.values()) == pytest.approx(512, abs=1e-9)
-    assert min(unit.volume for unit in units.values()) > 0
-    (thin,) = units.report["thin"]
-    assert 0 < thin.volume == units[thin.name].volume < 1e-40
-    np.testing.assert_allclose(thin.place, np.array([0, -4, -4]) + SHIFT, atol=5)
-    assert certify(patches, units).ok
-
-
-def test_a_scene_warns_of_thin_units():
     scene = Scene({}, {s.name: s for s in three_planes()}, BOX)
     with pytest.warns(
         GeosurfWarning, match="thinner than the rounding error of coordinates .*'P0', 'P1'"
     ):
-        (thin,) = scene.units.report["thin"]
-    (warning,) = scene.warnings
+        units = scene.units
+    (thin,), (warning,) = units.report["thin"], scene.warnings
     assert (warning.kind, warning.subject, warning.place) == ("thin unit", thin.name, thin.place)
-    assert thin.volume == scene.units[thin.name].volume
+    assert 0 < thin.volume == units[thin.name].volume < 1e-40
+    np.testing.assert_allclose(thin.place, np.array([0, -4, -4]) + SHIFT, atol=5)
+    assert min(unit.volume for unit in units.values()) > 0
+    assert units.volume == pytest.approx(512, abs=1e-9)
+    assert certify(scene.patches, units).ok
 
 
 def test_a_scene_warns_of_inputs_that_a_repair_moved():

@@ -15,7 +15,7 @@ from geosurf.errors import InputError, SurfaceError
 from geosurf.intersect.link import shared_curves
 from tests import laws, oracles
 from tests.messages import refused
-from tests.strategies import grid, moved, relief, sheet, shuffled, soup, soups
+from tests.strategies import grid, relief, sheet, shuffled, soup, soups
 
 LEVEL = [(-1, -1, 1), (9, -1, 1), (9, 9, 1), (-1, 9, 1)]
 
@@ -74,17 +74,6 @@ def test_order_and_voxels_change_nothing(one, two, random):
     assert same_order.local.tobytes() == straight.local.tobytes()
     assert same_order.segments.tobytes() == straight.segments.tobytes()
     assert [c.tobytes() for c in same_order.curves] == [c.tobytes() for c in straight.curves]
-
-
-@given(relief(), relief("Base", height=3))
-def test_a_shift_by_utm_offsets_changes_nothing(one, two):
-    straight = intersect_surfaces([one, two])
-    # whole multiples of 1024 m: the local frame is the same one
-    offset = np.array([445 * 1024.0, 6620 * 1024.0, 0.0])
-    other = intersect_surfaces([moved(one, offset), moved(two, offset)])
-    assert other.segments.tobytes() == straight.segments.tobytes()
-    assert other.local.tobytes() == straight.local.tobytes()
-    assert other.origin.tolist() == offset.tolist()
 
 
 def test_closed_curves_one_for_each_crest():

@@ -11,20 +11,10 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from geosurf.kernels.exact.predicates import frame_of
-from geosurf.kernels.meshes.parts import open_edges
-from geosurf.kernels.meshes.seams import (
-    DONE,
-    N_AROUND,
-    NEEDS_EXACT,
-    main_axis,
-    sort_around,
-    sort_by_floats,
-    sort_seams,
-)
+from geosurf.kernels.meshes.seams import N_AROUND, main_axis, sort_around, sort_by_floats
 from tests.oracles import cross, dot
 
 small = st.integers(-3, 3).map(float)
-PAIRED, FREE = -2, -1
 
 
 def fan(d: np.ndarray, tips: np.ndarray, back: list[bool]) -> tuple[np.ndarray, np.ndarray]:
@@ -50,13 +40,6 @@ def by_integers(x, t, back):
     around, pt = np.empty((n, N_AROUND)), np.arange(3 * n).reshape(-1, 3)
     done = sort_around(x, 0, 1, order, ways, around, n, rows, px, pt, *frame_of(px))
     return order.tolist() if done else None
-
-
-def ring_of(n: int) -> np.ndarray:
-    """All triangles of a fan share their first edge, and no other."""
-    ring = np.arange(3 * n)
-    ring[0::3] = np.roll(ring[0::3], -1)
-    return ring
 
 
 def whole(values: np.ndarray) -> list[int]:
@@ -128,16 +111,3 @@ def test_half_planes_around_the_first_are_in_order_or_not_told(rng, spread):
         assert by_floats is None or by_floats[0] == expected
         assert by_integers(x, t, back) == expected
     assert told < 10 if spread == 1 else told > 90
-
-
-def test_half_planes_too_near_for_doubles_ask_for_exact_numbers():
-    tips = np.array([[0, 1.0, 0], [0, 1.0, 2.0**-60], [0, -1.0, 0]])
-    x, t = fan(np.array([1.0, 0, 0]), tips, [False] * 3)
-    ring, part = ring_of(3), np.arange(3)
-    link = np.where(ring == np.arange(9), FREE, PAIRED)
-    px, pt, none = x[t].reshape(-1, 3), np.arange(9).reshape(-1, 3), np.empty(0, dtype=np.int64)
-    first = open_edges(t, ring, link, part, 0, 9)
-    start, seams = np.empty(len(first) + 1, dtype=np.int64), np.empty(9, dtype=np.int64)
-    arguments = (x, t, ring, first, part, part, px, pt)
-    assert sort_seams(*arguments, none, none, start, seams) == NEEDS_EXACT
-    assert sort_seams(*arguments, *frame_of(px), start, seams) == DONE

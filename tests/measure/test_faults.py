@@ -191,18 +191,6 @@ def test_what_is_clipped_away_has_no_cutoff():
     assert len(scene.cutoffs("Top", "F1", "+")) == 1
 
 
-@pytest.mark.parametrize(("throw", "kind"), [((4.0, 4.0), "gap"), ((-4.0, -4.0), "overlap")])
-def test_fault_polygons_by_hand(throw, kind):
-    found = faulted(throw).fault_polygons("Base")
-    assert found.fault.values.tolist() == ["F1"]
-    assert found.kind.values.tolist() == [kind]
-    assert float(found.map_area[0]) == pytest.approx(30 * throw[0], rel=1e-13)
-    ring = np.stack([found.easting, found.northing], axis=1)
-    corners = {(30.0, 0.0), (30.0, 30.0), (30.0 + throw[0], 0.0), (30.0 + throw[0], 30.0)}
-    assert corners <= set(map(tuple, ring.tolist()))
-    assert len(set(map(tuple, ring.tolist()))) == len(ring)
-
-
 # ---- throw ---------------------------------------------------------------------------
 
 

@@ -66,33 +66,33 @@ def test_tsurf_properties(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("change", "message"),
+    ("given", "message"),
     [
-        (("VRTX 7 9 0", "VRTX 7 9 zero"), r"fault.ts, line 14: found 'zero', expected a number"),
-        (("VRTX 7", "VRTX 0"), r"line 14: vertex id 0 occurs twice.*export"),
-        (("TRGL 0 7 8", "TRGL 0 7 99"), r"line 16: vertex 99 is used but not defined above"),
-        (("END\n", ""), r"object that begins on line 1 has no END.*incomplete"),
-        (("END\n", "GOCAD TSurf 1\n"), r"line 23: a new object begins before the END of .*line 1"),
+        ({"body": BODY.replace("VRTX 7 9 0", "VRTX 7 9 zero")},
+         "fault.ts, line 14: found 'zero', expected a number"),
+        ({"body": BODY.replace("VRTX 7", "VRTX 0")}, "line 14: vertex id 0 occurs twice.*export"),
+        ({"body": BODY.replace("TRGL 0 7 8", "TRGL 0 7 99")},
+         "line 16: vertex 99 is used but not defined above"),
+        ({"body": BODY.replace("END\n", "")},
+         "object that begins on line 1 has no END.*incomplete"),
+        ({"body": BODY.replace("END\n", "GOCAD TSurf 1\n")},
+         "line 23: a new object begins before the END of .*line 1"),
+        ({"direction": "Sideways"}, "line 10: ZPOSITIVE is 'Sideways', expected Elevation"),
+        ({"unit": "m m"}, "line 9: AXIS_UNIT has 4 words, expected 3"),
+        ({"body": "PROPERTIES a b\nESIZES 1\n" + BODY},
+         r"2 PROPERTIES but ESIZES \[1\]; each property needs one"),
+        ({"body": "TFACE\nVRTX 1 0 0 0\nEND\n"},
+         "surface 'F1', which begins on line 1, has no TRGL"),
     ],
-)
-def test_a_wrong_tsurf_is_named_by_line(tmp_path, change, message):
-    refused(FormatError, message, lambda: gs.read_fault(tsurf(tmp_path, BODY.replace(*change))))
+)  # fmt: skip
+def test_a_wrong_tsurf_is_named_by_line(tmp_path, given, message):
+    refused(FormatError, message, gs.read_fault, tsurf(tmp_path, **given))
 
 
-def test_tsurf_headers_that_cannot_be_used(tmp_path):
-    with pytest.raises(FormatError, match=r"line 10: ZPOSITIVE is 'Sideways', expected Elevation"):
-        gs.read_fault(tsurf(tmp_path, direction="Sideways"))
-    with pytest.raises(FormatError, match=r"line 9: AXIS_UNIT has 4 words, expected 3"):
-        gs.read_fault(tsurf(tmp_path, unit="m m"))
-    with pytest.raises(
-        FormatError, match=r"2 PROPERTIES but ESIZES \[1\]; each property needs one"
-    ):
-        gs.read_fault(tsurf(tmp_path, "PROPERTIES a b\nESIZES 1\n" + BODY))
-    with pytest.raises(FormatError, match=r"surface 'F1', which begins on line 1, has no TRGL"):
-        gs.read_fault(tsurf(tmp_path, "TFACE\nVRTX 1 0 0 0\nEND\n"))
+def test_a_file_of_points_is_no_tsurf(tmp_path):
     (tmp_path / "p.ts").write_text("GOCAD VSet 1\nVRTX 1 0 0 0\nEND\n")
-    with pytest.raises(FormatError, match=r"format 'vset'.* Read it with read_points"):
-        gs.read_fault(tmp_path / "p.ts")
+    words = r"format 'vset'.* Read it with read_points"
+    refused(FormatError, words, gs.read_fault, tmp_path / "p.ts")
     refused(FormatError, r"has no GOCAD TSurf", read_tsurf, tmp_path / "p.ts")
 
 

@@ -116,43 +116,33 @@ def stored(tmp_path, data, **kwargs):
     return path
 
 
-def test_netcdf_that_says_nothing_needs_arguments(tmp_path):
+STATED = {"positive": "down", "units": "m"}
+TWO = xr.Dataset({"depth": depth_grid(**STATED), "time": 2 * depth_grid(**STATED)})
+NETCDF = [
+    (depth_grid(), {}, "variable 'depth'.*positive='up'"),
+    (depth_grid(), {"positive": "down"},
+     "variable 'depth': the length unit is missing.*length_unit='m'"),
+    (depth_grid(**STATED), {"positive": "up"},
+     "file has positive='down', but the argument is.*'up'"),
+    (depth_grid(**STATED), {"length_unit": "ft"},
+     "file has the length unit 'm', but length_unit='ft' was given"),
+    (TWO, {}, r"2 variables.*\['depth', 'time'\].*variable="),
+    (TWO, {"variable": "dept"}, "'dept' is not one of them. Did you mean 'depth'"),
+    (depth_grid(**STATED).rename(x="column"), {}, "0 coordinates called one of easting.*Rename"),
+    (depth_grid(**STATED).assign_coords(y=[10.0, 10.0]), {},
+     "northing is not monotonic: 10.0 follows 10.0.*Sort"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("data", "words", "message"), NETCDF)
+def test_netcdf_that_is_open_or_contradicts_is_refused(tmp_path, data, words, message):
+    refused(InputError, message, gs.read_horizon, stored(tmp_path, data), **words)
+
+
+def test_netcdf_that_says_nothing_takes_arguments(tmp_path):
     path = stored(tmp_path, depth_grid())
-    refused(InputError, r"variable 'depth'.*positive='up'", gs.read_horizon, path)
-    with pytest.raises(
-        InputError, match=r"variable 'depth': the length unit is missing.*length_unit='m'"
-    ):
-        gs.read_horizon(path, positive="down")
     assert gs.read_horizon(path, positive="down", length_unit="m").values[1, 0] == -1
-
-
-def test_netcdf_contradiction_is_refused(tmp_path):
-    path = stored(tmp_path, depth_grid(positive="down", units="m"))
-    with pytest.raises(InputError, match=r"file has positive='down', but the argument is.*'up'"):
-        gs.read_horizon(path, positive="up")
-    with pytest.raises(
-        InputError, match=r"file has the length unit 'm', but length_unit='ft' was given"
-    ):
-        gs.read_horizon(path, length_unit="ft")
-
-
-def test_netcdf_with_several_grids_asks_for_variable(tmp_path):
-    data = xr.Dataset({"depth": depth_grid(positive="down", units="m")})
-    data["time"] = data["depth"] * 2
-    path = stored(tmp_path, data)
-    refused(FormatError, r"2 variables.*\['depth', 'time'\].*variable=", gs.read_horizon, path)
-    with pytest.raises(FormatError, match=r"'dept' is not one of them. Did you mean 'depth'"):
-        gs.read_horizon(path, variable="dept")
-    assert gs.read_horizon(path, variable="depth").shape == (2, 2)
-
-
-def test_netcdf_without_usable_coordinates(tmp_path):
-    data = depth_grid(positive="down", units="m")
-    with pytest.raises(FormatError, match=r"0 coordinates called one of easting.*Rename"):
-        gs.read_horizon(stored(tmp_path, data.rename(x="column")))
-    data = data.assign_coords(y=[10.0, 10.0])
-    with pytest.raises(FormatError, match=r"northing is not monotonic: 10.0 follows 10.0.*Sort"):
-        gs.read_horizon(stored(tmp_path, data))
+    assert gs.read_horizon(stored(tmp_path, TWO), variable="depth").shape == (2, 2)
 
 
 def test_a_damaged_netcdf_is_told_and_prints_nothing(tmp_path, monkeypatch):

@@ -87,24 +87,3 @@ def test_a_chord_below_spikes(n, height):
     level = (patches.local[patches.curve_edges][:, :, 2] == 0).all(axis=1)
     assert level.sum() == 2 * n + 1  # faults cross each other elsewhere
     assert assert_delaunay(patches, (n, height)) > 4 * n
-
-
-def test_many_chords_between_two_columns():
-    """Rectangles side by side: every diagonal is a tie, and the lowest corner has it."""
-    y = np.arange(-20, 21) * 4
-    long = np.stack([0 * y - 128, y, 0 * y + 128, y], axis=1)
-    patches = rebuild_surfaces([FACE, upright("Long", long)])
-    laws.assert_on_parents(patches)
-    assert assert_delaunay(patches, "rungs") > 150
-    t = patches.triangles[patches.surface_of_triangle == 0]
-    at = patches.local
-    rungs = {
-        (u, v) for u, v, _ in at[t[(np.abs(at[t][:, :, 0]) == 128).all(axis=1)]].reshape(-1, 3)
-    }
-    assert rungs == {(u, v) for u in (-128.0, 128.0) for v in y.tolist()}
-    diagonals = set()
-    for corners in at[t][:, :, :2].tolist():
-        for p, q in zip(corners, corners[1:] + corners[:1], strict=True):
-            if abs(p[0] - q[0]) == 256 and abs(p[1] - q[1]) == 4:
-                diagonals.add(min(p, q)[1] - max(p, q)[1])
-    assert diagonals == {-4.0}

@@ -18,7 +18,6 @@ from geosurf.kernels.contacts.triangle_contact import (
 )
 from geosurf.kernels.cutting.cut_faces import thin_children
 from geosurf.kernels.exact.predicates import frame_of
-from geosurf.model import Lattice
 from tests import laws
 from tests.rebuild.test_patches import assert_true
 from tests.strategies import shuffled, soup
@@ -130,31 +129,6 @@ def test_as_in_numpy(rng, reach):
     none = contacts(pairs, coplanar=1)
     alone = slowly(x, t, pairs[:0], y, children, parent, reach)
     assert (thin(x, t, none, y, children, parent, reach) == (alone <= 1.0)).all()
-
-
-def test_thin_is_the_same_by_any_search():
-    """Horizons of one survey as lattices, and as lists, whose rims are all listed."""
-    z, axis = np.random.default_rng(3).integers(0, 9, (2, 6, 6)) / 4.0, np.arange(6.0)
-    z[1, 0, 3] = z[0, 0, 3]  # one point of both
-    lattices = [
-        TriSurface(name, "horizon", lattice=Lattice(axis, axis, heights))
-        for name, heights in zip("ab", z, strict=True)
-    ]
-    lists = [TriSurface(s.name, s.role, s.vertices, s.triangles) for s in lattices]
-    found, listed = [], []
-    for surfaces in (lattices, lists):
-        of = find_contacts(surfaces, self_intersections=True)
-        children = cut_contacts(of)
-        frame = of.x, of.t, of.m.copy(), of.w, of.rows
-        limit = 0.03 * np.abs(of.x[of.t[children.parent]]).max()
-        rows = thin_children(*frame, children.x, children.triangles, children.parent, limit)
-        corners = np.sort(children.x[children.triangles[rows]].view("f8,f8,f8")[..., 0], axis=1)
-        found.append({(int(of.surface_of_face[p]), c.tobytes())
-                      for p, c in zip(children.parent[rows], corners, strict=True)})  # fmt: skip
-        listed.append(len(of.rows))
-    assert found[0] == found[1]
-    assert 0 < len(found[0]) < len(children.triangles)
-    assert listed[0] < listed[1]
 
 
 # ---- Many segments of one face in one point: inside it, on its edge, in its corner.

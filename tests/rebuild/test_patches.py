@@ -117,21 +117,6 @@ def test_shuffles_change_nothing(one, two, at, seed):
 # ----------------------------------------------------------- an independent check
 
 
-def test_nearly_degenerate_inputs_are_repaired_and_say_so():
-    """A vertical fault whose nodes are rounded thirds, through horizon nodes."""
-    top = grid("Top", np.random.default_rng(3).integers(0, 4, (6, 6)))
-    wall = sheet("F1", [(1, -1, -1), (3, 9, -1), (3, 9, 5), (1, -1, 5)], (3, 3))
-    patches = rebuild_surfaces([top, wall])
-    assert patches.report["moved_vertices"] > 0
-    assert 0 < patches.report["largest_move"] <= 2.0**-13
-    moved = [
-        np.abs(used.vertices - given.vertices).max()
-        for used, given in zip(patches.sources, (top, wall), strict=True)
-    ]
-    assert max(moved) <= patches.report["largest_move"]
-    assert certify(patches).ok
-
-
 def test_slivers_that_a_coarser_step_closes_go():
     """Two corners an ulp apart come together when the inputs move: not an area lost, a sliver shut.
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import io
+import shutil
 import zipfile
 from collections import Counter
+from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
@@ -167,13 +169,21 @@ def test_what_is_no_surface_is_refused_and_nothing_is_left(world, fault, tmp_pat
 pytest.importorskip("h5py")
 
 
-def written(units, folder, name="m"):
-    return gs.write(units, folder / f"{name}.epc", name="m")[0]
+@pytest.fixture(scope="module")
+def whole(graben, tmp_path_factory):
+    """The files of a sealed model; tests take copies."""
+    return gs.write(graben, tmp_path_factory.mktemp("whole") / "m.epc", name="m")
 
 
-def test_packages_of_other_programs_name_zones_only(graben, tmp_path):
+@pytest.fixture
+def written(whole, tmp_path):
+    package, _ = (Path(shutil.copy(path, tmp_path)) for path in whole)
+    return package
+
+
+def test_packages_of_other_programs_name_zones_only(graben, written):
     labels = "<resqml2:ExtraMetadata>.*?</resqml2:Value></resqml2:ExtraMetadata>"
-    path = edited(written(graben, tmp_path), (labels, ""))
+    path = edited(written, (labels, ""))
     back = gs.read_units(path)
     assert [u.zone for u in back.values()] == [u.zone for u in graben.values()]
     assert [u.volume for u in back.values()] == pytest.approx([u.volume for u in graben.values()])
@@ -234,14 +244,13 @@ def test_a_shell_inside_of_a_unit_is_an_inner_one(slit):
          "is not closed near"),
     ],
 )  # fmt: skip
-def test_damage_is_named(graben, tmp_path, old, new, words):
-    path = edited(written(graben, tmp_path), (old, new))
+def test_damage_is_named(written, old, new, words):
+    path = edited(written, (old, new))
     refused(FormatError, words, gs.read_units, path)
 
 
-def test_convert_takes_the_units_where_the_target_does(graben, tmp_path, capsys):
-    path = written(graben, tmp_path)
-    assert main(["convert", str(path), str(tmp_path / "m.ml")]) == 0
+def test_convert_takes_the_units_where_the_target_does(graben, written, tmp_path, capsys):
+    assert main(["convert", str(written), str(tmp_path / "m.ml")]) == 0
     assert "read with read_units" in capsys.readouterr().out
     assert_equal(gs.read_units(tmp_path / "m.ml"), graben)
 
