@@ -14,18 +14,18 @@ import numpy as np
 from geosurf.carve.measures import volume_of
 from geosurf.conventions import place
 from geosurf.errors import GeometryError, InvariantError, OpenUnitError
-from geosurf.kernels.lattices.lattice_corners import build_list_tree, survey_list
 from geosurf.kernels.meshes.mesh import join_pairs, renumbered
-from geosurf.kernels.search.rays import NO_HIT, UNDECIDED, cast_rays, rows_near
+from geosurf.kernels.search.tree import triangle_boxes
 from geosurf.model import Patches
 
 # ---- rays ----------------------------------------
 # Shoot rays along the axes through pieces of surfaces, to find what encloses them.
 #
-# Floats answer nearly all (`kernels.rays`), for the cost of a walk down a tree of boxes each; exact
-# fractions answer the others, over the triangles in the column of the first one.
+# Few models need any: pieces that touch nothing else, and walls that are no box. So each ray is one
+# of exact fractions, over the triangles in the column of its first one.
 
 
+NO_HIT = -1
 _SLIP = 1e-6  # [m] beside a column; far more than rounding an aim moves it by
 
 
@@ -51,8 +51,7 @@ class Rays:
 
     def __init__(self, x: np.ndarray, t: np.ndarray) -> None:
         self.x, self.t = np.ascontiguousarray(x), np.ascontiguousarray(t)
-        self.boxes, codes, _, _ = survey_list(self.x, self.t)
-        self.tree = build_list_tree(self.boxes, codes)
+        self.boxes = triangle_boxes(self.x, self.t)
 
     def shoot(
         self, starts: np.ndarray, set_of: np.ndarray, seen: np.ndarray | None = None
@@ -80,29 +79,11 @@ class Rays:
 
         # the axis along which the triangle's shadow is largest: rays meet it least obliquely
         axes = np.abs(np.cross(b - a, c - a)).argmax(axis=1)
+        rays = zip(starts.tolist(), axes.tolist(), strict=True)
+        return np.array([self._ray(*ray, set_of, seen) for ray in rays]).reshape(-1, 2)
 
-        # how far its set reaches along a ray's axis: beyond that, only others are met
-        tops = self._tops(set_of, set_of[starts])[np.arange(len(starts)), axes]
-        sides = np.empty((len(starts), 2), dtype=np.int64)
-        cast_rays(self.x, self.t, *self.tree, set_of, seen, starts, axes, tops, sides)
-        for k in np.flatnonzero(sides[:, 0] == UNDECIDED).tolist():
-            sides[k] = self._exactly(int(starts[k]), int(axes[k]), set_of, seen)
-        return sides
-
-    def _tops(self, set_of: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-        """Highest coordinates (n, 3) of some sets."""
-        # few sets have a ray: to number and compare all took 31 % of a certificate (Drogon, torn)
-        sets, number = np.unique(wanted, return_inverse=True)
-        rows = np.flatnonzero(np.isin(set_of, sets))
-        rows = rows[np.argsort(set_of[rows], kind="stable")]
-        first = np.searchsorted(set_of[rows], sets)
-        tops: np.ndarray = np.maximum.reduceat(self.boxes[rows, 3:], first, axis=0)
-        return tops[number]
-
-    def _exactly(
-        self, start: int, axis: int, set_of: np.ndarray, seen: np.ndarray
-    ) -> tuple[int, int]:
-        """One ray by fractions.
+    def _ray(self, start: int, axis: int, set_of: np.ndarray, seen: np.ndarray) -> tuple[int, int]:
+        """Where one ray leaves its set, and what it meets then.
 
         It aims at rational points inside its first triangle until it misses all edges. The points
         lie on a conic: an edge is in the way of two of them at most, so one of 6 n + 1 is free.
@@ -149,9 +130,11 @@ class Rays:
 
     def _column(self, start: int, axis: int) -> np.ndarray:
         """Triangles above a triangle along an axis, and beside those, in order."""
-        box = self.boxes[start] + np.repeat([-_SLIP, _SLIP], 3)
-        box[3 + axis] = np.inf
-        return rows_near(self.tree, self.boxes, box)
+        low, high = np.split(self.boxes[start] + np.repeat([-_SLIP, _SLIP], 3), 2)
+        high[axis] = np.inf
+        return np.flatnonzero(
+            (self.boxes[:, :3] <= high).all(axis=1) & (self.boxes[:, 3:] >= low).all(axis=1)
+        )
 
 
 def _first(hit: tuple[Fraction, int, int]) -> Fraction:

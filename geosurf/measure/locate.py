@@ -18,7 +18,7 @@ from geosurf.kernels.meshes.lattice_units import OFF, digits_of, find_keys, fram
 from geosurf.kernels.meshes.mesh import number_keys
 from geosurf.kernels.meshes.nearest import nearest_distance, point_codes
 from geosurf.kernels.search.columns import met_by_columns, signs_of_turns
-from geosurf.kernels.search.rays import rows_near
+from geosurf.kernels.search.tree import rows_near
 from geosurf.model import Lattice, Patches, Units
 from geosurf.model.pieces import Pieces, Strips, corners_of
 from geosurf.model.torn_lattice import TornLattice

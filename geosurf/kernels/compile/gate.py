@@ -231,7 +231,7 @@ def kernel_files(folder: Path) -> list[Path]:
     Examples
     --------
     >>> [path.name for path in kernel_files(ROOT) if path.parent.name == "search"][:2]
-    ['rays.py', 'separation.py']
+    ['columns.py', 'separation.py']
     """
     # A flat folder, as in tests, or rooms.
     found = [*folder.glob("*.py"), *folder.glob("*/*.py")]

@@ -6,7 +6,6 @@ file               question                                                  sou
 `tree`             Which triangles are near each other? Trees of boxes.      min/max pyramid
                    The same with equal voxels.                               Lo & Wang 2004
 `separation`       Which neighbours meet in common corners and edges only?   separating plane
-`rays`             Which surface does a ray along an axis hit first?
 `columns`          Which triangles does a vertical line cross?               simulation of
                                                                              simplicity
 =================  ========================================================  ================

@@ -420,6 +420,57 @@ def tree_pairs(pa, qa, ra, aa, ta, oa, na, la, pb, qb, rb, ab, tb, ob, nb, lb, s
     return n, visited
 
 
+# ---- boxes ----------------------------------------
+# The triangles of one tree whose boxes meet a box.
+
+
+@entry("l1 d2 l2 d2 d1 l1* -> l")
+def rows_in_box(order, nodes, levels, boxes, box, rows):
+    """Write the triangles whose boxes meet a box, up to capacity; their number."""
+    stack = np.empty((FAN * (levels.shape[0] + 1) + 8, 2), dtype=np.int64)
+    stack[0, 0], stack[0, 1], top = nodes.shape[0] - 1, levels.shape[0] - 1, 1
+    n = 0
+    while top > 0:
+        top -= 1
+        node, level = stack[top, 0], stack[top, 1]
+        if level > 0:
+            first = levels[level - 1, 0] + (node - levels[level, 0]) * FAN
+            for child in range(first, min(first + FAN, levels[level, 0])):
+                # A node or box is skipped if it lies outside on one axis.
+                apart = False
+                for k in range(3):
+                    apart |= nodes[child, k] > box[3 + k] or nodes[child, 3 + k] < box[k]
+                if not apart:
+                    stack[top, 0], stack[top, 1] = child, level - 1
+                    top += 1
+            continue
+        for k in range(LEAF * node, min(LEAF * node + LEAF, order.shape[0])):
+            row = order[k]
+            apart = False
+            for axis in range(3):
+                apart |= boxes[row, axis] > box[3 + axis] or boxes[row, 3 + axis] < box[axis]
+            if not apart:
+                # Beyond the capacity rows are only counted.
+                if n < rows.shape[0]:
+                    rows[n] = row
+                n += 1
+    return n
+
+
+def rows_near(
+    tree: tuple[np.ndarray, np.ndarray, np.ndarray], boxes: np.ndarray, box: np.ndarray
+) -> np.ndarray:
+    """The triangles of a tree whose boxes meet a box, rising."""
+    rows = np.empty(256, dtype=np.int64)
+    n = rows_in_box(*tree, boxes, box, rows)
+
+    # asked once more with room for all, if the first array was too short
+    if n > len(rows):
+        rows = np.empty(n, dtype=np.int64)
+        rows_in_box(*tree, boxes, box, rows)
+    return np.sort(rows[:n])
+
+
 # ---- voxels ----------------------------------------
 # Candidate pairs of triangles by boxes in equal voxels (after Lo & Wang 2004).
 #
