@@ -232,45 +232,6 @@ def directed_lines(tail, head, n_point):
     return out[:m].copy(), starts[: lines + 1].copy()
 
 
-@entry("l1 l1 l1 l1 -> l1 l1")
-def undirected_lines(first, other_end, link, order):
-    """Longest lines between points that do not have exactly two links; then closed lines.
-
-    Point v has links ``link[first[v] : first[v + 1]]`` to ``other_end[..]``, increasing. `order`:
-    the points where lines may start, in sequence.
-    """
-    n_link = link.shape[0] // 2
-    done = np.zeros(n_link, dtype=np.bool_)
-    out = np.empty(2 * n_link, dtype=np.int64)
-    starts = np.empty(n_link + 1, dtype=np.int64)
-    m = lines = 0
-    for k in range(order.shape[0]):
-        start = order[k]
-        for at in range(first[start], first[start + 1]):
-            if done[link[at]]:
-                continue
-            done[link[at]] = True
-            starts[lines] = m
-            lines += 1
-            out[m], out[m + 1] = start, other_end[at]
-            m += 2
-
-            # Continue while the point has exactly two links.
-            before, v = start, other_end[at]
-            while first[v + 1] - first[v] == 2:
-                # Of two links the one that does not lead back.
-                one = first[v] if other_end[first[v]] != before else first[v] + 1
-                # The line has closed.
-                if done[link[one]]:
-                    break
-                done[link[one]] = True
-                before, v = v, other_end[one]
-                out[m] = v
-                m += 1
-    starts[lines] = m
-    return out[:m].copy(), starts[: lines + 1].copy()
-
-
 @scalar
 def _box_of(ends, first, last, box):
     # Lower and upper corner over both ends of each piece.

@@ -11,11 +11,12 @@ from geosurf.arrangement.threads import map_threads
 from geosurf.conventions import place
 from geosurf.errors import GeosurfWarning
 from geosurf.kernels.lattices.sets import distinct, is_among
-from geosurf.kernels.sheets.link_lines import CHUNK, first_hits, undirected_lines
+from geosurf.kernels.meshes.linking import link_segments
+from geosurf.kernels.sheets.link_lines import CHUNK, first_hits
 from geosurf.model import FaultCut, SheetReport, TriSurface
 from geosurf.model.sheets import ThrowAudit
 from geosurf.sheets.faults.cut_edges import EAST, FALLING, NORTH, RISING, Cuts
-from geosurf.sheets.faults.traces import Trace, split_lines
+from geosurf.sheets.faults.traces import Trace
 from geosurf.sheets.heights.state import SENSE, Heights, NearPicks, Trims
 from geosurf.sheets.lattice.picks import Frame, Picks
 from geosurf.sheets.mesh.build import Built
@@ -87,21 +88,10 @@ def undirected_chains(edges: np.ndarray) -> list[np.ndarray]:
     if len(edges) == 0:
         return []
 
-    # neighbours of each point, in rows from first[k] to first[k + 1]
     points, ends = np.unique(edges, return_inverse=True)
-    ends = ends.reshape(-1, 2)
-    here = np.concatenate([ends[:, 0], ends[:, 1]])
-    beside = np.concatenate([ends[:, 1], ends[:, 0]])
-    order = np.lexsort((beside, here))
-    link = np.tile(np.arange(len(ends)), 2)[order]
-    first = np.searchsorted(here[order], np.arange(len(points) + 1))
-
-    # lines start at ends and branches; rings, which have neither, start anywhere
-    ends_first = np.concatenate([np.flatnonzero(np.diff(first) != 2), np.arange(len(points))])
-    return [
-        points[line]
-        for line in split_lines(undirected_lines(first, beside[order], link, ends_first))
-    ]
+    whole = np.array([0, len(edges)])
+    chains, offsets, _ = link_segments(ends.reshape(-1, 2), whole, len(points))
+    return np.split(points[chains], offsets[1:-1])
 
 
 def profile(
