@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import argparse
 import hashlib
-import inspect
 import os
 import sys
 import warnings
@@ -152,8 +151,7 @@ def scenes() -> Iterator[tuple[str, gs.Scene]]:
     from geosurf import scenario as files
 
     for path in sorted((ROOT / "data" / "synthetic_horizons").glob("*.toml")):
-        read = files.read_scenario(path)
-        yield path.stem, files.build_scene(read) if hasattr(files, "build_scene") else read.scene()
+        yield path.stem, files.build_scene(files.read_scenario(path))
     for name in WORLDS:
         world = getattr(gs.synthetic, name)()
         if world.faults or len(world.horizons) > 1:
@@ -177,9 +175,7 @@ def taller(stick: np.ndarray) -> np.ndarray:
 def of_field() -> Iterator[tuple[str, str]]:
     """Drogon: its grids and faults as a model, its points as sheets."""
     folder = Path(os.environ.get("GEOSURF_SHARED", ROOT / ".." / "shared")) / "data" / "drogon"
-    known = inspect.signature(gs.read_points).parameters
-    unit = "length_unit" if "length_unit" in known else "units"
-    words = {"positive": "down", unit: "m"}
+    words = {"positive": "down", "length_unit": "m"}
     names = ("TopVolantis", "TopTherys", "TopVolon", "BaseVolantis")
     faults = {}
     for path in sorted((folder / "fault_sticks_pol").glob("F*.pol")):

@@ -107,12 +107,12 @@ def both_ways(surfaces, itself):
 
 def test_pieces_are_those_of_every_point_against_every_segment():
     n_split = 0
-    for seed in range(60):
+    for seed in range(30):
         surfaces = surfaces_of_collinear(seed)
         fast, slow, n = both_ways(surfaces, len(surfaces) == 1 or seed % 2 == 0)
         assert fast == slow, seed
         n_split += len(slow) > n
-    assert n_split > 5  # the law is asked where it matters
+    assert n_split > 3  # the law is asked where it matters
 
 
 @pytest.mark.parametrize("n", [7, 24])

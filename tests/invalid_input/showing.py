@@ -15,17 +15,12 @@ from geosurf.scene.plots import ScenePlots
 from tests.invalid_input import wrong
 from tests.invalid_input.wrong import FLAGS, row
 
-LINE = [np.array([[0.0, 0, 0], [0, 10, 0]])]
 SIZES = ["abc", 5, (0, 0), (-1, 5), (np.nan, 5), ("a", "b"), (1, 2, 3), [], {}]
 PICTURE = {"path": "no/x.png"}
 
 
 def view(scene, **words):
     return ScenePlots(scene).view(**words)
-
-
-def wall_of(g):
-    return {"patches": g.patches, "units": g.units, "fault": "F1"}
 
 
 SHOWING = {
@@ -109,15 +104,6 @@ SHOWING = {
         pictures=["abc", 5, [], {"x": 5}, {"x": None}, {"x": "no.png"}],
         regions=["abc", 5, [], {"x": 5}, {"x": (1,)}, {"x": ("a", "b")}, {"x": (np.nan, "b")}],
     ),
-    "measure.separation": row(
-        {"hanging_wall": LINE, "footwall": LINE, "dip_azimuth": 90.0},
-        hanging_wall=[[v] for v in wrong.ARRAYS], dip_azimuth=[*wrong.NUMBERS, None],
-        start=wrong.NUMBERS,
-    ),
-    "measure.allan_diagram": row(wall_of, patches=wrong.things),
-    "measure.juxtaposition_table": row(wall_of, units=wrong.things),
-    "measure.thickness_map": row({"zone": "Top/Base"}, units=wrong.things),
-    "measure.wall_lines": row(lambda g: {**wall_of(g), "horizon": "Top"}, side=[5, -1, "x", None]),
     **{
         f"synthetic.{name}": row(
             {}, n=["abc", 5.5, None, 0, -3, np.nan, True, []],

@@ -150,7 +150,7 @@ def hills(seed: int, n: int = 21, size: float = 4000.0) -> xr.DataArray:
 @pytest.mark.parametrize("rule", RULES)
 def test_ridges_have_the_closures_of_their_crest_lines(rule: str) -> None:
     # culminations that spill into each other, saddles and blocks at faults, leaks by juxtaposition
-    counts, errors = zip(*(off(seed, rule) for seed in range(5)), strict=True)
+    counts, errors = zip(*(off(seed, rule) for seed in range(3)), strict=True)
     assert min(counts) > 0
     assert max(errors) < 1e-10
 

@@ -137,7 +137,7 @@ def test_law_maps_are_the_same_some_lines_at_a_time(graben, kind, monkeypatch):
 
     def maps():
         found = [
-            thickness_map(graben.units, zone, 71.0, kind=kind, horizons=graben.horizon_names)
+            thickness_map(graben.units, zone, 151.0, kind=kind, horizons=graben.horizon_names)
             for zone in zones
         ]
         return [one.values.tobytes() for one in found]

@@ -23,7 +23,7 @@ def given(values: Any, x: np.ndarray, y: np.ndarray) -> xr.DataArray:
     return gridded(found, x, y).drop_attrs()
 
 
-def rotated(values: Any, angle: float, n: int = 40) -> xr.DataArray:
+def rotated(values: Any, angle: float, n: int = 20) -> xr.DataArray:
     """A map over a rotated grid that covers 4000 x 3000 m."""
     c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
     u, v = np.meshgrid(np.linspace(-3000.0, 3000.0, n), np.linspace(-3100.0, 2900.0, n + 3))

@@ -52,13 +52,31 @@ def test_wells_with_units_in_the_header(tmp_path, unit, md_unit):
     assert_path(gs.read_wells(file, positive="up", **words))
 
 
+def tables(unit):
+    """Reader, text, words that are passed, and what comes out, for each kind of table."""
+    m = METRES[unit]
+    top = f"W1,4000.0,5000.0,{-1350.0 / m!r},Top"
+    up, here = {"positive": "up"}, {"positive": "up", "length_unit": unit}
+    place = {"elevation": [-1350.0], "easting": [4000.0]}
+    return {
+        "survey": (gs.read_wells, f"Well,MD [{unit}],Inc,Azi\nA,0.0,0,90\nA,{600.0 / m!r},0,90",
+                   {"heads": {"A": (10.0, 20.0, 25.0)}},
+                   {"md": [0.0, 600.0], "elevation": [25.0, -575.0]}),
+        "tops by header": (gs.read_tops, f"Well,X,Y,Z [{unit}],Surface\n{top}", up, place),
+        "tops by argument": (gs.read_tops, f"Well,X,Y,Z,Surface\n{top}", here, place),
+        "points": (gs.read_points,
+                   f"Well,MD,X,Y,Z\nA,{900.0 / m!r},4000.0,5000.0,{-870.0 / m!r}", here,
+                   {"md": [900.0], "elevation": [-870.0], "easting": [4000.0]}),
+    }  # fmt: skip
+
+
 @pytest.mark.parametrize("unit", METRES)
-def test_surveys_in_every_unit(tmp_path, unit):
-    survey = "\n".join(f"A,{md / METRES[unit]!r},{inc},90" for md, inc in ((0, 0), (600, 0)))
-    file = write(tmp_path, "s.csv", f"Well,MD [{unit}],Inc,Azi\n{survey}")
-    wells = gs.read_wells(file, heads={"A": (10.0, 20.0, 25.0)})
-    np.testing.assert_allclose(wells.md.values, [0.0, 600.0], atol=1e-9)
-    np.testing.assert_allclose(wells.elevation.values, [25.0, -575.0], atol=1e-9)
+@pytest.mark.parametrize("kind", tables("m"))
+def test_tables_in_every_unit(tmp_path, kind, unit):
+    read, text, words, wanted = tables(unit)[kind]
+    found = read(write(tmp_path, "t.csv", text), **words)
+    for key, values in wanted.items():
+        np.testing.assert_allclose(found[key].values, values, atol=1e-9)
 
 
 PETREL = """# WELL TRACE FROM PETREL
@@ -79,19 +97,6 @@ def test_petrel_traces_state_the_unit_of_depths(tmp_path, unit):
     rows = [(md / size, x, y, z / size) for md, x, y, z in PATH]
     head = PETREL.format(kb=30.0 / size, unit=unit)
     assert_path(gs.read_wells(write(tmp_path, "W1.dev", head + text_of(rows, " "))))
-
-
-@pytest.mark.parametrize("unit", METRES)
-@pytest.mark.parametrize("how", ["header", "argument"])
-def test_tops_in_every_unit(tmp_path, unit, how):
-    size = METRES[unit]
-    z = f"Z [{unit}]" if how == "header" else "Z"
-    line = f"W1,4000.0,5000.0,{-1350.0 / size!r},Top"
-    file = write(tmp_path, "tops.csv", f"Well,X,Y,{z},Surface\n{line}")
-    words = {} if how == "header" else {"length_unit": unit}
-    tops = gs.read_tops(file, positive="up", **words)
-    assert tops.elevation.values == pytest.approx([-1350.0], abs=1e-9)
-    assert tops.easting.values.tolist() == [4000.0]
 
 
 @pytest.mark.parametrize("positive", ["up", "down"])
@@ -167,14 +172,3 @@ def test_meshes_in_every_unit(tmp_path, unit):
         order = np.lexsort(found.vertices.T)
         wanted = surface.vertices[np.lexsort(surface.vertices.T)]
         np.testing.assert_allclose(found.vertices[order], wanted, rtol=1e-6)
-
-
-@pytest.mark.parametrize("unit", METRES)
-def test_points_and_their_measured_depths_in_every_unit(tmp_path, unit):
-    size = METRES[unit]
-    line = f"A,{900.0 / size!r},4000.0,5000.0,{-870.0 / size!r}"
-    file = write(tmp_path, "p.csv", f"Well,MD,X,Y,Z\n{line}")
-    points = gs.read_points(file, positive="up", length_unit=unit)
-    assert points.md.values == pytest.approx([900.0], abs=1e-9)
-    assert points.elevation.values == pytest.approx([-870.0], abs=1e-9)
-    assert points.easting.values.tolist() == [4000.0]

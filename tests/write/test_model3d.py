@@ -142,7 +142,7 @@ SUFFIXES = (".ml", ".epc")
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
-@settings(max_examples=7)
+@settings(max_examples=5)
 @given(surfaces=faulted_worlds())
 def test_units_of_small_worlds_come_back(surfaces, suffix, tmp_path_factory):
     pytest.importorskip("h5py")

@@ -127,7 +127,7 @@ def test_law_killed_at_any_step_the_old_or_the_new_one_is_there(tmp_path):
     scenes(), blocks(0), blocks(1)
     gs.write(blocks(0), tmp_path / "warm.zarr")
     (case,) = (one for one in OTHERS if one.name == "block model .zarr")
-    rows = list(attack(case, tmp_path, every=97))
+    rows = list(attack(case, tmp_path, every=193))
     assert rows
     assert not [row for row in rows if row[2].startswith("WRONG")]
 
