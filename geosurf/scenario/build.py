@@ -287,7 +287,7 @@ def build_scene(
         column={entry.name: entry.rule for entry in scenario.horizons},
         extend={entry.name: entry.extend for entry in scenario.faults if entry.extend},
         truncations=truncations_of(scenario),
-        lengthen={entry.name: entry.distances for entry in scenario.faults if entry.distances},
+        lengthen={one.name: one.lengthen_m for one in scenario.faults if one.lengthen_m},
         throws=tuple(entry.settings for entry in scenario.throws),
         time=scenario.time, velocity=scenario.velocity, zones=scenario.zones,
         **_tears(scenario), **shared,

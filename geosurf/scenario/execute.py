@@ -28,7 +28,6 @@ from geosurf.scenario.output import (
     NO_NETCDF,
     VOLUMETRICS,
     draw_grid,
-    drawn_wells,
     in_words,
     input_files,
     new_results,
@@ -130,7 +129,7 @@ def overlay_of_files(scenario: Scenario) -> PictureOverlay:
     known: dict[str, Any] = {"positive": scenario.positive, "length_unit": scenario.length_unit}
     pictures = scenario.pictures
     return PictureOverlay(
-        wells=drawn_wells(scenario),
+        wells=wells_of_scenario(scenario),
         polygons={
             name: read_polygons(file, **known) for name, file in (pictures.polygons or {}).items()
         },
@@ -396,14 +395,14 @@ def _regions(scenario: Scenario, scene: Scene) -> dict[str, tuple[float, str]]:
     """Volumes of the regions of a sealed model that came from a file, and the units there."""
     if scenario.model is None:
         return {}
-    from geosurf.read.model3d import read_region_faces, volume_inside
+    from geosurf.read.model3d import read_region_faces, volume_with_sign
 
     model = scenario.model
 
     # regions are bodies of the other program; a point inside finds the unit that holds each
     shells = read_region_faces(model.file, positive=model.positive, length_unit=model.length_unit)
     holding = units_of_bodies(shells, scene.units)
-    return {name: (volume_inside(shell), holding[name]) for name, shell in shells.items()}
+    return {name: (abs(volume_with_sign(shell)), holding[name]) for name, shell in shells.items()}
 
 
 def _draw(

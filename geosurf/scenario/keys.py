@@ -8,7 +8,6 @@ their docstrings, so that neither can know a key that the other does not.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,8 +15,7 @@ from typing import Any
 from geosurf.faults.rules import BOTH, KEEP
 from geosurf.measure.velocity import WAYS
 from geosurf.model import RULES
-from geosurf.model.column import rule_meant
-from geosurf.model.network import SIDES
+from geosurf.model.column import names_of_zones, rule_meant
 from geosurf.model.regions import SliverSettings
 from geosurf.model.tears import FaultThrow
 from geosurf.scenario import values
@@ -155,10 +153,8 @@ class FaultInput:
     decimal
         Decimal sign of a table.
     lengthen_m
-        Distance by which the fault is continued along its dip and strike, before `extend`: one, or
-        one for each side.
-    lengthen
-        Sides on which the fault is continued by `lengthen_m`. Left empty: all.
+        Distance by which the fault is continued along its dip and strike, before `extend`: one for
+        all sides, or one for each side that is named.
     extend
         Sides on which the fault is continued until it leaves the model box: `strike` is both ends,
         `start` and `end` follow the right-hand rule.
@@ -177,18 +173,7 @@ class FaultInput:
     decimal: str = key(values.decimal, default=".")
     # Continued by a distance, or until the fault leaves the box: two different wishes.
     lengthen_m: float | dict[str, float] | None = key(values.distances, unit="m", default=None)
-    lengthen: tuple[str, ...] = key(values.some_of(*values.FAULT_SIDES), default=())
     extend: tuple[str, ...] = key(values.some_of(*values.FAULT_SIDES), default=())
-
-    @property
-    def distances(self) -> dict[str, float]:
-        """How far the fault is continued, by side; empty if it is not."""
-        if self.lengthen_m is None:
-            return {}
-        # Without named sides a fault is lengthened on all of them.
-        if isinstance(self.lengthen_m, Mapping):
-            return dict(self.lengthen_m)
-        return dict.fromkeys(self.lengthen or SIDES, self.lengthen_m)
 
     @property
     def files(self) -> dict[str, Path]:
@@ -218,7 +203,7 @@ class NetworkInput:
 
 
 def check_faults(faults: tuple[FaultInput, ...], at: KeyPath) -> None:
-    """Each fault comes from a file or from polygons, and is lengthened in one way."""
+    """Each fault comes from a file or from polygons."""
     for entry in faults:
         where = f"faults[{entry.name!r}]"
         place = at.of(where)
@@ -238,10 +223,6 @@ def check_faults(faults: tuple[FaultInput, ...], at: KeyPath) -> None:
                 place.inside("polygons").refuse(
                     f"{where}: two polygons are of horizon {twice!r}. Give one for each horizon."
                 )
-        if isinstance(entry.lengthen_m, Mapping) and entry.lengthen:
-            place.inside("lengthen").note(
-                f"{where}: lengthen_m names sides already. Remove lengthen."
-            )
 
 
 # ---- area keys ----------------------------------------
@@ -661,6 +642,21 @@ class Scenario:
     output: OutputSettings = key(table(OutputSettings), default=OutputSettings())
 
     pictures: PictureSettings = key(table(PictureSettings), default=PictureSettings())
+
+    @property
+    def horizon_names(self) -> tuple[str, ...]:
+        """Names of the horizons, youngest first."""
+        return tuple(entry.name for entry in self.horizons)
+
+    @property
+    def fault_names(self) -> tuple[str, ...]:
+        """Names of the faults."""
+        return tuple(entry.name for entry in self.faults)
+
+    @property
+    def zone_names(self) -> list[str]:
+        """Names of the zones, youngest first."""
+        return names_of_zones(self.horizon_names)
 
     @property
     def heading(self) -> str:

@@ -36,8 +36,7 @@ from geosurf.files import (
 from geosurf.measure.places import wells_of
 from geosurf.model import CornerPointGrid
 from geosurf.model.expected import path_of
-from geosurf.read import otherwise, read_points, read_wells
-from geosurf.read.file_info import kind_of_file
+from geosurf.read import otherwise, read_wells
 from geosurf.scenario.keys import Scenario, SealInput
 from geosurf.scenario.output_keys import FORMATS, GridInput, OutputSettings
 from geosurf.scene import Scene
@@ -142,31 +141,6 @@ def _read(scenario: Scenario, entry: Any, file: Path) -> dict[str, Any]:
     return wells_of(read_wells(file, heads=entry.heads, **otherwise(words))) or {}
 
 
-def drawn_wells(scenario: Scenario) -> dict[str, Any]:
-    """
-    Return the paths that pictures show: of ``[wells]``, and of ``[pictures] wells``.
-
-    Parameters
-    ----------
-    scenario : Scenario
-
-    Returns
-    -------
-    dict of str to xarray.Dataset
-    """
-    known: dict[str, Any] = {key: getattr(scenario, key) for key in WORDS}
-    softer = otherwise(known)
-    found = wells_of_scenario(scenario)
-    for name, file in (scenario.pictures.wells or {}).items():
-        if kind_of_file(file)[1] != "read_wells":
-            found[name] = read_points(file, **known)
-            continue
-        wells = wells_of(read_wells(file, **softer)) or {}
-        # the name is that of the file's only well; several keep their own
-        found |= {name: next(iter(wells.values()))} if len(wells) == 1 else wells
-    return found
-
-
 def write_wells(scene: Scene, wells: dict[str, Any], folder: Path) -> list[str]:
     """
     Write the units that each well goes through into a folder.
@@ -203,8 +177,7 @@ def input_files(scenario: Scenario) -> dict[str, Path]:
         for word, value in vars(scenario.volumetrics).items():
             by_words = value.items() if isinstance(value, dict) else [((), value)]
             named |= {" ".join((word, *of)): one for of, one in by_words if isinstance(one, Path)}
-    drawn = (scenario.pictures.wells, scenario.pictures.polygons, scenario.pictures.points)
-    for files in drawn:
+    for files in (scenario.pictures.polygons, scenario.pictures.points):
         named |= {f"picture: {name}": file for name, file in (files or {}).items()}
     for name, one in (scenario.regions or {}).items():
         named[f"region: {name}"] = one if isinstance(one, Path) else None

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from geosurf.conventions import is_number
 from geosurf.errors import DependencyError, InputError
@@ -15,12 +15,9 @@ from geosurf.model.distributions import Normal, Triangular, Uniform
 from geosurf.model.tops import RANGE, TOLERANCE, TieSettings
 from geosurf.model.units import INCLUDE
 from geosurf.render.picture_style import COLOUR_BY, THEMES, PictureStyle
+from geosurf.render.views import VIEWS
 from geosurf.scenario import values
 from geosurf.scenario.values import key
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    from geosurf.model.distributions import Normal, Triangular, Uniform
-
 
 # ---- ensemble keys ----------------------------------------
 # The keys of ``[ensemble]`` and ``[[uncertain]]``: what `run_ensemble` varies in a scenario.
@@ -463,11 +460,8 @@ class PictureSettings:
         and height above the horizontal.
     zoom
         Scale of that view: 2 shows the middle of the model twice as large.
-    wells
-        Paths of wells, from the top down, by the name of the well: files as for `[wells]`, or of
-        points. Drawn on views, maps and sections.
     polygons
-        Polygons that are drawn there: files, by name.
+        Polygons that are drawn on views, maps and sections: files, by name.
     points
         Data points that are drawn there: files, by name.
     """
@@ -481,7 +475,6 @@ class PictureSettings:
     only: tuple[str, ...] = key(values.names, default=())
     camera: tuple[float, float] | None = key(angles, unit="degrees", default=None)
     zoom: float = key(values.zoom, default=1.0)
-    wells: Mapping[str, Path] | None = key(files, default=None)
     polygons: Mapping[str, Path] | None = key(files, default=None)
     points: Mapping[str, Path] | None = key(files, default=None)
 
@@ -493,11 +486,6 @@ class PictureSettings:
         )
 
 
-VIEWS = (
-    # Oblique views first, then along the axes.
-    *("southwest", "southeast", "northwest", "northeast"),
-    *("south", "north", "east", "west", "top"),
-)
 FORMATS = {  # format -> the file that it gives
     "vtm": "units.vtm", "vtp": "curves.vtp", "csv": "volumes.csv", "nc": "volumes.nc",
     "pl": "curves.pl", "ml": "units.ml", "epc": "surfaces.epc",

@@ -21,7 +21,7 @@ from geosurf.errors import InputError, ScenarioError
 from geosurf.faults.rules import Rule, faults_at, halves_of, read_truncations
 from geosurf.measure.seal import vshale_of
 from geosurf.measure.volumetrics import factors_of, fluid_of, fluids_rule, unknown_fluid
-from geosurf.model.column import ELSEWHERE, in_column, names_of_zones, read_compartments, zones_of
+from geosurf.model.column import ELSEWHERE, in_column, read_compartments, zones_of
 from geosurf.model.expected import path_of
 from geosurf.model.network import filling_by_horizon
 from geosurf.read._guard import opened
@@ -73,7 +73,7 @@ def with_halves(scenario: Scenario) -> Scenario:
         As `geosurf.faults.rules.halves_of`.
     """
     # `keep = "both"` splits the older fault; its name stands for both halves everywhere else.
-    halves = halves_of(truncations_of(scenario), [entry.name for entry in scenario.faults])
+    halves = halves_of(truncations_of(scenario), scenario.fault_names)
     if not halves.parts:
         return scenario
     faults = tuple(
@@ -106,24 +106,20 @@ def _in_file(entry: FaultInput) -> str | None:
 
 def rules_of(scenario: Scenario) -> tuple[Rule, ...]:
     """Return the truncations of a scenario, checked: by faults and by horizons."""
-    faults, horizons = (
-        [entry.name for entry in entries] for entries in (scenario.faults, scenario.horizons)
-    )
-    return read_truncations(truncations_of(scenario), faults, horizons)
+    given = truncations_of(scenario)
+    return read_truncations(given, scenario.fault_names, scenario.horizon_names)
 
 
 def horizon_rules_of(scenario: Scenario) -> tuple[Rule, ...]:
     """Return the truncations of faults by horizons."""
-    horizons = [entry.name for entry in scenario.horizons]
-    return tuple(rule for rule in rules_of(scenario) if rule.main in horizons)
+    return tuple(rule for rule in rules_of(scenario) if rule.main in scenario.horizon_names)
 
 
 def faults_reaching(scenario: Scenario, horizon: str) -> tuple[str, ...]:
     """Return the faults that no horizon ends before they reach a horizon."""
-    horizons = [entry.name for entry in scenario.horizons]
     # A fault that ends at a younger horizon does not reach the ones above it.
-    ending = faults_at(horizon, horizons, horizon_rules_of(scenario))
-    return tuple(entry.name for entry in scenario.faults if entry.name not in ending)
+    ending = faults_at(horizon, scenario.horizon_names, horizon_rules_of(scenario))
+    return tuple(name for name in scenario.fault_names if name not in ending)
 
 
 # Keys that describe the ellipse of `elliptic_m`, and nothing else.
@@ -133,10 +129,7 @@ ELLIPSE = ("half_length_m", "half_height_m", "centre_along_m", "centre_elevation
 def check_tears(scenario: Scenario, at: KeyPath) -> None:
     """Refuse settings of ``[tear]`` and ``[[throws]]`` that contradict others."""
     # By kind, for messages that list them.
-    known = {
-        "fault": [entry.name for entry in scenario.faults],
-        "horizon": [entry.name for entry in scenario.horizons],
-    }
+    known = {"fault": scenario.fault_names, "horizon": scenario.horizon_names}
     given: set[tuple[str, str]] = set()  # pairs of fault and horizon that have a throw already
     for row, entry in enumerate(scenario.throws):
         with at.of(f"throws[number {row + 1}]").noting() as place:
@@ -188,7 +181,7 @@ def check_tears(scenario: Scenario, at: KeyPath) -> None:
 def _check_throw(
     scenario: Scenario,
     entry: ThrowInput,
-    known: Mapping[str, list[str]],
+    known: Mapping[str, tuple[str, ...]],
     given: set[tuple[str, str]],
     at: KeyPath,
 ) -> None:
@@ -450,7 +443,7 @@ def _check_names(scenario: Scenario, at: KeyPath) -> None:
             at.of(f"{kind}s[{name!r}]", "name").note(fault)
     _check_files(scenario, at)
     with at.of("compartments").noting():
-        read_compartments(scenario.compartments, [entry.name for entry in scenario.faults])
+        read_compartments(scenario.compartments, scenario.fault_names)
     _check_contacts(scenario, at)
     _check_volumetrics(scenario, at)
     _check_seal(scenario, at)
@@ -559,7 +552,7 @@ def _check_contacts(scenario: Scenario, at: KeyPath) -> None:
 
     # zones are named from the horizons before a grid is read: a misspelt zone costs no run
     with at.of("horizons").noting():
-        zones = names_of_zones([entry.name for entry in scenario.horizons])
+        zones = scenario.zone_names
 
         # the horizons of a sealed model are not known yet
         with at.of("reservoir").noting():
@@ -567,7 +560,7 @@ def _check_contacts(scenario: Scenario, at: KeyPath) -> None:
                 reservoir_of(zones, scenario.reservoir)
 
         # a block is named by sides of faults, such as 'F1+ F2-'
-        faults = [entry.name for entry in scenario.faults]
+        faults = scenario.fault_names
         sides = [name + sign for name in faults for sign in "+-"]
         for name, named in (scenario.regions or {}).items():
             with at.of("regions", name).noting() as place:
@@ -598,9 +591,8 @@ def _check_volumetrics(scenario: Scenario, at: KeyPath) -> None:
             return
 
         # what units will be called; if fluids name regions or blocks, only the model can tell
-        all_zones = names_of_zones([entry.name for entry in scenario.horizons])
         intervals: dict[str, list[tuple[str, ...]]] = {}
-        for zone in reservoir_of(all_zones, scenario.reservoir):
+        for zone in reservoir_of(scenario.zone_names, scenario.reservoir):
             above = [one.name for one in scenario.contacts if zone in (one.zones or (zone,))]
             names = list(dict.fromkeys(above))
             intervals[zone] = [(interval(names, k), *names[:k]) for k in range(len(names) + 1)]
@@ -616,9 +608,8 @@ def _check_volumetrics(scenario: Scenario, at: KeyPath) -> None:
 def _check_seal(scenario: Scenario, at: KeyPath) -> None:
     """Zones of ``[seal]`` are those of the model."""
     if scenario.seal is not None:
-        names = SimpleNamespace(horizon_names=[entry.name for entry in scenario.horizons])
         with at.of("seal").noting() as place:
-            vshale_of(names, scenario.seal.vshale)
+            vshale_of(scenario, scenario.seal.vshale)
             if scenario.seal.permeability_md is not None and scenario.grid is None:
                 place.refuse("permeability_md is of the cells of [grid]. Add [grid].")
 
@@ -630,5 +621,5 @@ def _check_grid(scenario: Scenario, at: KeyPath) -> None:
     from geosurf.grid.pillars import layers_of  # loaded by those who want a grid
 
     with at.of("grid", "layers").noting("grid.layers: "):
-        zones = names_of_zones([entry.name for entry in scenario.horizons])
+        zones = scenario.zone_names
         layers_of(scenario.grid.layers, zones, zones[1:-1])

@@ -49,7 +49,7 @@ from geosurf.scene.inputs import (
     refuse_assignment,
 )
 from geosurf.scene.memory import Memory, OnStart, Step, on_start_of
-from geosurf.scene.shown import InteractiveView, card_of, checked_max_triangle
+from geosurf.scene.shown import InteractiveView, card_of, show
 from geosurf.scene.surfaces import opened_tops, warnings_of_names
 from geosurf.scene.tearing import torn_or_plain
 from geosurf.scene.zones import corrections, plain_graph
@@ -1517,7 +1517,8 @@ class Scene:
         what : {"units", "surfaces"}
             The sealed units, or horizons and faults as they are read, extended and torn.
         max_triangle : int
-            As for `view_3d`, which makes the content.
+            About how many triangles all units have, or each gridded surface; blocks of grid cells
+            are merged to get there.
 
         Returns
         -------
@@ -1535,46 +1536,20 @@ class Scene:
         >>> gs.Scene(world.horizons, world.faults, world.box).show()  # doctest: +ELLIPSIS
         <InteractiveView of '6 units', ... MB: save('view.html') writes it>
         """
-        from geosurf.report.page import viewer_html
-
-        # the view first: it refuses other words
-        view = self.view_3d(max_triangle, what=what)
-        title = ", ".join((*self.horizon_names, *self.fault_names))
-        if what == "units":
-            title = counted(len(self.units), "unit")
-        return InteractiveView(title, viewer_html(view, title))
-
-    def view_3d(self, max_triangle: int = 120_000, *, what: str = "units") -> View3D:
-        """Return what an interactive view shows, as the report and `show` draw it.
-
-        Parameters
-        ----------
-        max_triangle : int
-            About how many triangles all units have, or each gridded surface; blocks of grid cells
-            are merged to get there.
-        what : {"units", "surfaces"}
-            The sealed units, or horizons and faults as they are read, extended and torn.
-
-        Returns
-        -------
-        View3D
-
-        Raises
-        ------
-        InputError
-            If `max_triangle` is not a number above 0, or for another word.
-        """
-        from geosurf.render.interactive import view_of_surfaces, view_of_units
-
-        most = checked_max_triangle(max_triangle)
         if not isinstance(what, str) or what not in ("units", "surfaces"):
             raise InputError(f"what is {what!r}; show 'units' or 'surfaces'.")
         if what == "units":
-            return view_of_units(self.units, most)
+            return show(self, max_triangle=max_triangle)
         # a torn horizon ends on its faults where it is split along them, and not before
         split = trim_sheets(self.patches) if self.sheets else self
         names = (*self.horizon_names, *self.fault_names)
-        return view_of_surfaces((split.surface(name) for name in names), most)
+        return show(*(split.surface(name) for name in names), max_triangle=max_triangle)
+
+    def view_3d(self) -> View3D:
+        """Return what an interactive view of the units shows, as the report draws it."""
+        from geosurf.render.interactive import view_of_units
+
+        return view_of_units(self.units)
 
     def render_pictures(
         self,

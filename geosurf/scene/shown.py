@@ -101,9 +101,11 @@ def show(*things: Any, max_triangle: int = 120_000) -> InteractiveView:
     from geosurf.render.interactive import view_of
     from geosurf.report.page import viewer_html
 
-    most = checked_max_triangle(max_triangle)
+    most = number_of(max_triangle, "max_triangle", "give a number above 0")
+    if most <= 0.0:
+        raise InputError(f"max_triangle is {max_triangle!r}; give a number above 0.")
     given = [_drawable(thing) for thing in things]
-    view = view_of(given, most)
+    view = view_of(given, int(max(1.0, most)))
     title = ", ".join(map(_title_of, things, given))
     return InteractiveView(title, viewer_html(view, title))
 
@@ -226,11 +228,3 @@ class InteractiveView:
             f'height="{HEIGHT}" style="border:0" title="{escape(self.title)}" '
             f'srcdoc="{escape(self.page)}"></iframe>'
         )
-
-
-def checked_max_triangle(max_triangle: Any) -> int:
-    """Return a number of triangles, or raise an InputError."""
-    most = number_of(max_triangle, "max_triangle", "give a number above 0")
-    if most <= 0.0:
-        raise InputError(f"max_triangle is {max_triangle!r}; give a number above 0.")
-    return int(max(1.0, most))

@@ -78,15 +78,13 @@ def test_polygons_of_horizons_are_a_fault(tmp_path: Path) -> None:
 
 
 def test_distances_by_side_are_those_of_the_scene(tmp_path: Path) -> None:
-    """One number for all sides, or a table; both at once are refused."""
+    """One number for all sides, or a table."""
     text = '[[faults]]\nname = "F1"\nfile = "F.ts"\npiece = 1\n'
     part = next(iter(gs.split_fault(gs.read_fault(scene_of(tmp_path, text) and tmp_path / "F.ts"))
                      .values()))  # fmt: skip
     for typed, distance in (("2.5", 2.5), ("{up = 1, strike = 3.0}", {"up": 1, "strike": 3.0})):
         scene = scene_of(tmp_path, f"{text}lengthen_m = {typed}\n")
         assert_same(scene.surface("F1"), gs.lengthen_fault(part, distance).surface)
-    with pytest.raises(ScenarioError, match="lengthen_m names sides already"):
-        scene_of(tmp_path, f'{text}lengthen_m = {{up = 1}}\nlengthen = ["up"]\n')
     with pytest.raises(ScenarioError, match="a table of sides such as"):
         scene_of(tmp_path, f"{text}lengthen_m = {{left = 1}}\n")
 

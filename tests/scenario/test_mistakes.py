@@ -188,7 +188,7 @@ BAD = {
     "search names": (('["Top", "F1"]', '["Top", "F2"]'), r"output.search: unknown surface 'F2'; the scenario has 'Top', 'Base', 'F1'"),
     "colour": (("[output]", '[pictures]\ncolours = {Top = "tael"}\n[output]'), r"pictures.colours: the colour of 'Top' is 'tael'.*Did you mean 'teal'"),
     "camera": (("[output]", "[pictures]\ncamera = [0, 91]\n[output]"), r"pictures.camera is \[0, 91\]; it must be azimuth and height"),
-    "wells": (("[output]", '[pictures]\nwells = {W1 = "no.csv"}\n[output]'), r"pictures.wells.W1 is 'no.csv', and .* is not there"),
+    "drawn": (("[output]", '[pictures]\npoints = {W1 = "no.csv"}\n[output]'), r"pictures.points.W1 is 'no.csv', and .* is not there"),
     "syntax": (('title = "Tilted planes"', "title = Tilted"), r", line 1: 'title = Tilted' is not TOML: .*\. Put text and paths between single quotes"),
 }  # fmt: skip
 
