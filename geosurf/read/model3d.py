@@ -182,16 +182,16 @@ def read_regions(
     {'Corner': 36.0}
     """
     shells = read_region_faces(path, positive=positive, length_unit=length_unit)
-    return {name: volume_inside(corners) for name, corners in shells.items()}
+    return {name: abs(volume_with_sign(corners)) for name, corners in shells.items()}
 
 
-def volume_inside(corners: np.ndarray) -> float:
-    """Volume [m3] inside a closed shell of triangles (n, 3, 3), by the divergence theorem."""
+def volume_with_sign(corners: np.ndarray) -> float:
+    """Volume [m3] inside a closed shell of triangles (n, 3, 3), below 0 if they look inward."""
     if len(corners) == 0:
         return 0.0
     # Relative to the mean, so that products of large coordinates do not lose digits.
     a, b, c = np.moveaxis(corners - corners.reshape(-1, 3).mean(axis=0), 1, 0)
-    return abs(math.fsum(((np.cross(a, b) * c).sum(axis=1) / 6.0).tolist()))
+    return math.fsum(((np.cross(a, b) * c).sum(axis=1) / 6.0).tolist())
 
 
 def read_region_faces(

@@ -21,7 +21,7 @@ import numpy as np
 
 from geosurf.conventions import counted, frame_origin, place, shift_is_exact
 from geosurf.errors import FormatError
-from geosurf.kernels.meshes.mesh import weld
+from geosurf.kernels.meshes.mesh import edges, renumbered, weld
 from geosurf.model import ROLES, TriSurface, Unit, Units
 from geosurf.model.base import in_crs_of
 from geosurf.model.expected import path_of
@@ -35,7 +35,7 @@ from geosurf.read.model3d import (
     region_lists,
     roles_of,
     surfaces_of,
-    volume_inside,
+    volume_with_sign,
     welded,
 )
 from geosurf.read.registry import detect
@@ -99,7 +99,7 @@ def units_of(model: SealedModel) -> Units:
     path, pieces = model.path, _pieces(model)
     sides = _sides(model)[pieces.patch]
     shells = _shells(path, [name for name, _ in model.regions], sides, pieces)
-    if sum(_volume_with_sign(pieces.x[shell]) for shell, _ in shells) < 0.0:
+    if sum(volume_with_sign(pieces.x[shell]) for shell, _ in shells) < 0.0:
         # programs may count the other side as +
         sides = sides[:, ::-1]
         shells = [(shell[:, ::-1], rows) for shell, rows in shells]
@@ -201,12 +201,6 @@ def _refuse_if_open(path: Path, name: str, shell: np.ndarray, pieces: Pieces) ->
     )
 
 
-def _volume_with_sign(corners: np.ndarray) -> float:
-    """Six times the volume inside triangles (n, 3, 3), negative if they look inward."""
-    a, b, c = np.moveaxis(corners - corners.reshape(-1, 3).mean(axis=0), 1, 0)
-    return float((np.cross(a, b) * c).sum())
-
-
 def _pieces(model: SealedModel) -> Pieces:
     """All triangles as the pieces of a model, so that what works on units works on these.
 
@@ -230,7 +224,7 @@ def _pieces(model: SealedModel) -> Pieces:
     origin = frame_origin(x)
     if not all(shift_is_exact(x[:, k], origin[k]) for k in range(2)):
         origin = np.zeros(3)
-    ring = _rings(triangles, len(x))
+    ring = edges(triangles, len(x))[0]
     return Pieces(
         sources,
         origin,
@@ -247,34 +241,18 @@ def _pieces(model: SealedModel) -> Pieces:
     )
 
 
-def _rings(triangles: np.ndarray, n_point: int) -> np.ndarray:
-    """Next half-edge around the edge of each half-edge, int64 (3 * n_triangle,)."""
-    tail, head = triangles.ravel(), triangles[:, [1, 2, 0]].ravel()
-    key = np.minimum(tail, head) * n_point + np.maximum(tail, head)
-    order = np.argsort(key, kind="stable")
-    new = np.flatnonzero(np.concatenate([[True], np.diff(key[order]) != 0]))
-    size = np.diff(np.append(new, len(key)))
-    ring = np.empty(len(key), dtype=np.int64)
-    after = np.roll(order, -1)
-    after[new + size - 1] = order[new]
-    ring[order] = after
-    return ring
-
-
 def _unit(
     path: Path, labels: dict[str, Any], shell: np.ndarray, surface: np.ndarray, pieces: Pieces
 ) -> Unit:
     """One unit with its shell."""
-    used = np.zeros(len(pieces.x), dtype=bool)
-    used[shell] = True
-    points, place_of = np.flatnonzero(used), (np.cumsum(used) - 1)[shell]
+    points, place_of = renumbered(shell)
     corners = pieces.x[shell]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = 0.5 * math.fsum(np.sqrt(np.square(normal).sum(axis=1)).tolist())
 
     # rounding moves faces by less than the last digit of coordinates
     last_digit = float(np.spacing(np.abs(corners + pieces.origin).max()))
-    if _volume_with_sign(corners) / 6.0 < -area * last_digit:
+    if (volume := volume_with_sign(corners)) < -area * last_digit:
         raise FormatError(
             f"{path}: region {labels['name']!r} is inside out. Repair the model where it was "
             "made, and export it again."
@@ -286,7 +264,7 @@ def _unit(
         triangles=place_of,
         surface_of_triangle=surface,
         surface_names=tuple(source.name for source in pieces.sources),
-        volume=volume_inside(corners),
+        volume=abs(volume),
         area=area,
     )
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from geosurf.conventions.checks import straight_runs
 from geosurf.kernels.lattices.sets import ranges
+from geosurf.kernels.meshes.mesh import renumbered
 from geosurf.model.expected import outline_of
 
 # ---- outline cells ----------------------------------------
@@ -208,13 +209,11 @@ class Prism:
         found = np.concatenate([*kept, cut])
 
         # points in use, in their old order
-        number = np.zeros(len(points) + len(x), dtype=np.int64)
-        number[found], number[edges] = 1, 1
-        used = np.flatnonzero(number)
-        number[used] = np.arange(len(used))
+        used, rows = renumbered(np.concatenate([found.ravel(), edges.ravel()]))
         first = int(np.searchsorted(used, len(points)))
         x = np.concatenate([points[used[:first]], x[used[first:] - len(points)]])
-        return x, number[found], np.unique(np.sort(number[edges], axis=1), axis=0)
+        found, edges = rows[: found.size].reshape(-1, 3), rows[found.size :].reshape(-1, 2)
+        return x, found, np.unique(np.sort(edges, axis=1), axis=0)
 
     @cached_property
     def _cells(self) -> OutlineCells:

@@ -15,6 +15,7 @@ import numpy as np
 
 from geosurf.conventions import grouped, palette
 from geosurf.conventions.palette import RGB
+from geosurf.kernels.meshes.mesh import renumbered
 from geosurf.render.views import corners
 
 # ---- names ----------------------------------------
@@ -264,11 +265,8 @@ class Content:
 
 def triangle_layer(points: np.ndarray, triangles: np.ndarray, **look: Unpack[LayerStyle]) -> Layer:
     """Return a layer of triangles without unused points."""
-    # number (n_point,): new row of each point that a triangle uses
-    used = np.zeros(len(points), dtype=bool)
-    used[triangles] = True
-    number = np.cumsum(used) - 1
-    return Layer(points[used], number[triangles], **look)
+    used, rows = renumbered(triangles)
+    return Layer(points[used], rows, **look)
 
 
 def segment_layer(ends: np.ndarray, **look: Unpack[LayerStyle]) -> Layer:

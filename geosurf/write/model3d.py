@@ -14,13 +14,11 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from geosurf.conventions import counted, grouped, place
 from geosurf.errors import OutputError
-from geosurf.kernels.meshes.mesh import weld
+from geosurf.kernels.meshes.mesh import edges, join_pairs, weld
 from geosurf.model import TriSurface, Unit, Units
 from geosurf.write.gocad import coordinate_system, triangle_lines, vertex_lines
 from geosurf.write.written import Loss
@@ -112,30 +110,11 @@ def _partners(faces: np.ndarray, group: np.ndarray, n_point: int) -> np.ndarray:
 
     Half-edge ``3 * t + k`` leads from corner k of face t to its next corner.
     """
-    n = faces.size
-    tail, head = faces.ravel(), faces[:, [1, 2, 0]].ravel()
-    key = np.minimum(tail, head) * n_point + np.maximum(tail, head)
-    bits = n.bit_length()
-    if n_point**2 < 2 ** (63 - bits):
-        # key and half-edge in one number: sorting numbers is faster than sorting places
-        key <<= bits
-        key |= np.arange(n)
-        key.sort()
-        order = key & ((1 << bits) - 1)
-        key >>= bits
-    else:
-        order = np.argsort(key, kind="stable")
-        key = key[order]
-
     # edges with exactly two half-edges, of one group and of opposite directions
-    new = np.concatenate([[True], key[1:] != key[:-1], [True]])
-    at = np.flatnonzero(new[:-2] & ~new[1:-1] & new[2:])
-    a, b = order[at], order[at + 1]
-    alike = (group[a // 3] == group[b // 3]) & (tail[a] == head[b])
-    a, b = a[alike], b[alike]
-    partner = np.full(n, -1)
-    partner[a], partner[b] = b, a
-    return partner
+    ring, half = edges(faces, n_point)[0], np.arange(faces.size)
+    alike = (ring != half) & (ring[ring] == half) & (group[half // 3] == group[ring // 3])
+    alike &= faces.ravel() == faces[:, [1, 2, 0]].ravel()[ring]
+    return np.where(alike, ring, -1)
 
 
 def _joined_labels(label: np.ndarray, partner: np.ndarray, n_label: int) -> np.ndarray:
@@ -147,12 +126,7 @@ def _joined_labels(label: np.ndarray, partner: np.ndarray, n_label: int) -> np.n
 
 def _components(pairs: np.ndarray, n: int) -> np.ndarray:
     """Number of the connected component of each node, counted in the order of first nodes."""
-    graph = coo_array((np.ones(len(pairs), dtype=bool), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
-    found = connected_components(graph, directed=False)[1]
-    _, first, number = np.unique(found, return_index=True, return_inverse=True)
-    rank = np.empty(len(first), dtype=np.int64)
-    rank[np.argsort(first)] = np.arange(len(first))
-    return rank[number.ravel()]
+    return np.unique(join_pairs(pairs, n), return_inverse=True)[1]
 
 
 def _in_order(

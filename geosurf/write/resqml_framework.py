@@ -17,7 +17,7 @@ from xml.sax.saxutils import escape
 import numpy as np
 
 from geosurf.errors import OutputError
-from geosurf.kernels.meshes.mesh import weld
+from geosurf.kernels.meshes.mesh import join_pairs, weld
 from geosurf.model import TriSurface, Units
 from geosurf.write.model3d import Parts, lost_of_bounds, parts_of, unit_labels
 from geosurf.write.resqml import (
@@ -430,23 +430,18 @@ def shells_of(
     for side, front in ((0, True), (1, False)):
         for k, unit in enumerate(parts.sides[:, side].tolist()):
             facing.setdefault((unit, k), []).append((k, front))
-    above = {key: key for key in facing}
-
-    def root(key: tuple[int, int]) -> tuple[int, int]:
-        while above[key] != key:
-            above[key] = above[above[key]]
-            key = above[key]
-        return key
-
+    keys = sorted(facing)
+    number = {key: row for row, key in enumerate(keys)}
+    pairs = []
     for line in lines:
         first: dict[int, int] = {}
         for k in line.parts:
             for unit in parts.sides[k].tolist():
-                above[root((unit, k))] = root((unit, first.setdefault(unit, k)))
-
+                pairs.append((number[unit, k], number[unit, first.setdefault(unit, k)]))
+    root = join_pairs(np.array(pairs, dtype=np.int64).reshape(-1, 2), len(keys)).tolist()
     shells: dict[tuple[int, int], list[tuple[int, bool]]] = {}
-    for key in sorted(facing):
-        shells.setdefault(root(key), []).extend(facing[key])
+    for row, key in zip(root, keys, strict=True):
+        shells.setdefault(keys[row], []).extend(facing[key])
     found: list[list[list[tuple[int, bool]]]] = [[] for _ in range(n_unit + 1)]
     for (unit, _), shell in shells.items():
         found[unit].append(shell)  # -1 is the last

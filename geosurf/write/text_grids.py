@@ -109,39 +109,6 @@ def lines_text(
     return text
 
 
-def fixed_lines_text(
-    values: np.ndarray,
-    per_line: int,
-    n_decimal: int,
-    width: int,
-    undefined: bytes,
-    head: bytes = b"",
-) -> bytearray:
-    r"""
-    Return the same with fields of one width and number of decimals, right-aligned.
-
-    Parameters
-    ----------
-    values : ndarray of float64, shape (n_row, n)
-    per_line : int
-    n_decimal : int
-        See `n_fixed`.
-    width : int
-    undefined, head : bytes
-
-    Returns
-    -------
-    bytearray
-
-    Examples
-    --------
-    >>> fixed_lines_text(np.array([[-1.25, 30.0]]), 2, 1, 6, b"")
-    bytearray(b'  -1.2  30.0\n')
-    """
-    form = f"%{width}.{n_decimal}f".__mod__
-    return lines_text(values, per_line, undefined.rjust(width), head, form, "")
-
-
 def n_fixed(values: np.ndarray, width: int) -> int:
     """Return how many decimals fields of a width need to be exact, or else have room for."""
     size = np.abs(values[~np.isnan(values)])
@@ -277,7 +244,8 @@ def zmap_of_horizon(horizon: xr.DataArray, name: str) -> tuple[bytes | bytearray
         f"{grid.west!r}, {grid.east!r}, {grid.south!r}, {grid.north!r}\n0.0, 0.0, 0.0\n@\n"
     )
     columns = grid.values[::-1].T
-    text = fixed_lines_text(columns, PER_LINE, decimals, WIDTH, null.encode(), head.encode())
+    form, undefined = f"%{WIDTH}.{decimals}f".__mod__, null.rjust(WIDTH).encode()
+    text = lines_text(columns, PER_LINE, undefined, head.encode(), form, "")
     return text, [*name_lost(name, title), *not_stored(horizon, "ZMAP+", grid.moved)]
 
 

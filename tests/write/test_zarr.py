@@ -15,7 +15,7 @@ import geosurf as gs
 from benchmarks.stress.crash_points import attack
 from benchmarks.stress.crash_writers import OTHERS
 from geosurf.errors import OutputError
-from geosurf.write.text_grids import fixed_lines_text, n_fixed, rows_text
+from geosurf.write.text_grids import lines_text, n_fixed, rows_text
 from geosurf.write.written import SMALLEST
 from tests.grids import gridded, nodes_of
 from tests.messages import refused
@@ -255,7 +255,8 @@ def test_law_numbers_come_back_to_the_bit(found):
 def test_law_fields_of_one_width_hold_what_they_say(found, width):
     values = np.array(found)
     n = n_fixed(values, width)
-    text = fixed_lines_text(values[None], 5, n, width, b"-99").decode()
+    form = f"%{width}.{n}f".__mod__
+    text = lines_text(values[None], 5, b"-99", form=form, between="").decode()
     words = [line[k : k + width] for line in text.split("\n") for k in range(0, len(line), width)]
     assert [len(word) for word in words] == [width] * len(values)
     back = np.array([float(word) for word in words])
