@@ -42,21 +42,6 @@ def test_curves_of_all_horizons_and_faults_are_the_exact_ones(
             assert pieces(number.ravel()[segments]) == pieces(exact.edges)
 
 
-def test_faults_end_inside_so_that_each_cut_has_two_free_tips(curves, drogon_horizons):
-    for name in ("F1", "F3", "F4", "F5", "F6"):
-        lines = curves.between(drogon_horizons[0].name, name)
-        free = [line for line in lines if (line[0] != line[-1]).any()]
-        assert len(free) == 1
-
-
-def test_zone_between_top_and_base_is_the_sum_of_its_columns(scene, columns):
-    surfaces = [scene.surface("Top"), scene.surface("Base")]
-    top, base = columns(surfaces, scene.box)
-    assert by_zone(scene.units)[1] == pytest.approx(top - base, rel=1e-12)
-    assert abs(scene.units.volume / scene.units.box_volume - 1) < 1e-12
-    assert scene.units.report["clipped"] == ()
-
-
 def test_zone_around_one_fault_is_one_block_with_a_slit(scene, drogon_faults, columns):
     small = scene.replace(
         faults={f.name: None for f in drogon_faults if f.name != "F5"},

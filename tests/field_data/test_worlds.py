@@ -14,10 +14,9 @@ WORLDS = ("tilted_planes", "graben", "listric", "dome_and_flat_fault", "egg_box"
 UTM = (456000.0, 6.78e6, 0.0)
 
 
-def scene_of(name, offset=(0.0, 0.0, 0.0), turned=False):
+def scene_of(name, offset):
     world = getattr(gs.synthetic, name)(n=17, offset=offset)
-    faults = dict(reversed(list(world.faults.items()))) if turned else world.faults
-    return gs.Scene(world.horizons, faults, world.box)
+    return gs.Scene(world.horizons, world.faults, world.box)
 
 
 @pytest.mark.parametrize("offset", [(0.0, 0.0, 0.0), UTM], ids=["local", "utm"])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from geosurf.synthetic.torn_horizon import Fault
 
-WEST = Fault(1000, 950, strike=217.0, dip=52.0, half=550.0, throw=85.0)
 BELL = Fault(1000, 1000, strike=75.0, dip=58.0, half=640.0, throw=55.0, profile="bell")
 RELAY = {
     "F1": Fault(650, 900, strike=8.0, dip=65.0, half=520.0, throw=40.0),
@@ -20,12 +19,10 @@ def crack(x: float, y: float, strike: float, dip: float, half: float, throw: flo
 
 # name: faults, nodes per side, step [m], whether points with several values per node are needed
 WORLDS: dict[str, tuple[dict[str, Fault], int, float, bool]] = {
-    "west": ({"F1": WEST}, 81, 25.0, False),
     "bell": ({"F1": BELL}, 81, 25.0, False),
     "relay": (RELAY, 81, 25.0, False),
     "push": ({"F1": PUSH}, 81, 25.0, True),
     "crack": ({"F1": crack(1050, 1000, 131.0, 66.0, 480.0, 45.0)}, 81, 25.0, False),
-    "coarse crack": ({"F1": crack(2000, 2000, 152.0, 55.0, 1400.0, 80.0)}, 81, 50.0, False),
     "half crack": ({"F1": crack(1600, 700, 112.0, 60.0, 900.0, 50.0)}, 81, 25.0, False),
     "push crack": ({"F1": crack(1000, 1000, 200.0, 50.0, 600.0, -45.0)}, 81, 25.0, True),
 }

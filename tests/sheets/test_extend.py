@@ -137,9 +137,3 @@ def test_a_torn_horizon_keeps_its_marks(tmp_path):
     with pytest.warns(GeosurfWarning, match="'Top' is extrapolated over"):
         _ = scene.warnings
     assert scene.check().ok
-    surface = scene.surface("Top")
-    pictures = [
-        plotted(draw_map, surface, path=tmp_path / f"{k}.png", size=(400, 300), hatched=hatched)
-        for k, hatched in enumerate((None, surface))
-    ]
-    assert pictures[0].read_bytes() != pictures[1].read_bytes()

@@ -33,7 +33,7 @@ def error_of(cut, world):
     return np.nanmean(off) / np.abs(throw).max()
 
 
-@pytest.mark.parametrize("kind", ["normal", "listric", "reverse"])
+@pytest.mark.parametrize("kind", ["listric", "reverse"])
 def test_a_polygon_holds_throw_that_the_grid_has_lost(kind):
     world = gs.synthetic.torn(kind, n=61, smear=4)
     plain = gs.tear_horizon(world.horizons["Top"], world.faults)
@@ -47,12 +47,11 @@ def test_neither_start_nor_direction_of_a_ring_matters():
     world = gs.synthetic.torn("normal", n=61, smear=4)
     ring = ring_of(world)
     throws = []
-    for again in (ring, ring[::-1], np.roll(ring, 17, axis=0)):
+    for again in (ring, np.roll(ring[::-1], 17, axis=0)):
         fault = gs.fault_from_polygons({"Top": again}, name="F1", lengthen=300)
         sheet = gs.tear_horizon(world.horizons["Top"], [fault], name="Top")
         throws.append(sheet.cuts["F1"].throw)
-    for other in throws[1:]:
-        np.testing.assert_allclose(other, throws[0], atol=1e-6)
+    np.testing.assert_allclose(*throws, atol=1e-6)
 
 
 def test_the_polygon_of_another_horizon_changes_nothing():
@@ -102,7 +101,7 @@ def test_realisations_keep_the_throw_of_a_polygon():
     fault = gs.fault_from_polygons({"Top": ring_of(world)}, name="F1", lengthen=300)
     scene = gs.Scene(world.horizons, {"F1": fault}, WIDE, tear=True)
     shift = gs.ensemble.DepthShift("Top", gs.ensemble.Uniform(-10.0, 10.0))
-    for k in range(4):
+    for k in range(2):
         moved = gs.ensemble.realise(scene, k, uncertain=[shift])
         assert not np.array_equal(moved.surface("Top").vertices, scene.surface("Top").vertices)
         assert error_of(moved.sheets["Top"].cuts["F1"], world) < 0.03
@@ -174,20 +173,6 @@ def test_moved_data_are_torn_almost_as_without_a_plan(world, base):
     far = differences(one, other, world)
     assert far.max() < 1.5  # of 56 m of throw
     assert np.mean(far > 0.0) < 0.1
-
-
-def test_walls_of_the_base_case_give_what_two_more_solves_give(world, base):
-    data = bend(world.horizons["Top"], 8.0)
-    one, other = (
-        tear_from(plan, data, world.faults) for plan in (base.plan, replace(base.plan, base=None))
-    )
-    assert not one.plan.searched
-    assert vertices(one).tobytes() != vertices(other).tobytes()  # both ways were gone
-    far = differences(one, other, world)
-    assert far.max() < 0.5  # of 56 m of throw
-    assert far.mean() < 0.01
-    throws = [np.nanmax(sheet.cuts["F1"].throw) for sheet in (one, other)]
-    assert throws[0] == pytest.approx(throws[1], abs=0.2)
 
 
 @pytest.mark.parametrize("metres", [100.0, -400.0])

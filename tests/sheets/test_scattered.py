@@ -30,10 +30,11 @@ def normal():
     return gs.synthetic.torn("normal", n=N)
 
 
-@pytest.mark.parametrize("kind", ["normal", "reverse", "Y"])
-def test_clean_points_are_met_like_a_grid(kind):
-    world = gs.synthetic.torn(kind, n=N)
-    points = world.truth["scattered"](N * N)
+# a thrust overlaps by 7 cells: it was refused, when nothing held a wall past its trace
+@pytest.mark.parametrize(("kind", "n"), [("reverse", N), ("Y", N), ("thrust", 81)])
+def test_clean_points_are_met_like_a_grid(kind, n):
+    world = gs.synthetic.torn(kind, n=n)
+    points = world.truth["scattered"](n * n)
     sheet = gs.tear_horizon(points, world.faults, name="Top", trim=1.0, positive="up")
     assert sheet.report.noise is None
     assert sheet.report.tips == sheet.report.declared_tips
@@ -41,10 +42,9 @@ def test_clean_points_are_met_like_a_grid(kind):
         assert_met(measure(world, sheet, name))
 
 
-@pytest.mark.parametrize("name", ["crack", "half crack"])
-def test_throw_that_dies_as_a_root_is_met_at_its_tips(name):
+def test_throw_that_dies_as_a_root_is_met_at_its_tips():
     """Without shapes 22 % of it were missed there."""
-    faults, n, step, _ = held_out.WORLDS[name]
+    faults, n, step, _ = held_out.WORLDS["half crack"]
     world = gs.synthetic.torn(faults, n, step=step)
     sheet = gs.tear_horizon(
         world.truth["scattered"](n * n), world.faults, name="Top", trim=1.0, positive="up"
@@ -52,13 +52,12 @@ def test_throw_that_dies_as_a_root_is_met_at_its_tips(name):
     assert_met(measure(world, sheet, "F1", cell=step))
 
 
-@pytest.mark.parametrize("kind", ["normal", "through"])
-def test_noisy_points_are_met_as_well_as_asked(kind):
-    world = gs.synthetic.torn(kind, n=N)
-    points = world.truth["scattered"](8000, 2.0)
-    sheet = gs.tear_horizon(points, world.faults, name="Top", trim=1.0, spacing=25.0, positive="up")
+def test_noisy_points_are_met_as_well_as_asked(normal):
+    points = normal.truth["scattered"](8000, 2.0)
+    words = {"trim": 1.0, "spacing": 25.0, "positive": "up"}
+    sheet = gs.tear_horizon(points, normal.faults, name="Top", **words)
     assert sheet.report.noise == pytest.approx(2.0, rel=0.1)
-    found = measure(world, sheet, "F1")
+    found = measure(normal, sheet, "F1")
     assert found.position.max() < 0.25
     assert found.throw.mean() < 2.0
 
@@ -105,16 +104,6 @@ def test_what_is_no_surface_is_refused(normal):
         gs.tear_horizon(normal.horizons["Top"], normal.faults, spacing=25.0)
     with pytest.raises(HorizonError, match=r"points sit on no lattice of right angles\. Give a g"):
         gs.throw_horizon(points, normal.faults, {"F1": 10.0}, name="Top", positive="up")
-
-
-def test_a_thrust_is_met_by_points_of_both_walls_past_its_trace():
-    """An overlap of 7 cells: refused, when nothing held a wall past its trace."""
-    world = gs.synthetic.torn("thrust", n=81)
-    sheet = gs.tear_horizon(
-        world.truth["scattered"](6561), world.faults, name="Top", trim=1.0, positive="up"
-    )
-    assert sheet.report.tips == sheet.report.declared_tips
-    assert_met(measure(world, sheet, "F1"))
 
 
 @given(
@@ -179,7 +168,7 @@ def points_beside_a_fault(seed):
     return clean, spoilt, fault, {tuple(spoilt[k].tolist()) for k in wrong}, throw
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(4))
 def test_law_wrong_points_are_left_out_and_named(seed):
     clean, spoilt, fault, wrong, throw = points_beside_a_fault(seed)
     sheet = gs.tear_horizon(clean, [fault], name="Top", positive="up")
@@ -279,11 +268,10 @@ def test_throw_that_is_given_may_overlap_by_any_width(cells):
     np.testing.assert_allclose(sheet.cuts["T"].throw, -throw, rtol=1e-6)
 
 
-@pytest.mark.parametrize("cells", [5, 6])
-def test_a_tear_that_ends_where_it_starts_parts_nothing(cells):
+def test_a_tear_that_ends_where_it_starts_parts_nothing():
     """Its only triangle was there twice, so that no unit could be found."""
     world = gs.synthetic.torn("thrust", n=41)
-    scene = gs.Scene(world.horizons, world.faults, tear=cells)
+    scene = gs.Scene(world.horizons, world.faults, tear=6)
     with pytest.warns(gs.GeosurfWarning, match="throw dies there"):
         certificate = scene.check()
     assert certificate.ok

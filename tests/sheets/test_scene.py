@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -17,6 +19,7 @@ from tests.messages import refused
 def pair():
     """Function of a kind of world: two sheets on one set of faults, and a scene of them."""
 
+    @cache
     def make(kind: str):
         sheets = {}
         for name, level in (("Top", 0.0), ("Base", -120.0)):

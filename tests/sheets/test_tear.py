@@ -33,28 +33,6 @@ def test_cutoffs_and_throw_are_met_as_asked(torn_world, kind, points, options):
         assert_met(found)
 
 
-@pytest.mark.parametrize("noise", [0.0, 2.0])
-def test_two_faults_three_cells_apart_are_met_as_asked(noise):
-    """Between them nothing is farther than two cells from a fault: their outer walls are met."""
-    faults = {
-        name: replace(fault, x=1000.0 + side * 1.5 * 25.0 / np.cos(np.radians(12.0)))
-        for (name, fault), side in zip(
-            gs.synthetic.torn("parallel", N).truth["faults"].items(), (-1, 1), strict=True
-        )
-    }
-    world = gs.synthetic.torn(faults, N, noise=noise)
-    data = world.truth["points"] if noise else world.horizons["Top"]
-    sheet = gs.tear_horizon(
-        data, world.faults, name="Top", trim=0.25 if noise else 1.5, positive="up"
-    )
-    looser = {"position": 0.25, "mean": 2.0} if noise else {}
-    for name in faults:
-        found = measure(world, sheet, name)
-        assert len(found.places) > 100
-        assert_met(found, **looser)
-    assert open_edges(world, sheet) == 0
-
-
 @pytest.mark.parametrize(("kind", "points", "options"), WORLDS, ids=IDS)
 def test_a_sheet_ends_on_its_faults_only_and_tears_end_at_their_free_ends(
     torn_world, kind, points, options
@@ -63,6 +41,8 @@ def test_a_sheet_ends_on_its_faults_only_and_tears_end_at_their_free_ends(
     assert open_edges(world, sheet) == 0
     assert sheet.report.tips == sheet.report.declared_tips
     assert sum(sheet.report.sign_changes.values()) == (kind == "scissors")
+    if kind in ("normal", "Y", "acute Y", "X"):  # none is called reverse: a link of a branch may
+        assert sheet.report.notes == []  # reach over the main fault, and that is no overlap
 
 
 @pytest.mark.parametrize("kind", ["acute Y", "acute X"])
@@ -77,18 +57,7 @@ def test_an_acute_wedge_is_told_as_a_place(torn_world, kind):
         assert (near.throw * near.largest / 100.0).max() < 13.0
 
 
-@pytest.mark.parametrize("kind", ["ellipse", "acute X"])
-def test_what_was_not_smeared_is_met_as_asked_where_smeared_maps_are_not(kind):
-    """So it is what the trim takes away that is missed, not the mesh or the tips."""
-    world = gs.synthetic.torn(kind, n=N)
-    sheet = gs.tear_horizon(
-        world.truth["points"], world.faults, name="Top", trim=0.25, positive="up"
-    )
-    for name in world.faults:
-        assert_met(measure(world, sheet, name))
-
-
-@pytest.mark.parametrize("kind", ["through", "Y", "normal", "scissors", "reverse", "thrust"])
+@pytest.mark.parametrize("kind", ["Y", "scissors", "reverse", "thrust"])
 def test_noise_is_noticed_and_smoothed(kind):
     """Also where a sheet overlaps its fault: it and what it has past the trace are one."""
     world = gs.synthetic.torn(kind, n=N, noise=2.0)
@@ -101,7 +70,7 @@ def test_noise_is_noticed_and_smoothed(kind):
 
 
 # "bell" was taken for a crack whose throw turns over at its tips, and left open there
-@pytest.mark.parametrize("name", ["west", "bell", "relay", "push"])
+@pytest.mark.parametrize("name", ["bell", "relay", "push"])
 def test_throw_of_held_out_worlds_is_met_under_noise(name):
     """On average over two draws of it."""
     faults, n, step, _ = held_out.WORLDS[name]
@@ -139,7 +108,7 @@ def test_nodes_without_a_pick_are_on_the_rim_of_the_others():
     assert len(scene.units) == 4
 
 
-@pytest.mark.parametrize("kind", ["through", "ellipse", "Y", "X"])
+@pytest.mark.parametrize("kind", ["ellipse", "Y"])
 def test_noisy_data_are_met_unless_noise_is_given(kind):
     """Averaged for the throw alone: no datum in use moves, and throw is that of averaged data."""
     world = gs.synthetic.torn(kind, n=N, noise=2.0)
@@ -160,11 +129,10 @@ def test_noisy_data_are_met_unless_noise_is_given(kind):
         np.testing.assert_allclose(throw, found[2.0][name], atol=1.0)
 
 
-@pytest.mark.parametrize("kind", ["normal", "X"])
-def test_smoothing_does_not_bend_the_rim_of_its_collar(kind):
+def test_smoothing_does_not_bend_the_rim_of_its_collar():
     """Fixed to noisy data beyond it, the sheet bulged there by several times their noise."""
-    clean = gs.synthetic.torn(kind, n=N, smear=0).horizons["Top"]
-    world = gs.synthetic.torn(kind, n=N, smear=0, noise=2.0)
+    clean = gs.synthetic.torn("X", n=N, smear=0).horizons["Top"]
+    world = gs.synthetic.torn("X", n=N, smear=0, noise=2.0)
     sheet = gs.tear_horizon(world.horizons["Top"], world.faults, noise=2.0)
     solved = sheet.lattice.elevation != world.horizons["Top"].values
     nodes = np.stack(np.meshgrid(clean.easting, clean.northing), axis=-1)
@@ -279,15 +247,13 @@ def test_a_plane_between_two_faults_three_cells_apart_is_met(trim):
         assert np.abs(np.abs(sheet.cuts[name].throw) - throw).max() < 1e-3
 
 
-@pytest.mark.parametrize(("number", "name", "trim"), [(49, "F1", 3.0), (14, "F1", 3.0)])
-def test_throw_dies_as_a_crack_next_to_other_faults(number, name, trim):
+def test_throw_dies_as_a_crack_next_to_other_faults():
     """Other faults around its tips do not hide from a fault how its own throw dies."""
-    rng = np.random.default_rng([1, number])
+    rng = np.random.default_rng([1, 14])
     rng.integers(6)
-    family = "mixed" if number == 49 else "parallel"
-    world = random_network(family, rng, 1)
-    sheet = gs.tear_horizon(world.horizon, world.faults, name="Top", trim=trim)
-    assert_met(measure(world, sheet, name), variation=np.inf)
+    world = random_network("parallel", rng, 1)
+    sheet = gs.tear_horizon(world.horizon, world.faults, name="Top", trim=3.0)
+    assert_met(measure(world, sheet, "F1"), variation=np.inf)
 
 
 def test_a_node_between_both_cutoffs_does_not_shorten_its_tear():
@@ -299,7 +265,10 @@ def test_a_node_between_both_cutoffs_does_not_shorten_its_tear():
 
 # ---- Hidden data are compared with the sheet of their own wall, also where walls overlap.
 # overlap and gap, faults that cross, and none of either
-KINDS = ("normal", "vertical", "X", "scissors", "reverse", "thrust")
+KINDS = [
+    ("normal", False), ("X", False), ("scissors", False),
+    ("vertical", True), ("reverse", True), ("thrust", True),
+]  # fmt: skip
 
 
 @pytest.fixture
@@ -322,8 +291,7 @@ def parts(monkeypatch):
     return make
 
 
-@pytest.mark.parametrize("scattered", [False, True])
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(("kind", "scattered"), KINDS)
 def test_exact_points_are_met_on_both_walls(parts, kind, scattered):
     """The other wall is 40 to 100 m away, and a mixture of both up to half of that."""
     report, (picks, near, built) = parts(kind, scattered)
@@ -334,12 +302,8 @@ def test_exact_points_are_met_on_both_walls(parts, kind, scattered):
     assert report.holdout_misfit["median"] < 0.3
     if scattered:
         assert len(misfit) > 0.8 * (report.n_ignored - len(state.in_gap) - len(state.beyond))
-
-
-@pytest.mark.parametrize("kind", ["vertical", "reverse", "thrust"])
-def test_walls_that_are_swapped_are_seen(parts, kind):
-    report, (picks, near, built) = parts(kind, True)
-    swapped = [replace(fault, side=-fault.side) for fault in near]
-    misfit = holdout_misfit(picks, swapped, built)
-    assert len(misfit) > 20
-    assert np.median(misfit) > 20.0 > 50.0 * report.holdout_misfit["median"]
+        # walls that are swapped are seen
+        swapped = [replace(fault, side=-fault.side) for fault in near]
+        misfit = holdout_misfit(picks, swapped, built)
+        assert len(misfit) > 20
+        assert np.median(misfit) > 20.0 > 50.0 * report.holdout_misfit["median"]

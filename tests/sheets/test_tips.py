@@ -43,10 +43,10 @@ def test_noise_is_smoothed_alike_on_cells_of_any_width():
 
 
 # mean and worst error of the throw [%]: without shapes cracks have 10 to 24 at worst
-CRACKS = ["crack", "coarse crack", "half crack", "push crack"]
+CRACKS = ["crack", "half crack", "push crack"]
 
 
-@pytest.mark.parametrize("name", [*CRACKS, "bell", "relay", "west"])
+@pytest.mark.parametrize("name", [*CRACKS, "bell", "relay"])
 def test_held_out_worlds_are_met_as_asked(name):
     faults, n, step, points = held_out.WORLDS[name]
     world = gs.synthetic.torn(faults, n, step=step)
@@ -106,8 +106,7 @@ def torn(end, died, largest=50.0, **options):
     return gs.tear_horizon(grid, {"F": fault}, name="H", **options)
 
 
-@pytest.mark.parametrize("largest", [50.0, -50.0])
-@pytest.mark.parametrize("trim", [1.0, 2.0])
+@pytest.mark.parametrize(("largest", "trim"), [(50.0, 1.0), (-50.0, 2.0)])
 @pytest.mark.parametrize(("end", "there"), [(1300.0, 50.0), (1700.0, 50.0), (1900.0, 37.5)])
 def test_throw_at_a_fault_that_is_too_short_is_a_warning(end, there, trim, largest):
     """50 m of throw died within a few cells, and the report had no word of it."""
@@ -140,16 +139,24 @@ def test_what_the_remedy_types_ends_the_throw():
         torn(longer.bounds[3], 2500.0, trim=2.0)
 
 
-@pytest.mark.parametrize("trim", [1.0, 2.0, 3.0])
-@pytest.mark.parametrize("end", [2500.0, 2900.0])
+@pytest.mark.parametrize(("end", "trim"), [(2500.0, 1.0), (2500.0, 3.0), (2900.0, 2.0)])
 def test_a_fault_as_long_as_its_throw_has_none(end, trim):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert torn(end, 2500.0, trim=trim).warnings == ()
 
 
-@pytest.mark.parametrize("kind", ["normal", "ellipse", "listric", "Y", "X", "parallel"])
-@pytest.mark.parametrize("noise", [0.0, 2.0])
+@pytest.mark.parametrize(
+    ("kind", "noise"),
+    [
+        ("normal", 0.0),
+        ("ellipse", 2.0),
+        ("listric", 0.0),
+        ("Y", 2.0),
+        ("X", 0.0),
+        ("parallel", 2.0),
+    ],
+)
 def test_throw_that_dies_properly_has_none(kind, noise):
     """Also as a root, around which both walls bend as around a crack."""
     world = gs.synthetic.torn(kind, 61, noise=noise)
@@ -159,9 +166,11 @@ def test_throw_that_dies_properly_has_none(kind, noise):
     assert sheet.warnings == ()
 
 
-@pytest.mark.parametrize("smear", [1, 2, 4])
-@pytest.mark.parametrize("gap", [2, 4, 6, 9, 14])
-@pytest.mark.parametrize("noise", [0.0, 0.3])
+@pytest.mark.parametrize(
+    ("smear", "gap", "noise"),
+    [(1, 2, 0.3), (1, 6, 0.0), (1, 14, 0.3), (2, 4, 0.0), (2, 9, 0.3), (4, 2, 0.0), (4, 6, 0.3),
+     (4, 14, 0.0)],
+)  # fmt: skip
 def test_law_throw_is_not_lost_in_silence_wherever_the_fault_ends(smear, gap, noise):
     """60 m from rim to rim, smeared; the fault ends some cells inside at both ends."""
     x, y = np.meshgrid(*[np.arange(0.0, 61 * CELL, CELL)] * 2)
