@@ -13,8 +13,6 @@ from geosurf.cli import main
 from geosurf.ensemble import ContactLevel, DepthShift, FaultShift, Triangular, Uniform
 from geosurf.ensemble.run import planned
 from geosurf.errors import InputError, ScenarioError
-from geosurf.scene.given import frame_of
-from geosurf.sheets import tear
 from tests.ensemble.worlds import AREA, fault, layer_cake, plane
 from tests.planes import scenario_tables
 
@@ -114,27 +112,6 @@ def test_where_throws_are_certain_nothing_is_thrown_again(write):
     base, one = plan.scene(None), plan.scene(0)
     assert all(one.sheets[name] is base.sheets[name] for name in ("Top", "Base"))
     assert not plan.run(0).reason
-
-
-def test_the_base_case_is_searched_once_and_has_the_area_of_what_is_built(tmp_path, monkeypatch):
-    world = gs.synthetic.torn("through", n=31)
-    tables = scenario_tables(tmp_path, {"Top": world.horizons["Top"]}, world.faults)
-    path = tmp_path / "scenario.toml"
-    path.write_text(tables + 'extend = ["up", "down"]\n' + TEAR)  # a taller box: a longer fault
-    plan = planned(path, 1, (), 0, None)[0]
-    scene = plan.scene(None)
-    box, area = frame_of(scene)
-    assert not any(step.stage == "tear" for step in scene.steps)
-    assert scene.sheets["Top"].cuts
-    assert box == scene.box
-    np.testing.assert_array_equal(area, scene.aoi)
-
-    torn, real = [], tear.tear_from
-    monkeypatch.setattr(
-        tear, "tear_from", lambda *args, **words: torn.append(args) or real(*args, **words)
-    )
-    planned(path, 1, (), 0, None)[0].start()
-    assert [args[0] is None for args in torn] == [True, False]  # then as planned
 
 
 def test_the_command_writes_tables_and_continues(write, tmp_path, capsys):

@@ -94,23 +94,6 @@ def test_units_that_only_some_realisations_have_are_empty_in_the_others():
     assert present == pytest.approx(cut.mean())
 
 
-def test_a_fault_moves_across_its_strike_and_keeps_its_shape():
-    away = shifted(fault(), 30.0).vertices - fault().vertices
-    np.testing.assert_allclose(away, np.tile([30.0, 0.0, 0.0], (4, 1)), atol=1e-12)
-
-
-@pytest.mark.parametrize("by", [-20.0, 12.5])
-def test_a_fault_turns_about_its_strike_by_the_angle(by):
-    made = turned(fault(dip=60.0), by)
-    a, b, c = made.vertices[made.triangles[0]]
-    normal = np.cross(b - a, c - a)
-    dip = np.degrees(np.arccos(abs(normal[2]) / np.linalg.norm(normal)))
-    assert dip == pytest.approx(60.0 + by)
-    assert normal[0] > 0  # still towards the east
-    assert abs(normal[1]) < 1e-6 * abs(normal[0])
-    np.testing.assert_allclose(made.vertices.mean(axis=0), fault().vertices.mean(axis=0))
-
-
 def test_a_fault_from_a_grid_moves_like_its_mesh():
     world = gs.synthetic.tilted_planes(n=5)
     grid = gs.triangulate_fault(world.faults["F1"], name="F1")

@@ -66,19 +66,6 @@ def test_a_plane_fault_stays_plane_and_leaves_the_box(corners, n):
         assert (turn @ turn[0] > 0).all()  # new triangles face as their neighbours
 
 
-def test_start_and_end_follow_the_right_hand_rule():
-    given = sheet("F1", [(3, 3, 5), (5, 3, 3), (5, 5, 3), (3, 5, 5)])  # dips east: strike is north
-    x = given.vertices
-    arcs = find_rim(given).arcs
-    assert set(x[arcs["start"], 1]) == {3.0}
-    assert set(x[arcs["end"], 1]) == {5.0}
-    assert set(x[arcs["up"], 2]) == {5.0}
-    made = extend_fault(given, BOX, sides="end")
-    assert made.surface.bounds[2] == 3.0
-    assert made.surface.bounds[3] > 8.0
-    assert made.surface.bounds[4:] == (3.0, 5.0)
-
-
 def test_a_listric_grid_goes_on_with_its_last_dip():
     z = np.array([7.0, 6.0, 5.0, 4.5])[:, None]
     x = np.array([2.0, 2.25, 2.75, 3.75])[:, None]
@@ -91,21 +78,6 @@ def test_a_listric_grid_goes_on_with_its_last_dip():
     np.testing.assert_allclose((bottom[:, 0] - 3.75) * -0.5, bottom[:, 2] - 4.5, rtol=1e-13)
     top = made.surface.vertices[rim.arcs["up"]]
     np.testing.assert_allclose(top[:, 0] - 2.0, (top[:, 2] - 7.0) * -0.25, rtol=1e-13)
-
-
-def test_sticks_go_on_along_themselves():
-    tops, ways = [(2, 1, 6), (2.5, 4, 6), (2, 7, 6)], [(1, 0.25, -1), (1, 0, -1), (1, -0.25, -1)]
-    sticks = [
-        [np.add(t, np.multiply(k, w)) for k in (0, 1, 2)] for t, w in zip(tops, ways, strict=True)
-    ]
-    given = triangulate_sticks(sticks, name="F1")
-    made = extend_fault(given, BOX, sides="down")
-    assert_leaves(made, given, sides=("down",))
-    ends = made.surface.vertices[given.n_vertex :]
-    for top, way in zip(tops, ways, strict=True):
-        off = np.linalg.norm(np.cross(ends - top, way), axis=1) / np.linalg.norm(way)
-        lowest = ends[off < 1e-14][:, 2].min()  # of the line, and of what is next to it
-        assert lowest == pytest.approx(ends[:, 2].min(), abs=0.2)
 
 
 def twisted(rng, n=9):

@@ -174,39 +174,6 @@ def cut(faults, truncations):
     return truncate_faults(rebuild_surfaces(faults), truncations)
 
 
-def above_main(surface):
-    """Sign of x + z - 8 at all vertices: on which side of `dipping` they lie."""
-    return surface.vertices[:, 0] + surface.vertices[:, 2] - 8.0
-
-
-@pytest.mark.parametrize(
-    ("other", "keep", "sign"),
-    [
-        (antithetic(), "hanging wall", 1),  # Y
-        (antithetic(), "footwall", -1),  # Y, upside down
-        (upright(6), "footwall", -1),  # lambda
-        (upright(6), "hanging wall", 1),
-        (across(4, "F2"), "hanging wall", 1),
-        (antithetic(n=(3, 4)), "+", 1),
-        (antithetic(n=(5, 2)), "-", -1),
-    ],
-)
-@pytest.mark.parametrize("n", [(1, 1), (4, 3)])
-def test_y_and_lambda_keep_the_part_that_was_asked_for(other, keep, sign, n):
-    made = cut([dipping(n=n), other], {"F2": ("F1", keep)})
-    kept = made.surfaces["F2"]
-    assert (sign * above_main(kept)).min() == 0.0
-    assert (sign * above_main(kept)).max() > 0.0
-    # the contact: vertices of both, the ends of edges of both
-    line = {tuple(p) for p in kept.vertices[above_main(kept) == 0.0].tolist()}
-    assert line <= {tuple(p) for p in made.surfaces["F1"].vertices.tolist()}
-    (told,) = made.truncations
-    both = [np.array(list(line))]
-    longest = np.linalg.norm(np.ptp(both[0], axis=0))
-    assert told.length == pytest.approx(longest, rel=1e-12)
-    assert told.side == ("+" if sign > 0 else "-")
-
-
 def test_parts_add_up_exactly_on_a_lattice():
     whole = antithetic(n=(5, 1))
     up, down = (cut([dipping(), whole], {"F2": ("F1", side)}) for side in ("+", "-"))
@@ -256,19 +223,6 @@ def test_a_fault_ends_at_what_is_left_of_its_main_fault():
     )  # fmt: skip
     assert error.surfaces == ("F3", "F2")
     assert place_in_words(error.place) in str(error)
-
-
-def test_a_bent_main_fault_is_told_by_the_angle_between_its_flanks():
-    """F2 leaves the ridge of a roof between its flanks, along its edge: no plane tells the side."""
-    roof = TriSurface(
-        "F1", "fault",
-        [[0, -4, 0], [0, 4, 0], [4, -4, -4], [4, 4, -4], [-4, -4, -4], [-4, 4, -4]],
-        [[0, 2, 3], [0, 3, 1], [0, 1, 5], [0, 5, 4]],
-    )  # fmt: skip
-    inner = sheet("F2", [(0, -4, 4), (0, 4, 4), (0, 4, -4), (0, -4, -4)], (1, 2))
-    for keep, low, high in (("hanging wall", 0, 4), ("footwall", -4, 0)):
-        made = cut([roof, inner], {"F2": ("F1", keep)})
-        assert made.surfaces["F2"].bounds[4:] == (low, high)
 
 
 def test_pieces_that_do_not_meet_the_main_fault_stay_and_are_told():

@@ -87,21 +87,6 @@ def test_extended_and_truncated_faults_divide_the_box_from_inside(turn):
     np.testing.assert_allclose(volumes(made.units), [64, 64, 128, 256], rtol=1e-12)
 
 
-def test_horizons_and_truncated_faults_together():
-    top = grid("Top", np.full((2, 2), 4.0), spacing=10.0, corner=(-1.0, -1.0))
-    made = Scene(
-        {"Top": top}, {"F1": dipping(), "F2": upright(6)}, BOX,
-        truncations={"F2": ("F1", "hanging wall")},
-    )  # fmt: skip
-    # below Top, F1 cuts off 4 <= x + z - 4: x from 8 - z; above x = 6 of them F2 parts 14 - 8 = 6
-    found = {u.name: u.volume for u in made.units.values()}
-    assert sum(found.values()) == pytest.approx(512.0, rel=1e-12)
-    assert found["below Top F1-"] == pytest.approx(8 * 24, rel=1e-12)
-    assert sorted(v for n, v in found.items() if n.startswith("below Top F1+")) == pytest.approx(
-        [8 * 2, 8 * 6], rel=1e-12
-    )
-
-
 @pytest.mark.parametrize(
     ("faults", "rules"),
     [

@@ -282,43 +282,6 @@ def test_arguments_that_cannot_be_used_are_refused(planes, change, words):
         gs.build_grid(planes, **change)
 
 
-@pytest.mark.parametrize(("at", "cell"), [(1967.0, 130), (2330.0, 130)])
-def test_the_wall_of_a_notched_area_is_not_a_horizon(at, cell):
-    """Where lines that leave the area counted, tops were up to 71 m off."""
-    whole = faulted(at, 60.0)
-    sheets = {name: whole.surface(name) for name in whole.horizon_names}
-    aoi = [(105, 95), (3905, 95), (3905, 3895), (2500, 3895), (1900, 1500), (1300, 3895),
-           (105, 3895)]  # fmt: skip
-    scene = gs.Scene(sheets, {"F1": fault(at, 60.0)}, BOX, aoi=aoi)
-    grid = gs.build_grid(scene, cell=cell, layers={"Top/Base": 2})
-    top = np.moveaxis(grid.levels[0], (2, 3), (0, 1))[:, :, grid.actnum.any(axis=0)]
-    off = np.minimum(np.abs(top + 1970), np.abs(top + 2010)).max(axis=(0, 1))
-    assert off.max() < 1e-6, off.max()
-
-
-def test_thin_wedges_between_gentle_faults_are_not_inside_out():
-    # of the first 60 worlds of this kind, the only one that was refused before
-    rng = np.random.default_rng(15)
-    east, north = np.meshgrid(np.linspace(0.0, SIZE, 41), np.linspace(0.0, SIZE, 41))
-    thick = np.cumsum([0.0, *rng.uniform(5.0, 60.0, 2)])
-    waves = 60.0 * np.sin(east / rng.uniform(400, 1000)) * np.cos(north / rng.uniform(400, 1000))
-    horizons = {f"H{k}": plane(-2000.0 - thick[k]) + waves for k in range(3)}
-    faults = {}
-    for k in range(2):
-        strike, dip = rng.uniform(0.0, np.pi), np.radians(rng.uniform(20.0, 70.0))
-        along = 6000.0 * np.array([np.cos(strike), np.sin(strike), 0.0])
-        across = np.array([-np.sin(strike), np.cos(strike), 0.0]) * 600.0 / np.tan(dip)
-        middle = np.array([*(SIZE / 2 + rng.uniform(-600.0, 600.0, 2)), -2000.0])
-        up = np.array([0.0, 0.0, 600.0])
-        ends = ((-1, 1), (1, 1), (-1, -1), (1, -1))
-        corners = [middle + a * along + b * (up - across) for a, b in ends]
-        faults[f"F{k}"] = gs.TriSurface(f"F{k}", "fault", corners, [[0, 2, 1], [1, 2, 3]])
-    scene = gs.Scene(horizons, faults, (100, 3900, 100, 3900, -2400, -1700))
-    grid = gs.build_grid(scene, cell=250, layers=2)
-    assert not grid.inside_out.any()
-    assert grid.table.volume.sum() == pytest.approx(float(grid.table.exact.sum()), rel=0.01)
-
-
 def test_virtual_walls_bound_volumes_and_are_no_faults_of_the_deck():
     x = [[1500, -10, -1500], [2300, 2000, -1500], [1500, -10, -2500], [2300, 2000, -2500]]
     wall = gs.TriSurface("F1", "fault", x, [[0, 2, 1], [1, 2, 3]])

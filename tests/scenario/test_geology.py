@@ -114,15 +114,6 @@ def test_what_fails_is_drawn(folder, tmp_path, capfd):
     assert not (tmp_path / "out" / "failure.png").exists()
 
 
-def test_throws_tear_horizons_of_a_scenario(folder, tmp_path):
-    """The fault is extended first, and the sheets end on it as it is then."""
-    top = scenario(folder, THROWS)
-    outcome = run(read_scenario(top), tmp_path / "out", pictures=False)
-    assert outcome.certificate.ok
-    for horizon in ("Top", "Base"):
-        assert outcome.scene.throw(horizon, "F1").throw.values == pytest.approx(30.0, abs=1e-6)
-
-
 def test_the_hanging_wall_takes_its_share_and_ellipses_have_a_centre(folder):
     """What the keys say is what `throw_horizon` and `EllipticThrow` are told."""
     more = """
@@ -151,12 +142,6 @@ centre_elevation_m = -1900
     }
     for name, sheet in by_hand.items():
         assert scene.sheets[name].surface.vertices.tobytes() == sheet.surface.vertices.tobytes()
-    still = gs.throw_horizon(grids["Top"], [fault], {"F1": 30.0})
-    walls = [
-        np.mean([line[:, 2].mean() for line in s.cuts["F1"].cutoffs["-"]])
-        for s in (still, by_hand["Top"])
-    ]
-    assert walls[1] - walls[0] > 15.0  # the footwall has risen by three quarters of the throw
 
 
 def test_picked_horizons_of_a_scenario_are_torn(folder, tmp_path):

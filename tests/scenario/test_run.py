@@ -56,38 +56,6 @@ def test_a_run_writes_everything_and_a_second_run_the_same_bytes(scenario, tmp_p
     assert digests(out) == first
 
 
-def test_faults_are_extended_and_truncated_as_the_scenario_says(scenario, inputs, tmp_path):
-    short = gs.TriSurface(
-        "F2", "fault", [[2500, 1000, -1800], [3000, 1000, -1800], [3000, 1000, -2300]], [[0, 1, 2]]
-    )
-    gs.write(short, inputs / "F2.ts")
-    more = """
-[[faults]]
-name = "F2"
-file = "F2.ts"
-extend = ["strike", "up", "down"]
-
-[[truncations]]
-fault = "F2"
-main = "F1"
-keep = "hanging wall"
-
-[box]"""
-    path = scenario(("[box]", more), ('search = ["Top", "F1"]', 'formats = ["csv"]'))
-    scene = run_scenario(path, tmp_path / "out", pictures=False)
-    assert {type(a).__name__ for a in scene.fault_actions} == {"Extension", "Truncation"}
-    assert len({u.block for u in scene.units.values()}) == 3
-    page = (tmp_path / "out" / "report" / "index.html").read_text(encoding="utf-8")
-    assert ">Extended</h4>" in page
-    assert ">Truncated</h4>" in page
-    assert "hanging wall (+)" in page
-    around = scenario(("[box]", more.replace('main = "F1"', 'main = "F2"')))
-    with pytest.raises(
-        ScenarioError, match=r"toml, line \d+: truncations form a circle: F2 ends at"
-    ):
-        read_scenario(around)
-
-
 def test_results_of_an_earlier_run_do_not_survive_and_other_files_do(scenario, tmp_path):
     out = tmp_path / "out"
     run_scenario(scenario(('["southwest"]', "[]\nexploded = false")), out)

@@ -144,20 +144,11 @@ POINTS = np.array([(3000.0, y, z) for y in (-900.0, 0.0, 900.0) for z in (-4000.
 FACES = [f for i in (0, 2) for f in ((i, i + 1, i + 2), (i + 1, i + 3, i + 2))]
 
 
-def tsurf(folder):
-    """A GOCAD file that does not state a unit."""
-    nodes = [f"VRTX {i} {x} {y} {z}" for i, (x, y, z) in enumerate(POINTS.tolist())]
-    faces = [f"TRGL {a} {b} {c}" for a, b, c in FACES]
-    head = ["GOCAD TSurf 1", "HEADER {", "name:F1", "}", "TFACE"]
-    (folder / "F1.ts").write_text("\n".join([*head, *nodes, *faces, "END\n"]))
-    return folder / "F1.ts"
-
-
-@pytest.mark.parametrize("make", [tsurf, lambda _: (POINTS, FACES)], ids=["file", "arrays"])
-def test_units_are_those_of_elevations(make, tmp_path):
+def test_units_are_those_of_elevations():
     """Heights are scaled, easting and northing stay metres."""
-    fault = {"F1": make(tmp_path)}
-    scene = gs.Scene({}, fault, (0, 9000, -9, 9, -9, 9), length_unit="ft", positive="up")
+    scene = gs.Scene(
+        {}, {"F1": (POINTS, FACES)}, (0, 9000, -9, 9, -9, 9), length_unit="ft", positive="up"
+    )
     low, high = -10000 * FT, -4000 * FT
     assert scene.surface("F1").bounds == pytest.approx((3000, 3000, -900, 900, low, high))
 

@@ -154,10 +154,6 @@ def test_a_fault_beside_the_box_is_named(fault, where):
     assert (found.kind, found.subject) == ("outside", "Out")
     assert len(scene.units) == 4
     assert scene.warnings == (found,)
-    late = gs.Scene({"Top": top}, {"In": wall("In", 2500), "Out": fault}, BOX)
-    with pytest.warns(GeosurfWarning):
-        assert len(late.units) == 4
-    assert late.warnings == (found,)
     box = eval(re.search(r"box=(\([^)]*\))", found.remedy)[1])
     wide = gs.Scene({}, {"Out": fault}, box)
     assert wide.warnings == ()

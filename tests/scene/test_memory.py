@@ -50,17 +50,6 @@ def seen(scene):
     return scene.surface("Top").vertices.tobytes(), laws.curve_bytes(scene.curves), *maps, volumes
 
 
-@pytest.mark.parametrize("kind", PAIRS)
-def test_horizons_that_differ_in_one_thing(kind):
-    one, two = PAIRS[kind]
-    words = {"positive": None if kind == "what is up" else "up", "length_unit": "m"}
-    words["length_unit"] = None if kind == "unit of the heights" else "m"
-    family = Scene({"Top": one}, {"F1": upright(1.5)}, BOX, **words)
-    found = [seen(family.replace(horizons={"Top": top})) for top in (one, two, one)]
-    assert found[1] == seen(Scene({"Top": two}, {"F1": upright(1.5)}, BOX, **words))
-    assert found[0] == found[2] != found[1]
-
-
 def test_areas_with_the_same_bounds():
     """The box around them is one; half of it is in either area."""
     areas = [(0, 0), (4, 0), (0, 4)], [(4, 0), (4, 4), (0, 4)], None
@@ -91,19 +80,6 @@ def test_boxes_with_frames_of_their_own():
         fresh = Scene({"Top": top}, {"F1": fault}, box).curves
         assert laws.curve_bytes(found) == laws.curve_bytes(fresh)
     assert (curves[0].points != curves[1].points).any()
-
-
-def test_a_file_that_was_written_anew_is_read_anew(tmp_path):
-    """By the scenes made after that; the others stand for what they found."""
-    path = tmp_path / "Top.nc"
-    words = {"positive": "up", "units": "m"}
-    gs.write(array(**words), path)
-    first = Scene({"Top": path}, {"F1": upright(1.5)}, BOX)
-    before = seen(first)
-    gs.write(array(STEPS + 1.0, **words), path)
-    after = seen(first.replace(horizons={"Top": path}))
-    assert after == seen(Scene({"Top": array(STEPS + 1.0, **words)}, {"F1": upright(1.5)}, BOX))
-    assert seen(first) == before != after
 
 
 def test_fingerprints_of_large_arrays_know_every_number():
@@ -156,7 +132,7 @@ def linear(rate):
     return Linear(rate)
 
 
-DIFFERENT = {
+DIFFERENT = PAIRS | {
     "classes of one name": (linear(1.0), linear(1.0)),
     "numbers that follow each other": ([1.0, 23.0], [1.02, 3.0]),
     "shapes": (SQUARE, ROW),
@@ -269,7 +245,7 @@ def test_what_none_of_the_last_scenes_has_used_goes():
     assert float(back.volumes.sum()) == volume == float(first.volumes.sum())
 
 
-@pytest.mark.parametrize("budget", ["0", "50 kB", "1 MB", "4 GB"])
+@pytest.mark.parametrize("budget", ["0", "1 MB"])
 def test_no_result_depends_on_the_budget(budget, monkeypatch):
     world = gs.synthetic.graben(n=9)
     moved = {"Top": world.horizons["Top"] + 1.0}

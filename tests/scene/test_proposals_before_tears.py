@@ -7,10 +7,8 @@ import pytest
 
 import geosurf as gs
 from geosurf.errors import InputError
-from geosurf.scenario import read_scenario
-from geosurf.scenario.build import build_scene
 from geosurf.scene import tearing as passed_faults
-from tests.planes import between, scenario_tables
+from tests.planes import between
 
 pytestmark = pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
 
@@ -67,47 +65,14 @@ def test_tears_change_no_proposal_and_trials_tear_nothing(field):
         scene.prepared_fault("Top")
 
 
-@pytest.fixture(scope="module")
-def scenario(field, tmp_path_factory):
-    """The same field as a scenario in files; F2 ends at F1."""
-    horizons, faults = field
-    folder = tmp_path_factory.mktemp("field")
-    path = folder / "scenario.toml"
-    tables = scenario_tables(folder, horizons, faults)
-    path.write_text(tables + "[tear]\ntrim_cells = 2\n", encoding="utf-8")
-    return path
-
-
-def test_a_scenario_lists_and_proposes_for_the_faults_as_its_rules_left_them(scenario):
-    """Tears have made F1 longer; the scene still states its rules, and proposes as before."""
-    rule = '[[truncations]]\nfault = "F2"\nmain = "F1"\nkeep = "hanging wall"\nextend = true\n'
-    ruled = scenario.with_name("ruled.toml")
-    ruled.write_text(scenario.read_text(encoding="utf-8") + rule, encoding="utf-8")
-    for path in (scenario, ruled):
-        untorn, scene = build_scene(read_scenario(path)), build_scene(read_scenario(path))
-        assert scene.whole_surface("F1").n_vertex > untorn.prepared_fault("F1").n_vertex
-        assert scene.propose_fault_network() == untorn.propose_fault_network()
-        assert scene.fault_actions == untorn.fault_actions
-        assert scene.truncations == untorn.truncations
-        assert (scene.extend, scene.lengthen) == (untorn.extend, untorn.lengthen)
-    assert {action.fault for action in scene.fault_actions} == {"F2"}
-    assert any(" m until F1: " in str(action) for action in scene.fault_actions)
-    assert len(scene.fault_actions) > 1
-    assert scene.truncations == {"F2": (("F1", "hanging wall", True),)}
-    assert str(scene.fault_actions[-1]).endswith(" in its hanging wall kept")
-
-
-def test_every_scene_with_longer_faults_looks_for_passed_ones(field, scenario, monkeypatch):
+def test_a_scene_with_longer_faults_looks_for_passed_ones_and_states_its_rules(field, monkeypatch):
     """What no rule cuts; `test_tear.py` has the areas."""
     horizons, faults = field
     rule = {"F2": ("F1", "footwall", True)}
-    text = '[[truncations]]\nfault = "F2"\nmain = "F1"\nkeep = "footwall"\nextend = true\n'
-    ruled = scenario.with_name("passed.toml")
-    ruled.write_text(scenario.read_text(encoding="utf-8") + text, encoding="utf-8")
+    untorn, scene = (gs.Scene(horizons, faults, tear=trim, truncations=rule) for trim in (None, 2))
     monkeypatch.setattr(passed_faults, "_area_beyond", lambda *_: 5.0)
-    for scene in (
-        gs.Scene(horizons, faults, tear=2, truncations=rule),
-        build_scene(read_scenario(ruled)),
-    ):
-        kinds = [(one.kind, one.subject) for one in (scene.sheets, scene.warnings)[1]]
-        assert kinds.count(("fault passes another", "F2")) == 1
+    kinds = [(one.kind, one.subject) for one in (scene.sheets, scene.warnings)[1]]
+    assert kinds.count(("fault passes another", "F2")) == 1
+    assert scene.fault_actions == untorn.fault_actions
+    assert scene.truncations == rule
+    assert str(scene.fault_actions[-1]).endswith(" in its footwall kept")

@@ -47,34 +47,6 @@ def test_grids_points_and_files_are_taken_alike(world, tmp_path):
     assert volumes == pytest.approx([volumes[0]] * 4, rel=1e-9)
 
 
-def test_a_scene_with_a_longer_fault_has_all_horizons_at_it(world):
-    """The lower horizon leaves the fault, the upper one does not: both end on the longer one."""
-    (given,) = (gs.triangulate_fault(one, name=name) for name, one in world.faults.items())
-    top = world.horizons["Top"]
-    lower = top - 60.0
-    lower.attrs = top.attrs
-    deepest = min(line[:, 2].min() for line in world.truth["cutoffs"].values()) - 60.0
-    short = between(given, deepest + 8.0, given.bounds[5])
-    scene = gs.Scene({"Top": top, "Base": lower}, {"F1": short}, tear=3.5)
-    with pytest.warns(gs.GeosurfWarning, match=r"'F1' ends before the cut-offs"):
-        sheets = scene.sheets
-    one, two = (sheet.faults[0].vertices for sheet in sheets.values())
-    np.testing.assert_array_equal(one, two)
-    assert scene.surface("F1").bounds[4] < short.bounds[4]
-    assert len(scene.units) >= 3
-    (longer,) = (w for w in scene.warnings if w.kind == "fault extended")  # not one more by sheet
-    assert sheets["Base"].report.warnings[0].place == longer.place
-
-
-def test_a_grid_is_as_it_was_without_faults(world):
-    scene, plain = gs.Scene(world.horizons, tear=True), gs.Scene(world.horizons)
-    assert not scene.sheets["Top"].cuts
-    one, two = scene.surface("Top"), plain.surface("Top")
-    np.testing.assert_array_equal(one.vertices, two.vertices)
-    assert scene.volumes.equals(plain.volumes)
-    assert len(scene.units) == 2
-
-
 # ---- Horizons that are torn one after another: all end on the same faults, none is torn in va
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pickle
 from typing import Any
 
 import numpy as np
@@ -149,23 +148,6 @@ def test_below_a_dipping_fault_lines_run_through_the_rock_above_it() -> None:
     places = np.column_stack([np.random.default_rng(1).uniform(*box, 500) for box in
                               ((100, 3900), (100, 1900), (-2600, -1500))])  # fmt: skip
     np.testing.assert_allclose(scene.to_time(scene.to_depth(places)), places, rtol=0, atol=1e-6)
-
-
-def test_replaced_velocities_give_the_bytes_of_a_new_scene_and_survive_a_pickle() -> None:
-    levels = {"Top": -2000.0, "Base": -2150.0}
-    slow = {"above Top": 2500.0, "elsewhere": 3000.0}
-    wave = grid(2500.0 + 0.1 * np.add.outer(Y, X))
-    fast = {"above Top": wave, "Top/Base": {"v0": 2000.0, "k": 0.5}, "elsewhere": 3000.0}
-    new = in_time(3000.0, levels, velocity=fast, box=None)
-    first = in_time(3000.0, levels, velocity=slow, box=None)
-    assert len(first.units) == len(new.units)
-    for scene in (first.replace(velocity=fast), pickle.loads(pickle.dumps(new))):
-        assert scene.patches.local.tobytes() == new.patches.local.tobytes()
-        assert scene.volumes.equals(new.volumes)
-    steps = [step.stage for step in first.replace(velocity=slow | {"above Top": 2600.0}).steps]
-    assert "columns" not in steps
-    there = new.to_time(new.patches.vertices)
-    np.testing.assert_allclose(new.to_depth(there), new.patches.vertices, rtol=0, atol=1e-6)
 
 
 def test_a_scene_in_time_measures_milliseconds_and_refuses_volumes() -> None:

@@ -160,18 +160,6 @@ def test_a_model_of_fewer_nodes_is_within_its_bound_and_certified():
     assert f"at most {error:.2g} m off" in first
 
 
-def test_a_changed_horizon_is_looked_at_again():
-    scene = scene_of({"Top": waves(-300.0), "Base": waves(-400.0)}, 0.5)
-    assert scene.surface("Base").n_vertex == 101**2
-    rough = waves(-400.0) + np.random.default_rng(2).normal(0, 1, (N, N))
-    other = scene.replace(horizons={"Base": grid_of(rough)})
-    assert other.surface("Top").n_vertex == N**2
-    assert other.replace(tolerance=20.0).surface("Top").n_vertex == 101**2
-    again = other.replace(horizons={"Base": grid_of(waves(-400.0))})
-    assert again.surface("Top").n_vertex == 101**2
-    assert again.units is scene.units
-
-
 # ---- The bound of volumes of models with fewer nodes: no sum of units differs by more.
 
 

@@ -17,7 +17,6 @@ from geosurf.errors import InputError
 from geosurf.scene.inputs import INPUTS
 from geosurf.scene.memory import Memory
 from geosurf.warning import warn
-from tests.grids import gridded
 
 
 @pytest.fixture(scope="module")
@@ -58,29 +57,6 @@ def test_copies_are_scenes_of_their_own(scene, again):
         other.box = None
 
 
-def torn_scene():
-    world = gs.synthetic.torn("normal", n=41)
-    return gs.Scene(world.horizons, world.faults, (100, 900, 100, 900, -2050, -1550), tear=True)
-
-
-def scene_of_turned_grids():
-    world = gs.synthetic.tilted_planes(n=5)
-    turned = {}
-    for name, one in world.horizons.items():
-        x, y = np.meshgrid(one.easting, one.northing)
-        turned[name] = gridded(one.values, 0.8 * x - 0.6 * y, 0.6 * x + y)
-    return gs.Scene(turned, {}, (-500, 500, 1500, 2500, -2400, -1900))
-
-
-@pytest.mark.parametrize("make", [torn_scene, scene_of_turned_grids])
-def test_a_scene_travels_with_its_results(make):
-    scene = make()
-    assert len(scene.units) > 1
-    for other in (pickle.loads(pickle.dumps(scene)), copy.deepcopy(scene)):
-        assert (other.volumes == scene.volumes).all()
-        assert other.replace(contacts={"OWC": -1950.0}).check().ok
-
-
 @pytest.mark.parametrize("of", ["horizon", "arrays of a fault", "file", "area", "tops"])
 def test_inputs_that_changed_after_the_first_was_read_are_refused_by_name(tmp_path, of):
     world = gs.synthetic.graben(n=9)
@@ -111,7 +87,7 @@ def test_inputs_that_changed_after_the_first_was_read_are_refused_by_name(tmp_pa
         _ = scene.units, scene.tops
 
 
-@pytest.mark.parametrize("name", ["area", "aoi", "tops", "well tops", "horizons"])
+@pytest.mark.parametrize("name", ["area", "aoi", "tops"])
 def test_a_horizon_may_be_called_as_another_input(name):
     world = gs.synthetic.graben(n=9)
     top, base = (world.horizons[one] for one in ("Top", "Base"))
@@ -197,6 +173,3 @@ def test_the_command_line_prints_each_once(capsys):
     assert capsys.readouterr().err.splitlines() == [
         f"geosurf: warning: {note}" for note in (NOTE, OTHER)
     ]
-
-
-# ---- docs/warnings.md ----------------------------------------------------------------------

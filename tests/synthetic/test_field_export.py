@@ -91,7 +91,8 @@ def test_grids_are_smeared_at_faults_and_points_have_both_walls(fields):
     assert np.nanmax(np.abs(points[:, 2] - sharp.elevation("Top", *points[:, :2].T))) < 2e-3
 
 
-def test_bytes_are_the_same_twice(field, tmp_path):
+def test_bytes_are_the_same_twice(fields, tmp_path):
+    field = fields["network"]
     folder = field.files["Top"].parent
     again = field_export(tmp_path, field.variant)
     names = {
@@ -169,8 +170,9 @@ def test_cut_offs_are_where_the_elevation_ends(field):
                 assert np.isnan(z).mean() > 0.95
 
 
-def test_volumes_count_places_in_space(field):
+def test_volumes_count_places_in_space(fields):
     """A slow oracle: each place has one block by its sides and lies in a zone or not."""
+    field = fields["network"]
     x, y, weight = quadrature(OUTLINE, 60.0)
     z = np.arange(-2000.0, -1600.0, 8.0)[:, None]
     sides = {

@@ -16,7 +16,6 @@ import geosurf
 from geosurf import synthetic
 from geosurf.errors import InputError
 from geosurf.model.column import names_of_zones
-from geosurf.sheets import tear_horizon
 from geosurf.synthetic import torn_horizon
 from geosurf.synthetic.domes import hashed_noise
 from geosurf.triangulate import triangulate_fault, triangulate_horizon
@@ -199,22 +198,6 @@ def test_lengths_of_curves_agree_with_where_the_rim_of_the_box_is_crossed(make):
         assert math.isclose(math.dist(*ends), length, rel_tol=1e-4)
 
 
-@pytest.mark.parametrize(
-    "make", [*PLANAR, synthetic.listric, synthetic.dome_and_flat_fault, synthetic.egg_box]
-)
-def test_faults_reach_past_the_box_on_all_sides(make):
-    """No rim of a fault has a point inside the box."""
-    world = make(n=9)
-    west, east, south, north, bottom, top = world.box
-    for ds in world.faults.values():
-        nodes = np.stack([ds[key].values for key in ("easting", "northing", "elevation")], -1)
-        for rim in (nodes[0], nodes[-1], nodes[:, 0], nodes[:, -1]):
-            for a, b in pairwise(rim):
-                x, y, z = np.linspace(a, b, 50).T
-                inside = (west <= x) & (x <= east) & (south <= y) & (y <= north)
-                assert not (inside & (bottom <= z) & (z <= top)).any()
-
-
 def test_noise_keeps_its_bounds_and_is_the_same_everywhere():
     world, plain = synthetic.noisy(n=33, amplitude=4.0, seed=3), synthetic.tilted_planes(n=33)
     for name, da in world.horizons.items():
@@ -312,23 +295,6 @@ def test_the_listric_fault():
     np.testing.assert_allclose(distance, 2500.0, rtol=1e-12)
 
 
-def _under(da) -> float:
-    corners = triangulate_horizon(da).vertices[triangulate_horizon(da).triangles]
-    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    area = 0.5 * (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
-    return float((area * corners[:, :, 2].mean(axis=1)).sum())
-
-
-def test_the_triangulated_dome_meets_its_zone_volume_with_order_two():
-    errors = []
-    for n in (17, 33, 65):
-        world = synthetic.dome_and_flat_fault(n=n)
-        west, east, south, north, bottom, _ = world.box
-        below = _under(world.horizons["Top"]) - bottom * (east - west) * (north - south)
-        errors.append(abs(below - world.truth["zone_volumes"]["below Top"]))
-    assert np.allclose(np.divide(errors[:-1], errors[1:]), 4.0, rtol=0.02)
-
-
 # ---- the field -----------------------------------------------------------------------
 
 
@@ -348,17 +314,6 @@ def test_the_field_is_on_its_faults_between_its_walls():
     assert np.abs(there(np.column_stack([-z, y])[gap]) - x[gap]).max() < 3.0
     assert (hanging < foot).all()
     assert ((z <= foot + 1e-9) & (z >= hanging - 1e-9))[near].all()
-
-
-def test_the_field_is_torn_where_it_is_faulted():
-    """The cut-offs of F1 are found again on both walls, to a fiftieth of the throw."""
-    world = synthetic.faulted_reservoir(n=61)
-    sheet = tear_horizon(world.horizons["Middle"], world.faults, name="Middle")
-    assert sheet.report.tips == sheet.report.declared_tips == 3
-    for sign in "+-":
-        line = np.concatenate(sheet.cuts["F1"].cutoffs[sign])
-        off = line[:, 2] - world.truth["wall_at"]["Middle", f"F1{sign}"](line[:, 0], line[:, 1])
-        assert np.abs(off).max() < 3.0
 
 
 # ---- the files -----------------------------------------------------------------------
