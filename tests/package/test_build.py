@@ -137,16 +137,15 @@ def test_every_platform_has_a_runner_that_tries_its_wheel_with_every_python():
 
     workflow = (ROOT / ".github" / "workflows" / "wheels.yml").read_text(encoding="utf-8")
     assert re.findall(r"platform: ([\w-]+), runner", workflow) == list(PLATFORMS)
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-    settings = project["tool"]["cibuildwheel"]
-    pythons = re.findall(r"Python :: 3\.(\d+)$", "\n".join(project["project"]["classifiers"]), re.M)
-    assert settings["build"] == [f"cp3{minor}-*" for minor in pythons]
+    settings = STATED["tool"]["cibuildwheel"]
+    assert settings["build"] == [f"cp{python.replace('.', '')}-*" for python in PYTHONS]
     tried = settings["test-command"].removeprefix("python {project}/")
     assert (ROOT / tried).is_file()
 
 
 # ---- The dependencies that are declared are those that `make test-oldest` tries.
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+STATED = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+PROJECT = STATED["project"]
 DECLARED = [*PROJECT["dependencies"], *PROJECT["optional-dependencies"]["io"]]
 
 
@@ -186,10 +185,9 @@ def test_what_an_extra_brings_is_used() -> None:
 
 
 # ---- What a wheel holds, and whether the files around the package agree with it.
-STATED = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 PYTHONS = [
     line.rpartition(" ")[2]
-    for line in STATED["classifiers"]
+    for line in PROJECT["classifiers"]
     if re.search(r":: 3\.\d+$", line)
 ]  # fmt: skip
 
@@ -209,10 +207,9 @@ def test_a_source_archive_holds_tests_and_benchmarks() -> None:
 
 
 def test_the_lowest_python_is_the_same_everywhere() -> None:
-    assert STATED["requires-python"] == f">={PYTHONS[0]}"
-    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]
-    assert settings["mypy"]["python_version"] == PYTHONS[0]
-    assert settings["ruff"]["target-version"] == "py" + PYTHONS[0].replace(".", "")
+    assert PROJECT["requires-python"] == f">={PYTHONS[0]}"
+    assert STATED["tool"]["mypy"]["python_version"] == PYTHONS[0]
+    assert STATED["tool"]["ruff"]["target-version"] == "py" + PYTHONS[0].replace(".", "")
 
 
 def test_the_matrix_runs_every_python_that_is_promised() -> None:
