@@ -323,9 +323,9 @@ def _clipped(edges: np.ndarray, low: float, high: float) -> np.ndarray:
 
 
 def in_ring(points: np.ndarray, ring: np.ndarray) -> np.ndarray:
-    """Whether points lie inside of a ring in the map; for a message, so rounding is fine."""
-    found = np.zeros(len(points), dtype=bool)
-    x, y = points[:, 0], points[:, 1]
+    """Whether points (..., 2 or more) lie inside of a ring in the map, but for rounding."""
+    x, y = points[..., 0], points[..., 1]
+    found = np.zeros(x.shape, dtype=bool)
     for a, b in zip(ring, np.roll(ring, -1, axis=0), strict=True):
         crosses = (a[1] > y) != (b[1] > y)
         rise = b[1] - a[1] if b[1] != a[1] else 1.0

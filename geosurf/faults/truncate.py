@@ -17,8 +17,8 @@ import numpy as np
 
 from geosurf.conventions import place
 from geosurf.errors import GeometryError, InputError
+from geosurf.faults.dangling import areas_of
 from geosurf.faults.distance import closest_approach, open_edges
-from geosurf.faults.rim import normals_of
 from geosurf.faults.rules import LEVELS, Rule, part_in_words, read_truncations
 from geosurf.faults.sides import Adjacency, adjacency
 from geosurf.model import Patches, TriSurface
@@ -181,7 +181,7 @@ def _truncate(patches: Patches, alive: np.ndarray, rule: Rule) -> tuple[Truncati
     alive[mine[dropped]] = False
 
     sizes = _sizes(patches, mine, beside, dropped)
-    off = math.fsum(_areas(patches, mine[apart]))
+    off = math.fsum(areas_of(patches, mine[apart]))
     words = rule.fault, rule.main, rule.keep, "+" if side > 0 else "-"
     return Truncation(*words, apart_area=off, **sizes), mine[apart]
 
@@ -190,7 +190,7 @@ def _sizes(
     patches: Patches, mine: np.ndarray, beside: Adjacency, dropped: np.ndarray
 ) -> dict[str, Any]:
     """Remaining and dropped areas of a fault's rows, and the length of the line that it ends on."""
-    area = _areas(patches, mine)
+    area = areas_of(patches, mine)
     kept_edges = np.unique(beside.edge_of_half[~dropped[beside.half_edges // 3]])
     ends = patches.local[beside.edges[kept_edges]]
     return {
@@ -273,11 +273,6 @@ def _hangs_on(gone: np.ndarray, held: np.ndarray, pairs: np.ndarray) -> np.ndarr
         stays[b[inner & ~gone[a]]] = True
         goes[b[inner & gone[a]]] = True
     return stays & ~goes
-
-
-def _areas(patches: Patches, rows: np.ndarray) -> np.ndarray:
-    corners = patches.local[patches.triangles[rows]]
-    return 0.5 * np.linalg.norm(normals_of(corners), axis=1)
 
 
 def _part(patches: Patches, name: str, alive: np.ndarray) -> tuple[TriSurface, np.ndarray]:

@@ -13,6 +13,7 @@ from scipy.ndimage import distance_transform_edt, uniform_filter
 
 from geosurf.conventions import CONVERSION_ERRORS, is_number
 from geosurf.errors import InputError, InvariantError
+from geosurf.faults.distance import in_ring
 from geosurf.grid import pillars as at_corners
 from geosurf.grid.follow import Below, faults_between, follow_faults, own_side
 from geosurf.grid.pillars import Layers, Pillars, vertical_pillars
@@ -64,12 +65,12 @@ class Model:
         """Whether the middle of each column is in the area, (ny, nx)."""
         ny, nx = self.lattice.shape
         i, j = np.meshgrid(np.arange(nx) + 0.5, np.arange(ny) + 0.5)
-        return inside_outline(np.stack([i, j], axis=-1), self.outline)
+        return in_ring(np.stack([i, j], axis=-1), self.outline)
 
     def holds(self, pillars: Pillars, feet: np.ndarray) -> np.ndarray:
         """Whether lines parallel to pillars stay in the area."""
         low, high = pillars.ends(feet)
-        return inside_outline(low, self.outline) & inside_outline(high, self.outline)
+        return in_ring(low, self.outline) & in_ring(high, self.outline)
 
     @cached_property
     def fine_faults(self) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -677,24 +678,6 @@ def _best_axes(outline: np.ndarray) -> np.ndarray:
     while not (best[0, 0] > abs(best[0, 1]) or best[0, 0] == best[0, 1] > 0):
         best = np.array([-best[1], best[0]])
     return best
-
-
-def inside_outline(places: np.ndarray, outline: np.ndarray) -> np.ndarray:
-    """Whether places (..., 2) are inside an outline (n, 2): a ray to the east leaves it once more.
-
-    Examples
-    --------
-    >>> inside_outline(np.array([[1.0, 1.0], [3.0, 1.0]]), np.array([[0, 0], [2, 0], [2, 2]]) * 1.0)
-    array([ True, False])
-    """
-    x, y = places[..., 0], places[..., 1]
-    found = np.zeros(x.shape, dtype=bool)
-    for a, b in zip(outline, np.roll(outline, -1, axis=0), strict=True):
-        if a[1] == b[1]:
-            continue
-        crosses = (y < a[1]) != (y < b[1])
-        found ^= crosses & (x < a[0] + (y - a[1]) * (b[0] - a[0]) / (b[1] - a[1]))
-    return found
 
 
 LONGEST = 1.5  # cells, on the map

@@ -20,7 +20,7 @@ from geosurf.errors import InputError
 from geosurf.kernels.lattices.sets import is_among
 from geosurf.kernels.meshes.mesh import number_keys
 from geosurf.measure.faces import MINUS, PLUS, POINTS, Faces, edges_of, faces_of, row_inside, row_of
-from geosurf.measure.section import chains_of, ragged, rings_of
+from geosurf.measure.section import area_of_ring, chains_of, ragged, rings_of
 from geosurf.model import Patches, Unit, Units
 
 _PLACE = {
@@ -193,7 +193,7 @@ def fault_polygons(patches: Patches, units: Units, horizon: str) -> xarray.Datas
             lines = cutoff_chains(patches, units, horizon, fault, PLUS)
             made = [_there_and_back(line) for line in lines]
         for part, ring in enumerate(made, start=1):
-            area = _map_area(fault.x[ring])
+            area = area_of_ring(fault.x[ring, :2])
             narrow = abs(area) <= NO_WIDTH * _half_length(fault.x[ring])
             rings.append(fault.x[ring] + fault.origin)
             faults.append(fault.name)
@@ -239,13 +239,6 @@ def _rings(fault: Faces, level: int, edges: np.ndarray) -> list[np.ndarray]:
             if is_among(keys, edges).any():  # otherwise others, which clip it, are torn there
                 found.append(ring[::way])
     return found
-
-
-def _map_area(x: np.ndarray) -> float:
-    """Area in the map of a ring (n, 3), positive if counter-clockwise [m2]."""
-    p = x[:, :2] - x[0, :2]
-    q = np.roll(p, -1, axis=0)
-    return 0.5 * float((p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]).sum())
 
 
 def _half_length(x: np.ndarray) -> float:

@@ -374,7 +374,7 @@ def _rings(units: Units, leg: _Leg) -> list[Any]:
             # rings are closed on the whole plane first, then cut at the ends of the leg
             part = _clipped(points[ring], leg.length)
             if len(part) > 2:
-                found.append((leg.placed(part), words, _area(part)))
+                found.append((leg.placed(part), words, area_of_ring(part)))
     return found
 
 
@@ -415,8 +415,8 @@ def _contact_between(units: Units, one: int, two: int) -> str:
     return below[-1] if len(below) > len(above) else ""
 
 
-def _area(ring: np.ndarray) -> float:
-    """Area inside a ring (n, 2) [m2], above 0 if it runs counter-clockwise."""
+def area_of_ring(ring: np.ndarray) -> float:
+    """Return the area inside a ring (n, 2) [m2], above 0 if it runs counter-clockwise."""
     # around the first point, so that large coordinates lose no digits
     x, y = (ring - ring[0]).T
     return 0.5 * math.fsum((x * np.roll(y, -1) - np.roll(x, -1) * y).tolist())

@@ -492,15 +492,12 @@ def convert_mesh(
     places = mesh.local[:, :2] + mesh.origin[:2]
     given = mesh.local[:, 2] + mesh.origin[2]
     seconds, depth = (np.zeros(n + 1) for _ in range(2))  # the last one: the datum
-    seconds[n] = depth[n] = 0.0
     known, other = (seconds, depth) if in_time else (depth, seconds)
     known[:n] = -given * second if in_time else velocity.datum - given
     v0 = np.ones(n)
+    ruling = np.where(starts.pinned < 0, starts.zone, starts.pinned)
     for number, law in enumerate(velocity.laws):
-        mine = starts.zone == number
-        v0[mine] = law.v0.at(places[mine])
-    for number, law in enumerate(velocity.laws):
-        mine = starts.pinned == number
+        mine = ruling == number
         v0[mine] = law.v0.at(places[mine])
     k = np.array([law.k for law in velocity.laws])[starts.zone]
     for rows in levels:

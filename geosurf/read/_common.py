@@ -474,15 +474,18 @@ def otherwise(words: Mapping[str, str | None]) -> dict[str, Any]:
     }
 
 
+def _asked(
+    stated: str | None, requested: str | None, check: Callable[[str, str], Any], what: str
+) -> str | None:
+    """What a caller asks for: a default for many files applies only where the file is silent."""
+    if requested is not None:
+        check(requested, what)  # a misspelt word is reported as such
+    return None if isinstance(requested, Otherwise) and stated is not None else requested
+
+
 def agreed_sign(stated: str | None, requested: str | None, what: str) -> float:
     """Return +1 (elevation) or -1 (depth) from a file and the argument of a caller."""
-    # a default for many files applies only where the file is silent
-    if isinstance(requested, Otherwise):
-        elevation_sign(requested, what)
-        requested = requested if stated is None else None
-
-    if requested is not None:
-        elevation_sign(requested, what)  # a misspelt word is reported as such
+    requested = _asked(stated, requested, elevation_sign, what)
     if (
         stated is not None
         and requested is not None
@@ -512,12 +515,7 @@ def agreed_scale(
                 "time= out, or give the file in ms."
             )
         return metres_per_unit(TimeUnit(stated or requested), what)
-    # A default of the caller gives way to what the file states.
-    if isinstance(requested, Otherwise):
-        metres_per_unit(requested, what)
-        requested = requested if stated is None else None
-    if requested is not None:
-        metres_per_unit(requested, what)
+    requested = _asked(stated, requested, metres_per_unit, what)
 
     # Both state a unit: they have to agree in size, not in spelling.
     if stated is not None and requested is not None:

@@ -12,6 +12,7 @@ import numpy as np
 from geosurf.conventions import checked_points, counted, grouped, length_text, palette
 from geosurf.conventions.checks import lines_of_foreign, points_of_foreign
 from geosurf.errors import InputError
+from geosurf.model.expected import expect
 from geosurf.render.diagram import highest_in_view
 from geosurf.render.furniture import halo_text
 from geosurf.render.layers import NAME_SIZE, Content, Entry, Layer, shortened_apart
@@ -447,12 +448,10 @@ def overlay_of(overlay: Any) -> PictureOverlay:
     """
     if overlay is None:
         return NOTHING
-    if not isinstance(overlay, PictureOverlay):
-        raise InputError(
-            f"overlay is a {type(overlay).__name__}, expected a PictureOverlay. "
-            "Pass gs.PictureOverlay(wells={'W1': points})."
-        )
-    return overlay
+    how = "pass gs.PictureOverlay(wells={'W1': points})"
+    expect(overlay, PictureOverlay, "overlay must be a PictureOverlay", how)
+    made: PictureOverlay = overlay
+    return made
 
 
 def _wells_of_table(table: Any) -> Any:

@@ -14,7 +14,7 @@ from geosurf.conventions.axes import VERTICAL
 from geosurf.conventions.machine import need_plots
 from geosurf.conventions.palette import RGB, rgb
 from geosurf.errors import InputError
-from geosurf.model.expected import flag_of
+from geosurf.model.expected import expect, flag_of
 from geosurf.render import artists
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -251,12 +251,11 @@ def style_of(style: Any) -> PictureStyle:
     """
     if style is None:
         return PLAIN
-    if not isinstance(style, PictureStyle):
-        raise InputError(
-            f"style is a {type(style).__name__}, expected a PictureStyle. "
-            "Pass gs.PictureStyle(theme='dark')."
-        )
-    return style
+    expect(
+        style, PictureStyle, "style must be a PictureStyle", "pass gs.PictureStyle(theme='dark')"
+    )
+    made: PictureStyle = style
+    return made
 
 
 def _colours_of(colours: Any) -> dict[str, RGB]:

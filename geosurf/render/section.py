@@ -216,7 +216,7 @@ def draw_section(
     parts = lines_of(section, ("along_section", "elevation"), ("kind", "label", "zone", "contact"))
     lines = [(*part, float(area)) for part, area in zip(parts, section.area.values, strict=True)]
     zones = list(section.attrs["zones"])
-    inside = section.attrs.get("reservoir", zones)
+    inside = section.attrs["reservoir"]
     names, of_zone = zone_colours(zones, inside, sheet.style)
     known: Colours = {}
     for part, _, _ in lines:
@@ -239,8 +239,9 @@ def draw_section(
     # the range follows horizons and contacts; faults reach farther
     levels = [line[:, 1] for words, line, _ in lines if words["kind"] in ("horizon", "contact")]
     shown = range_shown(np.concatenate([line for _, line, _ in lines]), levels)
-    if "line" in section.attrs:  # from the start of the line to its end, wherever the model is
-        shown = (0.0, float(np.hypot(*np.diff(_line_of(section), axis=0).T).sum()), *shown[2:])
+    # from the start of the line to its end, wherever the model is
+    route = np.array(section.attrs["line"], dtype=np.float64).reshape(-1, 2)
+    shown = (0.0, float(section.attrs["length"]), *shown[2:])
     axes, exaggeration = diagram_axes(sheet, shown, "Distance along the section [km]", ROOM)
     colours = _colours(areas, of_zone) | known
     _fill(axes, lines, colours)
@@ -251,16 +252,18 @@ def draw_section(
     _draw_lines(sheet, axes, lines, faults)
 
     # wells, compass directions at both ends, legend, caption
-    wells = (
-        []
-        if tops is None
-        else _draw_wells(
-            sheet, axes, section, tops, {zone: of_zone[name] for zone, name in names.items()}
-        )
-    )
+    wells = []
+    if tops is not None:
+        # a zone is called "Top/Base" by its horizons, the lowest "below Base": a top has the colour
+        # of the zone that begins at it
+        below = {
+            zone.removeprefix("below ").partition("/")[0]: of_zone[name]
+            for zone, name in names.items()
+        }
+        wells = draw_wells_on_section(sheet, axes, *tops_on_section(tops, route), below)
     if overlay:
-        wells += draw_on_section(sheet, axes, overlay, _line_of(section))
-    corners = _corners(section)
+        wells += draw_on_section(sheet, axes, overlay, route)
+    corners = route[[0, -1]]
     (x0, y0), (x1, y1) = corners.tolist()
     draw_ends(sheet, axes, math.degrees(math.atan2(x1 - x0, y1 - y0)))
     legend = (*_legend(lines, areas, colours, faults), *wells)
@@ -269,45 +272,6 @@ def draw_section(
     if any(line["kind"] == "contact" for line, _, _ in lines):
         words = f"Fluid contacts: blue. {words}"
     draw_words(sheet, _title(corners) if title is None else title, words)
-
-
-def _draw_wells(
-    sheet: Sheet, axes: Axes, section: xarray.Dataset, tops: Any, colours: dict[str, palette.RGB]
-) -> list[Entry]:
-    """Draw wells near the section, each top in the colour of the zone below its horizon."""
-    line = _line_of(section)
-
-    # a zone is called "Top/Base" by its horizons, the lowest "below Base": a top has the colour of
-    # the zone that begins at it
-    below = {zone.partition("/")[0]: colour for zone, colour in colours.items()}
-    below |= {
-        zone.removeprefix("below "): colour
-        for zone, colour in colours.items()
-        if zone.startswith("below ")
-    }
-    shown, near = tops_on_section(tops, line)
-    return draw_wells_on_section(sheet, axes, shown, near, below)
-
-
-def _line_of(section: xarray.Dataset) -> np.ndarray:
-    """The corners (n, 2) of the line of a section [m]."""
-    if "line" not in section.attrs:
-        raise InputError(
-            "the section does not hold its line, so wells have no place on it. Compute it again: "
-            "scene.section(line)."
-        )
-    return np.array(section.attrs["line"], dtype=np.float64).reshape(-1, 2)
-
-
-def _corners(section: xarray.Dataset) -> np.ndarray:
-    """Easting and northing of the first and the last point of the line, (2, 2)."""
-    if "line" in section.attrs:
-        return _line_of(section)[[0, -1]]
-    # the ends of the section by distance: lines come in any order
-    at = section.along_section.values
-    rows = [int(np.argmin(at)), int(np.argmax(at))]
-    columns = (section.easting, section.northing)
-    return np.stack([column.values[rows] for column in columns], axis=1)
 
 
 def _title(corners: np.ndarray) -> str:

@@ -385,9 +385,7 @@ def warnings_of_tails(
         around = rows[inside & (beside[:, 0] == beside[:, 1])]
         if not len(around):
             continue
-        areas = areas_of(patches, around)
-        corners = patches.local[patches.triangles[around[int(areas.argmax())]]]
-        at = corners.mean(axis=0) + patches.origin
+        areas, at = areas_of(patches, around), _middle(patches, around)
         how = f"compartments={{{name!r}: {{'start': 'boundary', 'end': 'boundary'}}}}"
         if len(around) == inside.sum():
             raise GeometryError(
@@ -516,10 +514,7 @@ def _way_around(
     patches: Patches, wall: Wall, rows: np.ndarray, compartments: Compartments
 ) -> GeometryError:
     """State where a wall has the same space on both sides, and what may be missing."""
-    areas = areas_of(patches, rows)
-    largest = rows[int(areas.argmax())]
-    at = patches.local[patches.triangles[largest]].mean(axis=0) + patches.origin
-    name = wall.fault
+    areas, at, name = areas_of(patches, rows), _middle(patches, rows), wall.fault
     faults = (source for source in patches.sources if source.role == "fault")
     corners = patches.local[patches.triangles[rows]].reshape(-1, 3)
     shown = CloseUp((*faults, wall.surface), float(np.ptp(corners, axis=0).max()))

@@ -290,12 +290,7 @@ def esri_of_horizon(horizon: xr.DataArray, name: str) -> tuple[bytes | bytearray
 
 def xyz_of_horizon(horizon: xr.DataArray, name: str) -> tuple[bytes | bytearray, list[Loss]]:
     """Return ``x y z`` of each node that has a value, row by row; any grid fits."""
-    if "easting" not in horizon.coords or "northing" not in horizon.coords or horizon.ndim != 2:
-        raise OutputError(
-            f"horizon {name!r} has dims {horizon.dims} and coordinates {list(horizon.coords)}; "
-            "points need two dims and the coordinates easting and northing. Add them."
-        )
-
+    refuse_other_axes(horizon, name)
     refuse_odd_nodes(horizon, name)
 
     # one easting and northing for each node, in the order of the values
@@ -372,11 +367,7 @@ def regular_grid(
     OutputError
         If nodes are not on a regular, right-angled grid.
     """
-    if horizon.ndim != 2 or "easting" not in horizon.coords or "northing" not in horizon.coords:
-        raise OutputError(
-            f"horizon {name!r} has dims {horizon.dims} and coordinates {list(horizon.coords)}; "
-            "a grid file needs two dims and the coordinates easting and northing. Add them."
-        )
+    refuse_other_axes(horizon, name)
 
     # rows from the south, columns from the west, whatever order the array has
     if horizon.easting.ndim == horizon.northing.ndim == 1:
@@ -493,6 +484,15 @@ class UprightGrid:
     def north(self) -> float:
         """Northing of the last row [m]."""
         return float(self.south + (self.values.shape[0] - 1) * self.dy)
+
+
+def refuse_other_axes(horizon: xr.DataArray, name: str) -> None:
+    """Refuse what has no two dims of nodes with eastings and northings."""
+    if horizon.ndim != 2 or "easting" not in horizon.coords or "northing" not in horizon.coords:
+        raise OutputError(
+            f"horizon {name!r} has dims {horizon.dims} and coordinates {list(horizon.coords)}; a "
+            "file of its nodes needs two dims and the coordinates easting and northing. Add them."
+        )
 
 
 def refuse_odd_nodes(horizon: xr.DataArray, name: str) -> None:
