@@ -96,8 +96,8 @@ def explosion(units: Units, explode: float) -> list[np.ndarray]:
     """
     if not (is_number(explode) and explode >= 0):
         raise InputError(
-            f"explode is {explode!r}, expected a fraction of the size of the box. "
-            "Set a number of 0 or more, as in explode=0.3."
+            f"exploded is {explode!r}, expected a fraction of the size of the box. "
+            "Set a number of 0 or more, as in exploded=0.3."
         )
     west, east, south, north, bottom, top = units.box
 

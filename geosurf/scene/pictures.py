@@ -128,7 +128,7 @@ class PictureChoice:
     overlay : PictureOverlay, optional
         Wells, polygons and data points on views, maps and sections.
     only, include, colour_by
-        Units of the exploded view, and what they are coloured by; as for `ScenePlots.units`.
+        Units of the exploded view, and what they are coloured by; as for `ScenePlots.view`.
     """
 
     views: Sequence[str] = ("southwest",)
@@ -213,7 +213,7 @@ def pictures_of(scene: ReportedModel, choice: PictureChoice) -> list[Picture]:
         found.append(Picture(caption, "view_camera.png", draw, "camera", True))
     if choice.exploded:
         words = {"only": choice.only, "include": choice.include, "colour_by": choice.colour_by}
-        draw = partial(plot.units, **words, **look)
+        draw = partial(plot.view, show=["units"], exploded=0.3, **words, **look)
         caption = "Exploded view of the units: zones up and down, blocks sideways."
         found.append(Picture(caption, "units_exploded.png", draw, "exploded = false", True))
     for name in horizons if choice.maps else ():

@@ -6,7 +6,6 @@ import functools
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain
 from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 import numpy as np
@@ -32,7 +31,7 @@ from geosurf.render.isochores import draw_thickness
 from geosurf.render.layers import Content, show_outline
 from geosurf.render.map import MAX_MAP_TRIANGLE, FluidArea, MapMeasures, check_closures, draw_map
 from geosurf.render.overlay import PictureOverlay, overlay_of, show_overlay
-from geosurf.render.picture_style import COLOUR_BY, PictureStyle, style_of
+from geosurf.render.picture_style import PictureStyle, style_of
 from geosurf.render.section import draw_section
 from geosurf.render.sheet import check_axes
 from geosurf.render.surface_layers import (
@@ -683,7 +682,8 @@ class ScenePlots:
             Any of ``"horizons"``, ``"faults"``, ``"walls"``, ``"surfaces"``, ``"curves"``,
             ``"patches"``, ``"units"``.
         exploded : float
-            Gap between units, as a fraction of the size of the model box.
+            Gap between units, as a fraction of the size of the model box: zones move up and down,
+            blocks sideways.
         clip : bool
             Whether surfaces and curves are clipped to the model box and the area of interest.
         overlay : PictureOverlay, optional
@@ -753,60 +753,17 @@ class ScenePlots:
             content += show_patches(scene.patches, within, only=only, style=style)
         if "units" in words:
             content += show_units(scene.units, gap, only=only, colour_by=by, style=style)
-            note = only.left_out(scene.units)
+            note = f"{'' if gap == 0.0 else 'Exploded view. '}{only.left_out(scene.units)}".strip()
         if "curves" in words:
             content += show_curves(scene.curves, within=within)
         if outline is not None and not gap:
             content += show_outline(outline, box[4])
         if overlay:
             content += show_overlay(overlay, box[5])
-        title = _title(words, given.colour_by)
+        title = _title(words, by)
         if seals:
             title, note = f"{title}, shale gouge ratio of faults", FACING
         return given.draw(content, title, gap, box, note)
-
-    def units(
-        self, *, explode: float = 0.3, view: View = "southwest", **look: Unpack[ViewLook]
-    ) -> Any:
-        """Draw the units of the reservoir in an exploded view: zones up and down, blocks sideways.
-
-        Each zone has a colour, each block a shade of it; the legend lists the volumes.
-
-        Parameters
-        ----------
-        explode : float
-            Gap between units, as a fraction of the size of the model box; 0 for no gap.
-        view : str or (float, float)
-            As in `view`.
-        **look
-            ``path``, ``size``, ``exaggeration``, ``zoom``, ``only``, ``include``, ``colour_by``,
-            ``title``, ``style``: see `ViewLook`.
-
-        Returns
-        -------
-        matplotlib.figure.Figure or pathlib.Path
-
-        Raises
-        ------
-        InputError, OutputError, DependencyError
-            As `view`.
-        """
-        given, gap = _View(view, **look), number_of(explode, "explode", _GAP)
-        by, words = check_colour_by(given.by)
-        units = self._scene.units
-        names = ((u.name, u.zone, u.block, u.region) for u in units.values())
-        given.only.check(filter(None, chain.from_iterable(names)))
-        words = "zone and region" if isinstance(by, str) and by == "unit" else words
-        title = f"Units by {'elevation' if words == 'z' else words}"
-        content = show_units(
-            units,
-            gap,
-            only=given.only,
-            colour_by="unit" if given.colour_by is None else given.colour_by,
-            style=given.style,
-        )
-        note = f"{'' if gap == 0.0 else 'Exploded view. '}{given.only.left_out(units)}".strip()
-        return given.draw(content, title, gap, units.box, note)
 
 
 def _shown_along(
@@ -865,15 +822,14 @@ def _names_of(scene: ReportedModel, show: Sequence[str]) -> list[str]:
 def _check_colour_by(colour_by: Any, show: Sequence[str]) -> None:
     """Refuse a colouring that nothing in the picture has."""
     by, _ = check_colour_by(colour_by)
-    fits = ("unit", "z") if not isinstance(by, str) or "units" not in show else COLOUR_BY
-    if "units" not in show and not (isinstance(by, str) and by in fits):
+    if "units" not in show and not (isinstance(by, str) and by in ("unit", "z")):
         raise InputError(
             f"colour_by is {colour_by!r}, which colours units, but show has no units. Add 'units' "
             "to show."
         )
 
 
-def _title(show: Sequence[str], colour_by: Any = None) -> str:
+def _title(show: Sequence[str], colour_by: Any) -> str:
     """Return the title: a list of what the picture shows, and what it is coloured by."""
     # in the order of `SHOWABLE`, however the caller listed them
     words = ["intersection lines" if w == "curves" else w for w in SHOWABLE if w in show]
@@ -881,7 +837,5 @@ def _title(show: Sequence[str], colour_by: Any = None) -> str:
         return "Scene"
     head, last = ", ".join(words[:-1]), words[-1]
     title = (f"{head} and {last}" if head else last).capitalize()
-    if colour_by is None:
-        return title
     _, kind = check_colour_by(colour_by)
-    return f"{title}, by {'elevation' if kind == 'z' else kind}"
+    return title if kind == "unit" else f"{title}, by {'elevation' if kind == 'z' else kind}"

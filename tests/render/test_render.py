@@ -105,11 +105,12 @@ def test_a_scene_is_asked_only_for_what_is_shown(scene, tmp_path, show, asked):
 
 
 def test_units_are_drawn_apart_in_their_colours(scene, units, tmp_path):
-    path = scene.plot.units(path=tmp_path / "units.png", size=SMALL)
+    look = {"show": ["units"], "size": SMALL}
+    path = scene.plot.view(path=tmp_path / "units.png", exploded=0.3, **look)
     image = pixels(path)
     for entry in surface_layers.show_units(units).legend:
         assert share(image, entry.colour, 0.06) > 0.004, entry.label
-    whole = pixels(scene.plot.units(path=tmp_path / "whole.png", explode=0.0, size=SMALL))
+    whole = pixels(scene.plot.view(path=tmp_path / "whole.png", **look))
     assert (whole != 1.0).any(axis=2).sum() != (image != 1.0).any(axis=2).sum()
 
 

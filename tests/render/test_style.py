@@ -39,7 +39,7 @@ def test_themes_change_the_background_and_no_zone(scene, tmp_path):
     looks = {"light": {}, "dark": {"theme": "dark"}, "none": {"transparent": True}}
     for name, style in looks.items():
         path = tmp_path / f"{name}.png"
-        scene.plot.units(path=path, size=SMALL, style=PictureStyle(**style))
+        scene.plot.view(path=path, show=["units"], size=SMALL, style=PictureStyle(**style))
         images[name] = imread(path)
     assert part(images["light"][..., :3], palette.PAPER) > 0.5
     assert part(images["dark"][..., :3], DARK_PAPER) > 0.5
@@ -59,7 +59,7 @@ def test_only_selects_surfaces_units_zones_and_blocks(scene, units, tmp_path):
     assert len(show_units(units).legend) == 6
     path = tmp_path / "x.png"
     for only, count in ((["Top/Base"], 2), (["F1-"], 3), (["below Base F1+"], 1)):
-        scene.plot.units(path=path, only=only, size=SMALL)
+        scene.plot.view(path=path, show=["units"], only=only, size=SMALL)
         assert pixels(path).min() < 0.9
         assert len(show_units(units, only=Selection(tuple(only))).legend) == count
     ScenePlots(scene).view(path=path, only=["Base"], show=["horizons"], size=SMALL)
