@@ -283,10 +283,6 @@ def test_a_gap_as_large_as_an_overlap():
     assert "has two units on one side" in str(certificate)
 
 
-def test_curve_edges_are_among_the_bytes_that_are_compared(patches):
-    assert not same_bytes(patches, patches.changed(curve_edges=patches.curve_edges[1:])).passed
-
-
 def test_a_certificate_beyond_what_is_free_is_an_error_with_numbers(patches, units, monkeypatch):
     monkeypatch.setattr(threads, "_SMALL", 0)
     monkeypatch.setattr(threads, "free_memory", lambda: 20_000)

@@ -91,6 +91,7 @@ def test_a_grid_of_one_block_need_not_reach_the_others():
         scene_of({"OWC": part(1)})
 
 
+@settings(max_examples=10)
 @given(faulted_worlds(), st.integers(-3, 6), st.integers(-3, 6))
 def test_parts_add_up_to_the_units_of_small_worlds(surfaces, one, two):
     """Whole levels hit corners, edges and level pieces of horizons."""
@@ -308,7 +309,7 @@ def test_a_block_that_has_nothing_of_a_zone_is_refused():
     refused(InputError, words, scene_of, given, (short,), THREE)
 
 
-@settings(max_examples=12)
+@settings(max_examples=8)
 @given(faulted_worlds(), st.integers(-3, 6), st.integers(0, 2))
 def test_parts_add_up_in_named_zones_and_others_stay(surfaces, z, k):
     """Whole levels hit corners, edges and level pieces of horizons."""

@@ -9,7 +9,6 @@ import pytest
 
 from geosurf import TriSurface, build_walls, carve_units, rebuild_surfaces
 from geosurf.carve.certificate import certify
-from geosurf.carve.zones import name_blocks
 from geosurf.model import FluidContact
 from tests.carve.test_certificate import assert_noticed
 from tests.carve.test_units import volumes
@@ -57,20 +56,6 @@ def test_a_unit_that_sees_both_sides_of_a_fault_is_on_neither():
         for block in ("F1+ F2+", "F1- F2+", "F2-")
     }
     assert sum(unit.volume for unit in units.values()) == pytest.approx(units.box_volume)
-
-
-@pytest.mark.parametrize("larger", [0, 1])
-def test_rounding_of_volumes_ranks_nothing(larger):
-    """Two remnants are equal but for their last bit: the western one comes first."""
-    volume = [1 / 3, 1 / 3]
-    volume[larger] = np.nextafter(volume[larger], 1.0)
-    corners = [(2.0, 0.0, 0.0), (1.0, 0.0, 0.0)]
-    zone = np.zeros(2, dtype=np.int64)
-    found = name_blocks([("F1+",)] * 2, zone, volume, lambda u: corners[u])
-    assert found == ["F1+ #2", "F1+"]
-    clear = [volume[0], volume[1] * (1.001 if larger else 0.999)]
-    found = name_blocks([("F1+",)] * 2, zone, clear, lambda u: corners[u])
-    assert found == (["F1+ #2", "F1+"] if larger else ["F1+", "F1+ #2"])
 
 
 # ------------------------------------------------------------- faults that coincide

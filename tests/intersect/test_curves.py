@@ -7,7 +7,7 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geosurf import TriSurface, intersect_surfaces, rebuild_surfaces
@@ -40,6 +40,7 @@ def assert_true(one, two, **options):
     return curves
 
 
+@settings(max_examples=10)
 @given(relief(), relief("Base", holes=False))
 def test_two_reliefs_on_one_lattice(one, two):
     assert_true(one, two)

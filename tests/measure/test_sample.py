@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import geosurf as gs
@@ -44,6 +44,7 @@ def assert_exact(units, seed):
     assert (of_lines.ravel() == locator.find(points)).all()
 
 
+@settings(max_examples=10)
 @given(faulted_worlds(), st.integers(0, 2**32))
 def test_triangles_agree_with_rays(surfaces, seed):
     try:
@@ -76,6 +77,7 @@ def gridded_worlds(draw):
     return gs.Scene(horizons, faults, box, contacts=contacts)
 
 
+@settings(max_examples=10)
 @given(gridded_worlds(), st.integers(0, 2**32))
 def test_grids_agree_with_rays(scene, seed):
     try:

@@ -7,7 +7,7 @@ import itertools
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import geosurf as gs
@@ -106,6 +106,7 @@ def _share_inside(a, b):
 MODELS = [faulted((4.0, 4.0))]
 
 
+@settings(max_examples=10)
 @given(
     st.lists(st.tuples(st.integers(-2, 14), st.integers(-2, 8)), min_size=2, max_size=6),
     st.lists(st.floats(0, 1), max_size=40),

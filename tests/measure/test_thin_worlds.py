@@ -121,10 +121,10 @@ def measures(scene: Scene) -> Calls:
     yield "volumes", lambda: scene.volumes
     yield "check", lambda: scene.check()
     yield "explain", lambda: scene.explain()
-    zones = list(dict.fromkeys(unit.zone for unit in scene.units.values()))
-    for zone in zones:
+    step = (scene.box[1] - scene.box[0]) / 20.0
+    for zone in dict.fromkeys(unit.zone for unit in scene.units.values()):
         for kind in ("isochore", "isopach"):
-            yield f"{kind} {zone}", lambda z=zone, k=kind: scene.thickness(z, kind=k)
+            yield f"{kind} {zone}", lambda z=zone, k=kind: scene.thickness(z, step, kind=k)
     for unit in scene.units.values():
         if unit.contact:
             yield (
@@ -153,8 +153,8 @@ def lines_of(scene: Scene) -> list[list[tuple[float, float]]]:
     """Lines of sections: through all, along walls and edges, outside, from corner to corner."""
     w, e, s, n = scene.box[:4]
     x, y = 0.5 * (w + e), 0.5 * (s + n)
-    upright = [[(at, s), (at, n)] for at in (w, w + 0.375 * (e - w), x, e)]
-    level = [[(w, at), (e, at)] for at in (s, y, n)]
+    upright = [[(at, s), (at, n)] for at in (w, w + 0.375 * (e - w), x)]
+    level = [[(w, at), (e, at)] for at in (s, y)]
     odd = [[(w, s), (e, n)], [(w, y), (x, y), (x, n)], [(x, y), (x + 1e-9, y)], [(e, s), (w, s)]]
     return [*upright, *level, *odd, [(w - 1.0, s), (w - 1.0, n)]]
 

@@ -6,7 +6,7 @@ import itertools
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geosurf import TriSurface, build_walls, rebuild_surfaces
@@ -44,11 +44,13 @@ def assert_true(surfaces, exact=True):
 
 
 # two reliefs meet in points with denominators, whose rounded triangles may still not cross
+@settings(max_examples=8)
 @given(relief(size=2, holes=False), relief("Base", size=2))
 def test_two_reliefs(one, two):
     assert_true([one, two])
 
 
+@settings(max_examples=10)
 @given(relief(size=2), st.integers(-1, 2), st.integers(0, 1))
 def test_relief_and_fault(one, at, lean):
     corners = [(at, -1, -1), (at + 4 * lean, 3, -1), (at + 4 * lean, 3, 3), (at, -1, 3)]

@@ -174,9 +174,3 @@ def test_what_is_no_file_says_what_is(scene_lines, tmp_path):
         OutputError, match=r"suffixes .epc\. Or write its scene.units, scene.curves or"
     ):
         gs.write(scene_lines, tmp_path / "a.vtm")
-    world = gs.synthetic.torn("normal", n=21)
-    sheet = gs.tear_horizon(world.horizons["Top"], world.faults, name="Top")
-    with pytest.raises(
-        OutputError, match=r"write an object of type Sheet;.*write scene.patches.surface\(name\)"
-    ):
-        gs.write(sheet, tmp_path / "a.ts")
