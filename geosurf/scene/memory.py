@@ -24,7 +24,6 @@ from geosurf.conventions.crs import crs_of
 from geosurf.conventions.machine import most_memory_so_far
 from geosurf.conventions.running import count_of, running
 from geosurf.errors import GeosurfWarning, InputError
-from geosurf.kernels.lattices.decimate import AT_ONCE, mix_into
 from geosurf.model import FaultSticks, FluidContact, Sheet, TriSurface
 from geosurf.model.expected import flag_of
 from geosurf.model.surfaces import Sector
@@ -35,8 +34,6 @@ from geosurf.warning import collected, issue, pass_on
 
 
 _PART = 1 << 24  # bytes of a file that are read at once
-_LONG = 1 << 20  # bytes of an array that is shortened before it is hashed
-_LANES = 2048  # numbers of 64 bits to which it is shortened: they stay in the nearest cache
 Unknown = Callable[[Any], str]
 
 
@@ -143,8 +140,7 @@ def _add(digest: Any, value: Any, unknown: Unknown) -> None:
         digest.update(f"{value.dtype} {value.shape}".encode())
 
         # after kind and shape: equal bytes may mean different numbers
-        content = np.ascontiguousarray(value)
-        digest.update(content if content.nbytes < _LONG else _shortened(content))
+        digest.update(np.ascontiguousarray(value))
         # without the module there are none, and loading it takes a while
         if "numpy.ma" in sys.modules and isinstance(value, np.ma.MaskedArray):
             _add(digest, np.ma.getmaskarray(value), unknown)
@@ -181,22 +177,6 @@ def _add_words(digest: Any, value: Any, unknown: Unknown) -> None:
         digest.update(f"{value!r} ".encode())
     else:
         _add(digest, value, unknown)
-
-
-def _shortened(array: np.ndarray) -> bytes:
-    """Many bytes as a few that a slow hash can take: at the speed of memory.
-
-    Each number of a lane is mixed into the state of the lane by a map that is one-to-one, so that
-    arrays which differ in one number of a lane have different states. States of lanes that differ
-    in more numbers are equal in one of 2**64 cases.
-    """
-    content = array.reshape(-1).view(np.uint8)
-    step = 8 * AT_ONCE * _LANES
-    mixed = content.nbytes // step * step
-    state = np.arange(_LANES)
-    with np.errstate(over="ignore"):  # products are meant to overflow; Python itself warns of it
-        mix_into(state, content[:mixed].view(np.int64))
-    return state.tobytes() + content[mixed:].tobytes()
 
 
 def _add_sector(digest: Any, sector: Sector, unknown: Unknown) -> None:

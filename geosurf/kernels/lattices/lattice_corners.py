@@ -40,35 +40,6 @@ def may_be_degenerate(ax, ay, az, bx, by, bz):
     )
 
 
-@scalar
-def _add_steps(row, before, most):
-    """Extend the largest steps by column with those along a row and from the row before."""
-    for j in range(1, row.shape[0]):  # selections without branches are vectorised
-        along, across = abs(row[j] - row[j - 1]), abs(row[j] - before[j])
-
-        # comparisons with not-a-number are false
-        step = most[j]
-        step = along if along > step else step
-        most[j] = across if across > step else step
-    across = abs(row[0] - before[0])
-    most[0] = across if across > most[0] else most[0]
-
-
-@entry("d1 l1 -> d")
-def steepest_step(r, a):
-    """Largest step in elevation between two neighbours; absent nodes have none."""
-    # rows of one value have no steps along them
-    n = a[N_COL] if a[8] == 1 else 1
-    most = np.zeros(n)
-    for i in range(a[N_ROW]):
-        here, before = a[6] + i * a[7], a[6] + max(i - 1, 0) * a[7]
-        _add_steps(r[here : here + n], r[before : before + n], most)
-    steepest = 0.0
-    for j in range(n):
-        steepest = max(steepest, most[j])
-    return steepest
-
-
 @entry("d1 d1 d1 l1 -> d1 l1")
 def lattice_normals(p, q, r, a):
     """Sum of all normals (length: area) and of areas, and the keys of possibly degenerate

@@ -10,7 +10,6 @@ import numpy as np
 from geosurf.arrangement.threads import map_threads
 from geosurf.conventions import rising_diagonal
 from geosurf.errors import HorizonError
-from geosurf.kernels.lattices.decimate import third_differences
 from geosurf.kernels.sheets.node_bands import places_of_nodes
 from geosurf.model import Lattice, frozen
 
@@ -386,12 +385,23 @@ def signal_of(heights: np.ndarray) -> float:
 def _spread(heights: np.ndarray, step: int) -> float:
     """Variance of third differences over rows and columns, none of them across a hole."""
     # a sample of rows and columns is enough for two variances
-    every = [max(n // ROWS, 1) for n in heights.shape]
-    sizes = third_differences(heights, step, *every)
+    n_row, n_col = (max(n // ROWS, 1) for n in heights.shape)
+    sizes = np.concatenate([_third(z, step) for z in (heights[::n_row], heights[:, ::n_col].T)])
     if not len(sizes):
         return np.nan
     # medians, since data beside faults may have outliers: 1.4826 makes them deviations
     return float((1.4826 * np.median(sizes, overwrite_input=True)) ** 2)
+
+
+def _third(lines: np.ndarray, step: int) -> np.ndarray:
+    """Sizes of third differences along lines (n, n_node), of nodes with no hole between them."""
+    reach = 3 * step
+    if lines.shape[1] <= reach:
+        return np.empty(0)
+    a, b, c = (lines[:, k * step : lines.shape[1] - reach + k * step] for k in range(3))
+    holes = np.cumsum(np.pad(np.isnan(lines), ((0, 0), (1, 0))), axis=1)
+    whole = holes[:, reach + 1 :] == holes[:, : -reach - 1]
+    return np.abs((lines[:, reach:] - a) - 3.0 * (c - b))[whole]
 
 
 def weight_of(noise: float, signal: float, cell: float) -> float | None:
