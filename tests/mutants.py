@@ -58,7 +58,7 @@ MUTANTS = (
     Mutant("carve", "min(shared, key=lambda v: (-shared[v], rank[v]))", "min(shared, key=lambda v: (shared[v], rank[v]))", "geosurf/carve tests/carve"),
     Mutant("carve", "first = sum(level > highest for level in levels)", "first = sum(level < lowest for level in levels)", "tests/carve tests/scene"),
     Mutant("carve", "way = np.where(shells.sides[rows, 1] == split.row, 1.0, -1.0)", "way = np.where(shells.sides[rows, 1] == split.row, 1.0, 1.0)", "tests/carve tests/scene"),
-    Mutant("carve", "extent[rows[~outward], LOOKS_DOWN]", "extent[rows[~outward], LOOKS_UP]", "tests/carve tests/scene"),
+    Mutant("carve", "sums[rows[~outward], LOOKS_DOWN]", "sums[rows[~outward], LOOKS_UP]", "tests/carve tests/scene"),
     Mutant("carve", "<= VOLUME_TOLERANCE and not off and not moved", "<= VOLUME_TOLERANCE and not moved", "tests/carve"),
     Mutant("carve", "for name in sizes if sizes[name].volume <= 0.0]", "for name in sizes if sizes[name].volume < -1e99]", "tests/carve"),
     Mutant("carve", "if stated[k] != recomputed[k]:", "if False:", "tests/carve"),

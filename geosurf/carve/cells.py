@@ -339,13 +339,14 @@ class Cells:
         return {}
 
     @cached_property
-    def below(self) -> np.ndarray:
-        """Volume below each face, float64 (n, 3): see `geosurf.carve.measures`."""
-        return measures.below(self.pieces, self.face_of_element, self._all, self.level)
+    def sums(self) -> np.ndarray:
+        """Volume, area and bounds of faces, float64 (n, N_SUM): see `carve.measures`."""
+        wanted = np.ones(len(self.surface_of), dtype=bool)
+        return measures.sums(self.pieces, self.face_of_element, wanted, self.level)
 
     @cached_property
     def level(self) -> float:
-        """Local elevation that `below` refers to [m]: that of the middle of the box."""
+        """Local elevation that `sums` refer to [m]: that of the middle of the box."""
         return float(box_of(self.patches)[:, 2].mean())
 
     @cached_property
@@ -361,38 +362,23 @@ class Cells:
     @cached_property
     def heights(self) -> np.ndarray:
         """Lowest and highest local elevation of each face, float64 (n, 2) [m]."""
-        return self.extent[:, [measures.LOWER.stop - 1, measures.UPPER.stop - 1]]
+        return self.sums[:, [measures.LOWER.stop - 1, measures.UPPER.stop - 1]]
 
-    def beside_level(self, wanted: np.ndarray, level: float) -> np.ndarray:
-        """Volume of some faces (bool) above a level and below it: see `carve.measures`."""
-        found = measures.beside_level(
-            self.pieces, self.face_of_element, wanted, level, self.surface_of
-        )
-        found[~wanted] = np.nan
-        return found
-
-    @property
-    def _all(self) -> np.ndarray:
-        """All faces, as `measures` takes them."""
-        return np.ones(len(self.surface_of), dtype=bool)
-
-    @cached_property
-    def extent(self) -> np.ndarray:
-        """Area, bounds and map areas of each face, float64 (n, 12): see `carve.measures`."""
-        return measures.extent(self.pieces, self.face_of_element, self._all)
-
-    def extent_of(self, faces: np.ndarray) -> np.ndarray:
-        """Rows of `extent` for some faces: only these are measured if none has been before."""
-        if "extent" not in self.__dict__:
-            wanted = np.zeros(len(self.surface_of), dtype=bool)
-            wanted[faces] = True
-            return measures.extent(self.pieces, self.face_of_element, wanted)[faces]
-        return self.extent[faces]
+    def beside_level(self, wanted: np.ndarray, level: float) -> tuple[np.ndarray, np.ndarray]:
+        """Six times the volume of some faces (bool) above and below a level, in three numbers."""
+        found = measures.sums(self.pieces, self.face_of_element, wanted, level)
+        (whole, more), (above, rest) = found[:, measures.VOLUME].T, found[:, measures.ABOVE].T
+        # a difference, and what rounding took from it (Knuth)
+        below = whole - above
+        back = below - whole
+        off = (whole - (below - back)) - (above + back)
+        parts = (above, rest, 0.0 * rest), (below, off, more - rest)
+        return np.stack(parts[0], axis=1), np.stack(parts[1], axis=1)
 
     @property
     def flat(self) -> np.ndarray:
         """Twice the area of each face in the map, below 0 where its front looks down [m2]."""
-        return self.below[:, measures.FLAT]
+        return self.sums[:, measures.FLAT]
 
     def beside(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Face of some triangles, rows of `Patches.triangles`, or -1; cells on both sides (n, 2).

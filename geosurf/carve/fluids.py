@@ -19,7 +19,7 @@ import numpy as np
 
 from geosurf.carve.cells import Cells
 from geosurf.carve.column import raise_leak
-from geosurf.carve.measures import BELOW, FLAT, doubtful_volume
+from geosurf.carve.measures import FLAT, VOLUME, doubtful_volume
 from geosurf.carve.outside import box_of
 from geosurf.carve.shells import Shells, unit_of_volume
 from geosurf.carve.zones import ABOVE, UNKNOWN, WHOLE
@@ -557,11 +557,11 @@ def _beside(shells: Shells, faces: np.ndarray, level: float) -> np.ndarray:
     found = np.zeros((len(cells.surface_of), 6))
     low, high = cells.heights[faces].T
     for some, at in ((faces[low >= level], slice(0, 3)), (faces[high <= level], slice(3, 6))):
-        shift = 3.0 * (cells.level - level) * cells.below[some, FLAT]
-        found[some, at] = np.column_stack([cells.below[some, BELOW], shift])
+        shift = 3.0 * (cells.level - level) * cells.sums[some, FLAT]
+        found[some, at] = np.column_stack([cells.sums[some, VOLUME], shift])
 
     rows = np.zeros(len(found), dtype=bool)
     rows[faces[(low < level) & (high > level)]] = True
-    cut = cells.beside_level(rows, level)
-    found[rows, 0:2], found[rows, 3:5] = cut[rows, 0:2], cut[rows, 2:4]
+    above, below = cells.beside_level(rows, level)
+    found[rows, :3], found[rows, 3:] = above[rows], below[rows]
     return found

@@ -1,36 +1,32 @@
-"""Compute volume below, area and bounds of faces."""
+"""Compute volume, area and bounds of faces."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
-from functools import partial
-from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
-from geosurf.arrangement.threads import in_ranges, map_threads
-from geosurf.conventions import grouped
+from geosurf.arrangement.threads import map_threads
 from geosurf.kernels.meshes import volumes as kernels
-from geosurf.model import Lattice
 from geosurf.model.pieces import Pieces
 
-# columns of `below`: six times the volume as two numbers, twice the area in the map
-BELOW, FLAT = slice(0, 2), 2
-# columns of `extent`: area as two numbers, lower and upper corner; twice the area in the map of
-# triangles that look up and of those that look down, two numbers each
-AREA, LOWER, UPPER = slice(0, 2), slice(2, 5), slice(5, 8)
-LOOKS_UP, LOOKS_DOWN = slice(8, 10), slice(10, 12)
+_ELEMENTS = 1000  # triangles and runs from which threads are worth it
+
+# columns of `sums`, see `geosurf.kernels.meshes.volumes`: volumes and areas are two numbers each
+VOLUME, ABOVE, FLAT = (
+    slice(kernels.VOLUME, 2),
+    slice(kernels.ABOVE, kernels.ABOVE + 2),
+    kernels.FLAT,
+)
+AREA = slice(kernels.AREA, kernels.AREA + 2)
+LOWER, UPPER = slice(kernels.LOWER, kernels.UPPER), slice(kernels.UPPER, kernels.UPPER + 3)
+LOOKS_UP = slice(kernels.LOOKS_UP, kernels.LOOKS_UP + 2)
+LOOKS_DOWN = slice(kernels.LOOKS_DOWN, kernels.LOOKS_DOWN + 2)
 
 
-_MANY_RUNS = 1000  # of all lattices, from which they are summed in threads
-_TRIANGLES = 50_000  # of a thread, at least: half a millisecond of work
-
-
-def below(pieces: Pieces, face: np.ndarray, asked: np.ndarray, level: float) -> np.ndarray:
+def sums(pieces: Pieces, face: np.ndarray, asked: np.ndarray, level: float) -> np.ndarray:
     """
-    Volume between faces and a level.
+    Volume, area and bounds of faces.
 
     Parameters
     ----------
@@ -40,134 +36,36 @@ def below(pieces: Pieces, face: np.ndarray, asked: np.ndarray, level: float) -> 
     asked : ndarray of bool, shape (n_face,)
         Faces that are measured; rows of others mean nothing.
     level : float
-        Local elevation [m]; best amid what is measured.
+        Local elevation from which volumes are measured [m]; best amid what is measured.
 
     Returns
     -------
-    ndarray of float64, shape (n_face, 3)
-        Six times the volume below (two numbers, to be added), twice the area in the map; both
-        below 0 where fronts look down. The volume between a triangle and a level is its area in
-        the map times its mean height; over a closed shell, these add up to the volume inside.
+    ndarray of float64, shape (n_face, N_SUM)
+        Six times the volume between a face and the level, and what of it is above the level; twice
+        the area in the map, all below 0 where fronts look down; area [m2], lower and upper corner,
+        local [m]; twice the area in the map of triangles that look up, and of those that look down.
     """
-    found = np.zeros((len(asked), 3))
-    parts = list(_runs(pieces, face, asked))
-    height = level + pieces.origin[2]
-
-    def of_triangles(*some: np.ndarray) -> None:
-        """Add triangles that share no face with others."""
-        kernels.volume_below_triangles(pieces.x, *some, asked, level, found)
-
-    def of_runs(lattice: Lattice, runs: np.ndarray, _: np.ndarray) -> np.ndarray:
-        """Volume below each run and its map area (n_run, 3)."""
-        return kernels.volume_below_runs(*lattice.coordinates, lattice.places, runs, height)
-
-    tasks: list[tuple[Callable[[], Any]]]
-    tasks = [(partial(of_triangles, *some),) for some in _triangles(pieces, face)]
-    tasks += [(partial(of_runs, *part),) for part in parts]
-    worth = bool(pieces.first_run[-1] > _MANY_RUNS)
-    sums = map_threads(lambda task: task(), tasks, worth=worth)[len(tasks) - len(parts) :]
-    for (lattice, _, of), one in zip(parts, sums, strict=True):
-        kernels.add_runs(lattice.places, one, of, found)
-    return found
-
-
-def extent(pieces: Pieces, face: np.ndarray, asked: np.ndarray) -> np.ndarray:
-    """
-    Area and bounds of faces, and their areas in the map.
-
-    Parameters
-    ----------
-    pieces, face, asked
-        As for `below`.
-
-    Returns
-    -------
-    ndarray of float64, shape (n_face, 12)
-        Area (two numbers, to be added) [m2], lower and upper corner, local [m]; twice the area in
-        the map of the triangles that look up, and of those that look down (two numbers each).
-    """
-    found = np.zeros((len(asked), 12))
+    found = np.zeros((len(asked), kernels.N_SUM))
     found[:, LOWER], found[:, UPPER] = np.inf, -np.inf
-    map_threads(
-        kernels.extent_triangles,
-        [(pieces.x, *some, asked, found) for some in _triangles(pieces, face)],
-    )
-    for lattice, runs, of in _runs(pieces, face, asked):
-        kernels.extent_runs(*lattice.coordinates, lattice.places, runs, of, pieces.origin, found)
-    return found
+    n, is_asked = len(pieces.triangles), np.append(asked, False)[face]  # the last: no face
+    cut = np.searchsorted(pieces.surface, np.arange(len(pieces.sources) + 1)).tolist()
 
-
-def beside_level(
-    pieces: Pieces, face: np.ndarray, asked: np.ndarray, level: float, surface: np.ndarray
-) -> np.ndarray:
-    """
-    Volume between faces and a level, above it and below it.
-
-    Parameters
-    ----------
-    pieces, face, asked
-        As for `below`.
-    level : float
-        Local elevation [m].
-    surface : ndarray of int64, shape (n_face,)
-        Surface that each face is of. No triangle of others than those of `asked` is looked at.
-
-    Returns
-    -------
-    ndarray of float64, shape (n_face, 4)
-        Six times the volume above the level (two numbers, to be added), and below it; for fronts
-        that look up, the first is positive and the second negative.
-    """
-    found = np.zeros((len(asked), 4))
-    wanted = np.unique(surface[asked])
-    ends = np.searchsorted(pieces.surface, [wanted, wanted + 1]).T.tolist()
-
-    def add(i: int, j: int, runs: Iterable[tuple[Lattice, np.ndarray, np.ndarray]]) -> None:
-        """Add triangles i to j - 1, then runs."""
-        kernels.volume_beside_triangles(
-            pieces.x, pieces.triangles[i:j], face[i:j], asked, level, found
-        )
-        height = level + pieces.origin[2]
-        for lattice, some, of in runs:
-            kernels.volume_beside_runs(
-                *lattice.coordinates, lattice.places, some, of, height, found
-            )
+    def add(i: int) -> None:
+        """Add the triangles of a surface, then its runs."""
+        some = slice(cut[i], cut[i + 1])
+        kernels.add_triangles(pieces.x, pieces.triangles[some], face[some], asked, level, found)
+        strips, lattice = pieces.strips[i], pieces.sources[i].lattice
+        if strips is not None and lattice is not None:
+            of = slice(n + pieces.first_run[i], n + pieces.first_run[i + 1])
+            rows = np.flatnonzero(is_asked[of])
+            kernels.add_runs(
+                *lattice.coordinates, lattice.places, strips.runs[rows], face[of][rows],
+                pieces.origin, level, found,
+            )  # fmt: skip
 
     # surfaces have no face in common, so that each is a task
-    of_surface = grouped((int(surface[run[2][0]]), run) for run in _runs(pieces, face, asked))
-    rows = [(*row, of_surface.get(one, ())) for one, row in zip(wanted.tolist(), ends, strict=True)]
-    map_threads(add, rows, worth=sum(j - i for i, j in ends) > _TRIANGLES)
+    map_threads(add, [(i,) for i in range(len(pieces.sources))], worth=len(face) > _ELEMENTS)
     return found
-
-
-def _triangles(pieces: Pieces, face: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-    """All triangles and the face of each; kernels pass over those that belong to none.
-
-    In ranges of whole surfaces, which have no face in common: threads add up one range each.
-    """
-    surface = pieces.surface
-    ends = [0]
-    for _, end in in_ranges(len(surface), _TRIANGLES):
-        if end > ends[-1]:
-            ends.append(int(np.searchsorted(surface, surface[end - 1], side="right")))
-    return [(pieces.triangles[i:j], face[i:j]) for i, j in pairwise(ends)]
-
-
-def _runs(
-    pieces: Pieces, face: np.ndarray, asked: np.ndarray
-) -> Iterator[tuple[Lattice, np.ndarray, np.ndarray]]:
-    """For each lattice the runs that belong to a face that is asked for, and which."""
-    of_run = face[len(pieces.triangles) :]
-    is_asked = np.append(asked, False)[of_run]  # the last: no face
-    for i, strips in enumerate(pieces.strips):
-        if strips is not None:
-            own = slice(pieces.first_run[i], pieces.first_run[i + 1])
-            of, rows = of_run[own], np.flatnonzero(is_asked[own])
-            if not len(rows):
-                continue
-            lattice = pieces.sources[i].lattice
-            assert lattice is not None  # only lattices have strips
-            yield lattice, strips.runs[rows], of[rows]
 
 
 # ---- volume ----------------------------------------

@@ -110,7 +110,7 @@ def _shared(
     area = np.zeros((len(sides), 2))
     if faces:
         rows = np.concatenate(list(faces.values()))
-        area[rows] = shells.cells.extent_of(rows)[:, AREA]
+        area[rows] = shells.cells.sums[rows, AREA]
     return faces, area
 
 
@@ -254,4 +254,4 @@ def surfaces_of(cells: Cells, faces: Sequence[int]) -> tuple[str, ...]:
 
 def shared_area(cells: Cells, faces: Sequence[int]) -> float:
     """Area of some faces [m2]."""
-    return math.fsum(cells.extent[np.array(faces, dtype=np.int64), AREA].ravel().tolist())
+    return math.fsum(cells.sums[np.array(faces, dtype=np.int64), AREA].ravel().tolist())

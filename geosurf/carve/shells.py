@@ -17,11 +17,11 @@ from geosurf.carve.cells import Cells, FullCells
 from geosurf.carve.clipped import list_faces
 from geosurf.carve.measures import (
     AREA,
-    BELOW,
     LOOKS_DOWN,
     LOOKS_UP,
     LOWER,
     UPPER,
+    VOLUME,
     doubtful_volume,
     exact_volume,
     normals,
@@ -73,7 +73,7 @@ class Shells:
 
     def area(self, u: int) -> float:
         """Area of the shell of a unit [m2]."""
-        return math.fsum(self.cells.extent[self.faces(u), AREA].ravel().tolist())
+        return math.fsum(self.cells.sums[self.faces(u), AREA].ravel().tolist())
 
     def map_area(self, u: int, without: Sequence[int] = ()) -> float:
         """Area of the upper side of a unit in the map [m2], without some surfaces."""
@@ -82,8 +82,8 @@ class Shells:
 
         # with the unit behind it a face looks outward, with the unit in front it is turned over
         outward = self.sides[rows, 1] == u
-        extent = self.cells.extent
-        up, down = extent[rows[outward], LOOKS_UP], extent[rows[~outward], LOOKS_DOWN]
+        sums = self.cells.sums
+        up, down = sums[rows[outward], LOOKS_UP], sums[rows[~outward], LOOKS_DOWN]
         return 0.5 * math.fsum([*up.ravel().tolist(), *down.ravel().tolist()])
 
     def n_triangle(self, u: int) -> int:
@@ -97,13 +97,13 @@ class Shells:
 
     def corner(self, u: int) -> tuple[float, float, float]:
         """Western, southern and lower bound of a unit, local."""
-        west, south, bottom = self.cells.extent[self.faces(u), LOWER].min(axis=0).tolist()
+        west, south, bottom = self.cells.sums[self.faces(u), LOWER].min(axis=0).tolist()
         return west, south, bottom
 
     def middle(self, u: int) -> tuple[float, float, float]:
         """Middle of the bounds of a unit, in world coordinates."""
-        extent, origin = self.cells.extent_of(self.faces(u)), self.cells.patches.origin
-        low, high = extent[:, LOWER].min(axis=0) + origin, extent[:, UPPER].max(axis=0) + origin
+        sums, origin = self.cells.sums[self.faces(u)], self.cells.patches.origin
+        low, high = sums[:, LOWER].min(axis=0) + origin, sums[:, UPPER].max(axis=0) + origin
         east, north, up = (0.5 * (low + high)).tolist()
         return east, north, up
 
@@ -262,7 +262,7 @@ def shells_of(cells: Cells, unit_of_cell: np.ndarray) -> Shells:
     # the divergence theorem: six times the volume is the sum below outward faces, with sign
     unit = np.repeat(np.arange(n_unit), np.diff(first))
     way = np.where(sides[row, 1] == unit, 1.0, -1.0)
-    below = way[:, None] * cells.below[row, BELOW]
+    below = way[:, None] * cells.sums[row, VOLUME]
     parts, ends = below.ravel().tolist(), (below.shape[1] * first).tolist()
     volumes = [math.fsum(parts[begin:end]) / 6.0 for begin, end in pairwise(ends)]
     shells = Shells(cells, unit_of_cell, sides, volumes)

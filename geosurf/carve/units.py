@@ -341,7 +341,7 @@ def _without_slivers(
     number = dict(zip(names, named.order, strict=True))
     faces = faces_between_units(parts.shells.sides)
     small = [number[one.name] for one in units.slivers]
-    home = homes_of_slivers(faces, cells.extent[:, AREA], len(named.order), small, named.order)
+    home = homes_of_slivers(faces, cells.sums[:, AREA], len(named.order), small, named.order)
 
     # cells of a sliver take zone, block and contact interval of its new unit
     unit = parts.shells.unit_of_cell
@@ -642,7 +642,7 @@ def slits(patches: Patches, cells: Cells, shells: Shells, faults: list[int]) -> 
     wanted = [rows for rows in found.values() if len(rows)]
     if not wanted:
         return {}
-    areas = cells.extent_of(np.concatenate(wanted))[:, AREA]
+    areas = cells.sums[np.concatenate(wanted), AREA]
     parts = np.split(areas, np.cumsum([len(rows) for rows in wanted])[:-1])
     names = [patches.names[i] for i in faults if len(found[i])]
     return {n: math.fsum(part.ravel().tolist()) for n, part in zip(names, parts, strict=True)}

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from geosurf import TriSurface
+from geosurf.carve.measures import AREA, FLAT, LOOKS_DOWN, LOOKS_UP, LOWER, UPPER, VOLUME
 from geosurf.kernels.lattices import strips
 from geosurf.kernels.meshes import volumes
 from geosurf.model import Lattice
@@ -95,32 +96,28 @@ def test_measures_are_those_of_the_triangles(case):
     grid = (*lattice.coordinates, lattice.places, runs[:n])
     for face in (np.arange(n), np.arange(n) % 2):  # each run by itself, and two faces of several
         of, n_face = face[run[keys]], int(face.max(initial=-1)) + 1
-        below = np.zeros((n_face, 3))
-        sums = volumes.volume_below_runs(*grid, 4.0)
-        volumes.add_runs(lattice.places, sums, face, below)
+        sums = np.zeros((n_face, volumes.N_SUM))
+        sums[:, LOWER], sums[:, UPPER] = np.inf, -np.inf
+        volumes.add_runs(*grid, face, np.array([1.0, 2.0, 3.0]), 1.0, sums)
         exact = [math.fsum(volume[of == i]) for i in range(n_face)]
-        np.testing.assert_allclose(below[:, 0] + below[:, 1], exact, rtol=1e-15, atol=1e-13)
-        np.testing.assert_allclose(below[:, 2], np.bincount(of, 2.0 * area, n_face), atol=1e-12)
-        extent = np.zeros((n_face, 12))
-        extent[:, 2:5], extent[:, 5:8] = np.inf, -np.inf
-        volumes.extent_runs(*grid, face, np.array([1.0, 2.0, 3.0]), extent)
-        np.testing.assert_allclose(
-            extent[:, 0] + extent[:, 1], np.bincount(of, full, n_face), atol=1e-12
-        )
+        np.testing.assert_allclose(sums[:, VOLUME].sum(axis=1), exact, rtol=1e-15, atol=1e-13)
+        flat, size = np.bincount(of, 2.0 * area, n_face), np.bincount(of, full, n_face)
+        np.testing.assert_allclose(sums[:, FLAT], flat, atol=1e-12)
+        np.testing.assert_allclose(sums[:, AREA].sum(axis=1), size, atol=1e-12)
         for i in range(n_face):
             inside = corners[of == i] - (1.0, 2.0, 3.0)
-            box = [*inside.min(axis=(0, 1)), *inside.max(axis=(0, 1))]
-            assert extent[i, 2:8].tolist() == box
-        up, down = extent[:, 8] + extent[:, 9], extent[:, 10] + extent[:, 11]
+            assert sums[i, LOWER].tolist() == inside.min(axis=(0, 1)).tolist()
+            assert sums[i, UPPER].tolist() == inside.max(axis=(0, 1)).tolist()
+        up, down = sums[:, LOOKS_UP].sum(axis=1), sums[:, LOOKS_DOWN].sum(axis=1)
         mine = np.bincount(of, 2.0 * np.maximum(area, 0.0), n_face)
         np.testing.assert_allclose(up, mine, atol=1e-12)
-        np.testing.assert_allclose(up - down, below[:, 2], atol=1e-12)
+        np.testing.assert_allclose(up - down, flat, atol=1e-12)
 
 
 def test_nothing_is_lost_of_a_sum_of_large_and_small_terms():
     """Two numbers hold what one would round away: a thousand small steps on a large one."""
     x = np.array([[0.0, 0, 0], [1e8, 0, 0], [0, 1e8, 0], [1, 0, 1], [0, 1, 1], [0, 0, 1]])
     t = np.array([[0, 1, 2], *[[5, 3, 4]] * 1000, [0, 2, 1]])
-    found = np.zeros((1, 3))
-    volumes.volume_below_triangles(x, t, np.zeros(len(t), dtype=np.int64), ALL, -1.0, found)
-    assert found[0, 0] + found[0, 1] == 6000.0
+    found = np.zeros((1, volumes.N_SUM))
+    volumes.add_triangles(x, t, np.zeros(len(t), dtype=np.int64), ALL, -1.0, found)
+    assert found[0, VOLUME].sum() == 6000.0

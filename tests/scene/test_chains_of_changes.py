@@ -106,8 +106,7 @@ LEAST = [
     (cells, "_EDGES"),
     (cells, "_PARENTS"),
     (cells, "_SEAMS"),
-    (measures, "_TRIANGLES"),
-    (measures, "_MANY_RUNS"),
+    (measures, "_ELEMENTS"),
 ]
 
 

@@ -31,12 +31,26 @@ def two_sum(out, i, k, term):
 
 
 @scalar
-def _load_side(p, q, r, a, origin, row, col, cell):
-    """Load the nodes of a column in two rows as corners 1 and 2 of a cell, local."""
+def load_side(p, q, r, a, origin, row, col, cell):
+    """Load the next column of nodes in two rows, local, as corners 1 and 2 of a cell.
+
+    Corners 0, 1, 2, 3 are around the cell: 0 and 3 are 1 and 2 of the one before.
+    """
+    for k in range(3):
+        cell[0, k], cell[3, k] = cell[1, k], cell[2, k]
     for k in range(2):
         cell[1 + k, 0] = load(p, a, 0, row + k, col) - origin[0]
         cell[1 + k, 1] = load(q, a, 1, row + k, col) - origin[1]
         cell[1 + k, 2] = load(r, a, 2, row + k, col) - origin[2]
+
+
+@scalar
+def load_half(cell, half, rising, c):
+    """Load the corners of one triangle of a cell: of 0 1 2 and 0 2 3, or of 0 1 3 and 1 2 3."""
+    first = 1 if half == 1 and rising == 0 else 0
+    third = 2 if half == 0 and rising == 1 else 3
+    for k in range(3):
+        c[0, k], c[1, k], c[2, k] = cell[first, k], cell[1 + half, k], cell[third, k]
 
 
 @scalar
@@ -77,18 +91,11 @@ def sums_of_runs(p, q, r, a, label, first_row, origin, level, out):
     c, cell = np.empty((3, 3)), np.empty((4, 3))
     none = out.shape[0] - 1
     for row in range(label.shape[0]):
-        _load_side(p, q, r, a, origin, first_row + row, 0, cell)
+        load_side(p, q, r, a, origin, first_row + row, 0, cell)
         for col in range(label.shape[1]):
-            # corners 0, 1, 2, 3 around the cell: 0 and 3 are 1 and 2 of the one before
-            for k in range(3):
-                cell[0, k], cell[3, k] = cell[1, k], cell[2, k]
-            _load_side(p, q, r, a, origin, first_row + row, col + 1, cell)
+            load_side(p, q, r, a, origin, first_row + row, col + 1, cell)
             for half in range(2):
-                # 0 1 2 + 0 2 3, or 0 1 3 + 1 2 3
-                first = 1 if half == 1 and a[RISING] == 0 else 0
-                third = 2 if half == 0 and a[RISING] == 1 else 3
-                for k in range(3):
-                    c[0, k], c[1, k], c[2, k] = cell[first, k], cell[1 + half, k], cell[third, k]
+                load_half(cell, half, a[RISING], c)
                 i = label[row, col, half]
                 _add_sums(c, level, sign, i if i >= 0 else none, out)
 
