@@ -12,6 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from geosurf.faults.distance import in_ring
 from geosurf.faults.rim import (
     Rim,
     clip_steps,
@@ -300,12 +301,7 @@ class Model:
         a, b = self.outline, np.roll(self.outline, -1, axis=0)
         rounding = 4.0 * float(np.spacing(np.abs(self.outline).max()))
 
-        # even-odd rule: how often a ray to the east crosses the outline
-        between = (a[:, 1] > y[:, None]) != (b[:, 1] > y[:, None])
-        with np.errstate(divide="ignore", invalid="ignore"):
-            share = (y[:, None] - a[:, 1]) / (b[:, 1] - a[:, 1])
-            east = x[:, None] < a[:, 0] + share * (b[:, 0] - a[:, 0])
-        on_map: np.ndarray = (between & east).sum(axis=1) % 2 == 1
+        on_map = in_ring(points, self.outline)
         way = b - a
         apart = points[:, None, :2] - a
         share = np.clip((apart * way).sum(axis=2) / (way**2).sum(axis=1), 0.0, 1.0)

@@ -16,6 +16,7 @@ import numpy as np
 from geosurf.conventions import length_text, place
 from geosurf.errors import GeosurfWarning
 from geosurf.kernels.meshes.mesh import edges
+from geosurf.kernels.meshes.nearest import point_codes
 from geosurf.model import TriSurface
 from geosurf.model.expected import outline_of
 
@@ -126,17 +127,10 @@ def _boxes(shapes: np.ndarray, starts: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 def _along_curve(shapes: np.ndarray) -> np.ndarray:
-    """Order that keeps near shapes together: bits of the three coordinates, interleaved."""
+    """Order that keeps near shapes together: the Morton order of their middles."""
     centre = shapes.mean(axis=1)
-    span = np.maximum(np.ptp(centre, axis=0).max(), np.finfo(float).tiny)
-
-    # ten bits for each axis, interleaved: the Morton order
-    cell = ((centre - centre.min(axis=0)) / span * 1023).astype(np.int64)
-    key = np.zeros(len(shapes), dtype=np.int64)
-    for bit in range(10):
-        for axis in range(3):
-            key |= ((cell[:, axis] >> bit) & 1) << (3 * bit + axis)
-    return np.argsort(key, kind="stable")
+    box = np.concatenate([centre.min(axis=0), centre.max(axis=0)])
+    return np.argsort(point_codes(centre, box), kind="stable")
 
 
 def _closest_pair(
@@ -247,7 +241,7 @@ gs.extend_fault(fault, box, sides='strike').surface, or take box=(11, 989, 0, 10
     heights = x[rim][:, :, 2]
     rim = rim[(heights.max(axis=1) > low) & (heights.min(axis=1) < high)]
     edges = _clipped(x[rim], low, high)
-    inside = in_ring(edges.reshape(-1, 3), ring).reshape(-1, 2)
+    inside = in_ring(edges, ring)
 
     found = []
     for k, (a, b) in enumerate(zip(ring, np.roll(ring, -1, axis=0), strict=True)):

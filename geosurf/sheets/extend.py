@@ -17,6 +17,7 @@ from scipy.ndimage import binary_dilation, binary_fill_holes, distance_transform
 
 from geosurf.conventions import area_text, is_number, length_text, real_numbers
 from geosurf.errors import GeosurfWarning, HorizonError, InputError
+from geosurf.faults.distance import in_ring
 from geosurf.model import Sheet, TriSurface
 from geosurf.model.expected import box_of_sides, flag_of, outline_of
 from geosurf.sheets.faults.network import Network
@@ -242,26 +243,12 @@ def _new_nodes(
     new = ~known & ~holes & (far <= distance * (1 + 1e-9))
     if corners is not None:
         # two rows more than the area, so that all triangles that its rim crosses exist
-        inside = _in_polygon(frame, corners)
+        nodes = np.stack(np.meshgrid(*map(np.arange, frame.shape[::-1])), axis=-1)
+        inside = in_ring(nodes, frame.to_lattice(corners))
         new &= binary_dilation(inside, np.ones((3, 3)), iterations=2)
     if fill:
         new |= holes
     return new
-
-
-def _in_polygon(frame: Frame, corners: np.ndarray) -> np.ndarray:
-    """Which nodes are inside a polygon, bool (n_row, n_col)."""
-    # even-odd rule, for all nodes at once: each edge of the polygon flips those to its left
-    n_row, n_col = frame.shape
-    x, y = frame.to_lattice(corners).T
-    column, row = np.meshgrid(np.arange(n_col), np.arange(n_row))
-    inside = np.zeros(frame.shape, dtype=bool)
-    for k in range(len(x)):
-        if y[k - 1] != y[k]:
-            crossed = (y[k - 1] <= row) != (y[k] <= row)
-            at = x[k - 1] + (row - y[k - 1]) * (x[k] - x[k - 1]) / (y[k] - y[k - 1])
-            inside ^= crossed & (column < at)
-    return inside
 
 
 def _continued(
