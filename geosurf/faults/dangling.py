@@ -297,7 +297,7 @@ class Model:
 
         A fault that was cut at the outline ends on it, but for rounding: it does not die inside.
         """
-        x, y, z = points.T
+        z = points[:, 2]
         a, b = self.outline, np.roll(self.outline, -1, axis=0)
         rounding = 4.0 * float(np.spacing(np.abs(self.outline).max()))
 
