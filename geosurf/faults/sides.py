@@ -25,7 +25,7 @@ import numpy as np
 
 from geosurf.conventions import place
 from geosurf.errors import GeometryError, SurfaceError
-from geosurf.kernels.meshes.mesh import edges, pieces
+from geosurf.kernels.meshes.mesh import edge_keys, edges, pieces
 from geosurf.model import Patches
 from geosurf.model.surfaces import exact_normal
 
@@ -65,8 +65,7 @@ class Adjacency:
 def _keys(t: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
     """Number of the edge and way of each half-edge of triangles."""
     start, end = t.ravel(), np.roll(t, -1, axis=1).ravel()
-    low, high = np.minimum(start, end), np.maximum(start, end)
-    return low * n + high, np.where(start < end, 1, -1)
+    return edge_keys(t, n), np.where(start < end, 1, -1)
 
 
 def adjacency(

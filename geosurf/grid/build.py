@@ -452,16 +452,14 @@ def faces_of(
             found[axis].append(apart & sides[axis])
     if faults:
         _at_blocks(found, block)
-    parts = []
+    none = np.empty((0, 2), np.int64)
+    parts = [(none[:, 0], none[:, 0], none, none)]
     for axis, of_fault in enumerate(found):
         for fault, apart in enumerate(of_fault):
             step = np.diff(np.moveaxis(apart, 0, -1).astype(np.int8), axis=-1, prepend=0, append=0)
             j, i, start = np.nonzero(step == 1)
             layers = np.stack([start, np.nonzero(step == -1)[-1]], 1)
             parts.append((*np.full((2, len(j)), [[fault], [axis]]), np.stack([i, j], 1), layers))
-    if not parts:
-        none = np.empty(0, np.int64)
-        return GridFaces(none, none, np.empty((0, 2), np.int64), np.empty((0, 2), np.int64))
     of, axis_of, column, layers = (np.concatenate(part) for part in zip(*parts, strict=True))
     order = np.lexsort((layers[:, 0], column[:, 0], column[:, 1], axis_of, of))
     return GridFaces(of[order], axis_of[order], column[order], layers[order])

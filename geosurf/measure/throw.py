@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray
 
-from geosurf.conventions import checked_points, place, real_numbers
+from geosurf.conventions import checked_points, place
 from geosurf.errors import GeometryError, InputError
 from geosurf.measure.columns import Columns, columns_through, fault_between, nearest_first
 from geosurf.measure.faces import check_model
@@ -210,20 +210,6 @@ def separation(
     return xarray.Dataset(data, coords=coords, attrs=attrs)
 
 
-def _led(level: Callable[[np.ndarray], np.ndarray], points: np.ndarray) -> np.ndarray:
-    """Where lines down the dip of places reach a level (n, 2): what a callable says, checked."""
-    how = "give a function of points (n, 3) that returns eastings and northings (n, 2)"
-    if not callable(level):
-        raise InputError(f"level is {level!r}; {how}.")
-    try:
-        found = real_numbers(level(points))
-    except (TypeError, ValueError) as error:
-        raise InputError(f"level raised an error: {error}; {how}.") from error
-    if found.shape != (len(points), 2):
-        raise InputError(f"level returns shape {found.shape}; {how}.")
-    return found
-
-
 def _section(
     wall: str, line: Any, axes: np.ndarray, level: Callable[[np.ndarray], np.ndarray] | None
 ) -> np.ndarray:
@@ -236,7 +222,7 @@ def _section(
     # first drop doubled vertices: they would turn back along the strike by rounding alone
     points = _thinned(points)
     along, across = axes @ points[:, :2].T
-    at = along if level is None else _led(level, points) @ axes[0]
+    at = along if level is None else level(points) @ axes[0]
     section = np.column_stack([at, across, points[:, 2], along])
 
     # all lines run with the strike, so that np.interp gets rising abscissae

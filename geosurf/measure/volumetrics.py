@@ -67,11 +67,6 @@ class Factor:
     name: str
     entries: dict[frozenset[str], Any]
 
-    @property
-    def is_constant(self) -> bool:
-        """Whether no value is a map."""
-        return all(map(is_number, self.entries.values()))
-
     @classmethod
     def of(cls, name: str, value: Any, check: Callable[[Any, str], Any]) -> Factor:
         """Take one value, or a mapping; `check` takes a value and what messages call it."""

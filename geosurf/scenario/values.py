@@ -475,12 +475,7 @@ def file(at: KeyPath, value: Any) -> Path | None:
 )
 def regions(at: KeyPath, value: Any) -> dict[str, Any] | None:
     """Names of regions; whether they are there is known when the model is built."""
-    if not isinstance(value, Mapping):
-        return None
-    files = {
-        name: file(at.inside(name), one) for name, one in value.items() if isinstance(one, str)
-    }
-    return check_regions({**value, **files})
+    return check_regions(_with_files(at, value)) if isinstance(value, Mapping) else None
 
 
 @check(
@@ -489,13 +484,15 @@ def regions(at: KeyPath, value: Any) -> dict[str, Any] | None:
 )
 def velocities(at: KeyPath, value: Any) -> dict[str, Any] | None:
     """Velocities by zone or horizon; whether these are there is known when the model is built."""
-    if not isinstance(value, Mapping):
-        return None
-    files = {
-        name: file(at.inside(name), one)
-        for name, one in value.items()
-        if isinstance(one, str) and (name, one) != (WELLS, TOPS)
-    }
+    return _with_files(at, value, (WELLS, TOPS)) if isinstance(value, Mapping) else None
+
+
+def _with_files(
+    at: KeyPath, value: Mapping[str, Any], but: tuple[str, str] | None = None
+) -> dict[str, Any]:
+    """Entries by name, with the path of the file that a text names."""
+    words = {name: one for name, one in value.items() if isinstance(one, str)}
+    files = {name: file(at.inside(name), one) for name, one in words.items() if (name, one) != but}
     return {**value, **files}
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from geosurf import measure
 from geosurf.arrangement import search_voxels
 from geosurf.carve.certificate import certify_repeated
-from geosurf.conventions import HORIZON_DIMS, check_word, counted, is_word
+from geosurf.conventions import HORIZON_DIMS, check_word, counted, is_number, is_word
 from geosurf.conventions.running import running
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.lazy import xarray
@@ -1184,7 +1184,8 @@ class Scene:
         need_depth(self.time, "volumetrics")
         values = net_to_gross, porosity, water_saturation, formation_volume_factor
         factors, words = factors_of_rock(values, self.crs), (fluids, units, include)
-        if all(factor.is_constant for factor in factors):  # volumes will do: nothing is cut
+        given = (value for factor in factors for value in factor.entries.values())
+        if all(map(is_number, given)):  # volumes will do: nothing is cut
             return fluids_in_place(self._graph.measured_units, factors, *words)
         run = lambda: fluids_in_place(self.units, factors, *words)  # noqa: E731
         key = self._graph.memory.hold((values, fluids))

@@ -17,7 +17,7 @@ from xml.sax.saxutils import escape
 import numpy as np
 
 from geosurf.errors import OutputError
-from geosurf.kernels.meshes.mesh import join_pairs, weld
+from geosurf.kernels.meshes.mesh import edges, ends_of, join_pairs, weld
 from geosurf.model import TriSurface, Units
 from geosurf.write.model3d import Parts, lost_of_bounds, parts_of, unit_labels
 from geosurf.write.resqml import (
@@ -107,10 +107,9 @@ def _edge(p: int, q: int) -> Edge:
 
 def _border(parts: Parts) -> tuple[np.ndarray, np.ndarray]:
     """Half-edges (n, 2) with no neighbour in their part, and the point of each vertex."""
-    triangles, n = parts.triangles, len(parts.vertices)
-    tail, head = triangles.ravel(), triangles[:, [1, 2, 0]].ravel()
-    alone = ~np.isin(tail * n + head, head * n + tail)
-    return np.column_stack([tail[alone], head[alone]]), weld(parts.vertices)[0]
+    ring = edges(parts.triangles, len(parts.vertices))[0]
+    alone = np.flatnonzero(ring == np.arange(len(ring)))
+    return ends_of(parts.triangles, alone), weld(parts.vertices)[0]
 
 
 def _chains(kinds: dict[Edge, tuple[int, ...]]) -> Iterator[list[int]]:
