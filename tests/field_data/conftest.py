@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
-import sys
 from pathlib import Path
 from types import ModuleType
 
@@ -11,6 +9,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
+from tests.field_data.checked import kit
 from tests.field_data.columns import column_integrals
 
 
@@ -23,9 +22,7 @@ def data(shared: Path) -> Path:
 @pytest.fixture(scope="session")
 def verify(shared: Path) -> ModuleType:
     """The independent exact checker beside the checkout."""
-    if str(shared) not in sys.path:
-        sys.path.append(str(shared))
-    return importlib.import_module("verify")
+    return kit()[0]
 
 
 @pytest.fixture(scope="session")

@@ -97,7 +97,7 @@ def moved(fault: gs.TriSurface) -> gs.TriSurface:
 CHANGES: dict[str, tuple[Any, Any, bool]] = {
     "horizons": (start, {"Middle": raised(start()["horizons"]["Middle"])}, True),
     "faults": (start, {"E": moved(worlds.faults()["E"])}, True),
-    "box": (start, (*worlds.BOX[:4], -2400.0, -1700.0), True),
+    "box": (start, (*worlds.BOX[:2], 4200.0, 6000.0, -2400.0, -1700.0), True),  # another frame
     "column": (start, {"Middle": "erosional"}, True),
     "contacts": (start, {"GOC": -1920.0, "OWC": {"W-": -1990.0, "V+": -2010.0}}, True),
     "aoi": (start, AREA, True),

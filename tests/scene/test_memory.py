@@ -17,7 +17,7 @@ from geosurf.scene.memory import CHOICE, Store, budget_of_family, buffers_of, fi
 from tests import laws
 from tests.grids import gridded
 from tests.scene.conftest import level, upright
-from tests.strategies import BOX, sheet
+from tests.strategies import BOX
 
 AXIS = np.array([-1.0, 1.0, 3.0, 5.0])
 STEPS = np.array([[1.0, 2, 0, 1], [2, 1, 1, 0], [0, 1, 2, 2], [1, 0, 2, 1]])
@@ -63,23 +63,6 @@ def test_areas_with_the_same_bounds():
     halves = [sum(volumes.values()) for *_, volumes in found]
     assert halves == pytest.approx([96.0, 96.0, 192.0])
     assert found[0][2] != found[1][2]
-
-
-def test_boxes_with_frames_of_their_own():
-    """Points are rounded in the frame of the box; curves of another one are not handed on."""
-    axis = np.arange(900.0, 3200.0, 200.0) + 0.125
-    heights = np.sin(axis / 300.0)[:, None] * np.cos(axis / 200.0) * 70.0
-    top = TriSurface("Top", "horizon", lattice=Lattice(axis, axis, heights))
-    corners = [(2011, 0, -500), (2011, 4000, -500), (2407, 4000, 500), (2407, 0, 500)]
-    fault = sheet("F1", corners)
-    boxes = (1000.0, 2900.0, 1000.0, 2900.0, -300, 300), (2100.0, 2900.0, 2100.0, 2900.0, -300, 300)
-    family = Scene({"Top": top}, {"F1": fault}, boxes[0])
-    curves = [family.replace(box=box).curves for box in boxes]
-    assert [c.origin.tolist() for c in curves] == [[0.0, 0, 0], [2048.0, 2048, 0]]
-    for box, found in zip(boxes, curves, strict=True):
-        fresh = Scene({"Top": top}, {"F1": fault}, box).curves
-        assert laws.curve_bytes(found) == laws.curve_bytes(fresh)
-    assert (curves[0].points != curves[1].points).any()
 
 
 def test_fingerprints_of_large_arrays_know_every_number():
