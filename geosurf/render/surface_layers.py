@@ -12,7 +12,6 @@ import numpy as np
 
 from geosurf.conventions import counted, grouped, is_number, length_text, palette, volume_text
 from geosurf.errors import InputError
-from geosurf.kernels.lattices.run_blocks import find_blocks
 from geosurf.kernels.lattices.sets import rim_edges
 from geosurf.kernels.meshes.mesh import edges, ends_of, number_keys, renumbered
 from geosurf.lazy import xarray
@@ -470,30 +469,37 @@ def _blocks(
     codes, kind = number_keys((sides[:, 0] + 1) * width + sides[:, 1] + 1)
     pairs = np.stack(np.divmod(codes, width), axis=1) - 1
     counts = pairs[:, 0] != pairs[:, 1]
-    sizes = np.array(_sizes(stride))
-    given = runs, strips.start, np.where(counts[kind], kind + 1, 0), sizes, n_row, n_col
-    n_block, n_fine = find_blocks(*given, *2 * [np.empty((0, 4), dtype=np.int64)])
-    blocks, fine = np.empty((n_block, 4), dtype=np.int64), np.empty((n_fine, 3), dtype=np.int64)
-    find_blocks(*given, blocks, fine)
+    kind = np.append(np.where(counts[kind], kind + 1, 0), 0)  # the last: no run
 
-    # both triangles of the first cell of each block, its far nodes moved to those of the block
-    nodes, of_nodes = [], []
-    for k, size in enumerate(sizes.tolist()):
-        first_row, first_col, of = blocks[blocks[:, 0] == k, 1:].T
-        cell = first_row * n_col + first_col
-        corner = lattice.corners_of_keys(np.concatenate([2 * cell, 2 * cell + 1]))
-        at_row, at_col = np.divmod(corner, n_col + 1)
-        low_row, low_col = (np.tile(first, 2)[:, None] for first in (first_row, first_col))
-        at_row = low_row + (at_row - low_row) * size
-        at_col = low_col + (at_col - low_col) * size
-        nodes.append(at_row * (n_col + 1) + at_col)
-        of_nodes.append(np.tile(of, 2))
-
-    # places come in the other order where diagonals rise
-    row, place, of = fine.T
-    half = 1 - place % 2 if lattice.rising else place % 2
-    nodes.append(lattice.corners_of_keys(2 * (row * n_col + place // 2) + half))
-    of_nodes.append(of)
+    # bands of rows: labels of all triangles would take more memory than the grid
+    sizes, nodes, of_nodes = _sizes(stride), [], []
+    rows = sizes[0] * max(BAND // (n_col * sizes[0]), 1)
+    for top in range(0, n_row, rows):
+        left = kind[strips.labels(top, min(top + rows, n_row))]
+        whole = [np.where(left[:, :, 0] == left[:, :, 1], left[:, :, 0], 0)]
+        while len(whole) < sizes[0].bit_length():
+            n_tall, n_wide = (n // 2 for n in whole[-1].shape)
+            four = whole[-1][: 2 * n_tall, : 2 * n_wide].reshape(n_tall, 2, n_wide, 2)
+            alike = (four == four[:, :1, :, :1]).all(axis=(1, 3))
+            whole.append(np.where(alike, four[:, 0, :, 0], 0))
+        for size in sizes:
+            # blocks of one kind: the far nodes of their first cell are moved to those of the block
+            low = whole[size.bit_length() - 1]
+            n_tall, n_wide = low.shape
+            low = np.where(left[::size, ::size, 0][:n_tall, :n_wide] > 0, low, 0)
+            inside = np.repeat(np.repeat(low > 0, size, axis=0), size, axis=1)
+            left[: n_tall * size, : n_wide * size][inside] = 0
+            row, col = np.nonzero(low)
+            cell = (top + row * size) * n_col + col * size
+            corner = lattice.corners_of_keys(np.concatenate([2 * cell, 2 * cell + 1]))
+            far = [corner // (n_col + 1), corner % (n_col + 1)]
+            for at, first in zip(far, np.divmod(np.tile(cell, 2), n_col), strict=True):
+                at += (at - first[:, None]) * (size - 1)
+            nodes.append(far[0] * (n_col + 1) + far[1])
+            of_nodes.append(np.tile(low[row, col], 2))
+        row, col, half = np.nonzero(left)
+        nodes.append(lattice.corners_of_keys(2 * ((top + row) * n_col + col) + half))
+        of_nodes.append(left[row, col, half])
     return np.concatenate(nodes), pairs[np.concatenate(of_nodes) - 1]
 
 
@@ -512,6 +518,7 @@ def _sizes(stride: int) -> list[int]:
     return [2**k for k in range(math.ceil(math.log2(stride)), 0, -1)]
 
 
+BAND = 1 << 20  # cells whose labels are in memory
 MAX_RIMMED = 200_000
 
 OTHER_ROLES = ("fault", "wall", "virtual")
