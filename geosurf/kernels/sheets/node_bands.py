@@ -45,44 +45,6 @@ def sums_of_columns(a, share):
     return out
 
 
-@entry("l1 l1 l1 l -> l1")
-def nodes_of_blocks(starts, cols, rows, n_col):
-    """Nodes in the blocks that have items, increasing.
-
-    Block b has ``starts[b + 1] - starts[b]`` items; in column x of blocks are columns ``cols[x]``
-    .. ``cols[x + 1] - 1`` of nodes, and rows alike.
-    """
-    wide, tall = cols.shape[0] - 1, rows.shape[0] - 1
-
-    # Count, then fill in increasing order.
-    total = 0
-    for y in range(tall):
-        for x in range(wide):
-            if starts[y * wide + x + 1] > starts[y * wide + x]:
-                total += (rows[y + 1] - rows[y]) * (cols[x + 1] - cols[x])
-    out = np.empty(total, dtype=np.int64)
-    n = 0
-    # Row by row across all blocks, so that nodes come in increasing order.
-    for y in range(tall):
-        for row in range(rows[y], rows[y + 1]):
-            for x in range(wide):
-                if starts[y * wide + x + 1] > starts[y * wide + x]:
-                    for col in range(cols[x], cols[x + 1]):
-                        out[n] = row * n_col + col
-                        n += 1
-    return out
-
-
-@entry("l1 l d d -> d2")
-def places_of_nodes(nodes, n_col, wide, tall):
-    """Positions (n, 2) of nodes: columns `wide` and rows `tall` apart."""
-    out = np.empty((nodes.shape[0], 2))
-    for k in range(nodes.shape[0]):
-        row = nodes[k] // n_col
-        out[k, 0], out[k, 1] = (nodes[k] - row * n_col) * wide, row * tall
-    return out
-
-
 @entry("d2 d2 d d -> d1 l1 l1 l1")
 def boxes_in_blocks(low, high, reach, size):
     """List boxes by the blocks of some size that they come within reach of.
@@ -136,52 +98,6 @@ def boxes_in_blocks(low, high, reach, size):
                 items[free[at]] = k
                 free[at] += 1
     return corner, shape, items, starts
-
-
-@entry("d2 d1 l1 l1 d -> l1 l1")
-def points_in_blocks(points, corner, shape, starts, size):
-    """Rows of the points (n, m) whose first two coordinates lie in blocks with items; the blocks.
-
-    Block (x, y) starts at ``(corner + (x, y)) * size``; its number is ``y * shape[0] + x``.
-    """
-    n = 0
-    rows = np.empty(points.shape[0], dtype=np.int64)
-    blocks = np.empty(points.shape[0], dtype=np.int64)
-    for k in range(points.shape[0]):
-        # Block of the point, if it is inside the range of blocks.
-        x = np.floor(points[k, 0] / size) - corner[0]
-        y = np.floor(points[k, 1] / size) - corner[1]
-        if x >= 0.0 and x < shape[0] and y >= 0.0 and y < shape[1]:
-            block = int(y) * shape[0] + int(x)
-            if starts[block + 1] > starts[block]:
-                rows[n], blocks[n] = k, block
-                n += 1
-    return rows[:n].copy(), blocks[:n].copy()
-
-
-@entry("l1 l1 l -> l1 l1")
-def links_between(nodes, cut, n_col):
-    """East and north neighbour of each node, as a row of `nodes`; -1 if missing or cut.
-
-    `cut` has bit 0 set where the link to the east is cut, bit 1 for the one to the north.
-    """
-    n = nodes.shape[0]
-    east, north = np.full(n, -1, dtype=np.int64), np.full(n, -1, dtype=np.int64)
-    # Nodes are increasing, so this pointer never moves back.
-    above = 0
-    for k in range(n):
-        node = nodes[k]
-
-        # The next node of the row is the next entry, if it exists.
-        if k + 1 < n and nodes[k + 1] == node + 1 and (node + 1) % n_col != 0 and not cut[k] & 1:
-            east[k] = k + 1
-
-        # A second pointer follows the row above.
-        while above < n and nodes[above] < node + n_col:
-            above += 1
-        if above < n and nodes[above] == node + n_col and not cut[k] & 2:
-            north[k] = above
-    return east, north
 
 
 @scalar

@@ -14,7 +14,7 @@ import numpy as np
 from geosurf.arrangement.threads import map_threads
 from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.sheets.link_lines import NEAR, distance_at_elevation, nearest_on_line
-from geosurf.kernels.sheets.node_bands import boxes_in_blocks, nodes_of_blocks, points_in_blocks
+from geosurf.kernels.sheets.node_bands import boxes_in_blocks
 from geosurf.sheets.faults.traces import FaultMesh, Trace
 from geosurf.sheets.lattice.picks import Frame
 
@@ -105,7 +105,11 @@ class Blocks:
 
     def of(self, xy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Rows of the points (n, 2 or more) in a block with anything, and their blocks."""
-        return points_in_blocks(xy, self.corner, self.shape, self.starts, self.size)
+        at = np.floor(xy[:, :2] / self.size) - self.corner
+        rows = np.flatnonzero(((at >= 0.0) & (at < self.shape)).all(axis=1))
+        block = at[rows].astype(np.int64) @ [1, self.shape[0]]
+        some = self.starts[block + 1] > self.starts[block]
+        return rows[some], block[some]
 
 
 def window(frame: Frame, blocks: Blocks) -> np.ndarray:
@@ -115,7 +119,12 @@ def window(frame: Frame, blocks: Blocks) -> np.ndarray:
     for k, most in enumerate((n_col, n_row)):
         edge = (blocks.corner[k] + np.arange(blocks.shape[k] + 1)) * blocks.size / frame.stretch[k]
         limits.append(np.clip(np.ceil(edge).astype(np.int64), 0, most))
-    return nodes_of_blocks(blocks.starts, limits[0], limits[1], n_col)
+    (wide, tall), some = (
+        map(np.diff, limits),
+        np.diff(blocks.starts).reshape(blocks.shape[::-1]) > 0,
+    )
+    row, col = np.nonzero(np.repeat(np.repeat(some, tall, axis=0), wide, axis=1))
+    return (limits[1][0] + row) * n_col + limits[0][0] + col
 
 
 def mesh_blocks(mesh: FaultMesh, reach: float) -> Blocks:

@@ -21,12 +21,11 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.spatial import cKDTree
 
-from geosurf.kernels.sheets.node_bands import links_between
 from geosurf.kernels.sheets.smooth_surface import places_in_order
 from geosurf.sheets.faults.cut_edges import Cuts
 from geosurf.sheets.faults.fault_distance import NearTrace
 from geosurf.sheets.faults.network import Network
-from geosurf.sheets.lattice.solve import Common
+from geosurf.sheets.lattice.solve import Common, lattice_graph
 
 KNOT = 4.0  # cells between the knots of a throw
 # times as far as relief throw is averaged along its fault: see docs/validation/torn_sheets.md
@@ -112,11 +111,11 @@ def _places(
 
     They are few and meet many: rows of nodes stay short that way.
     """
-    east, north = links_between(nodes, np.zeros(len(nodes), dtype=np.int64), shape[1])
+    uncut = lattice_graph(nodes, shape)
 
     # the envelope is narrow if unknowns that meet are close in the order: uncut, both walls of a
     # trace are next to each other
-    of_node = places_in_order(east, north, np.arange(len(nodes)))
+    of_node = places_in_order(uncut.east, uncut.north, np.arange(len(nodes)))
 
     # most (n_row,): last place of a node in each row; last: the largest of a coefficient
     row = np.repeat(np.arange(len(start) - 1), np.diff(start))

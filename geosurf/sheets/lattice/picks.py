@@ -10,7 +10,6 @@ import numpy as np
 from geosurf.arrangement.threads import map_threads
 from geosurf.conventions import rising_diagonal
 from geosurf.errors import HorizonError
-from geosurf.kernels.sheets.node_bands import places_of_nodes
 from geosurf.model import Lattice, frozen
 
 SAMPLE = 4000  # nodes that the lattice is fitted to
@@ -90,8 +89,8 @@ class Frame:
 
     def cells_of_node(self, node: np.ndarray) -> np.ndarray:
         """Places (n, 2) of nodes in cells: columns and rows, stretched."""
-        wide, tall = self.stretch.tolist()
-        return places_of_nodes(node, self.shape[1], wide, tall)
+        row, col = np.divmod(node, self.shape[1])
+        return np.stack([col, row], axis=1) * self.stretch
 
     def uv_of_node(self, node: np.ndarray) -> np.ndarray:
         """Column and row (n, 2) of nodes, float64."""

@@ -17,7 +17,7 @@ from scipy.sparse import csc_array, csr_array
 
 from geosurf.errors import InvariantError
 from geosurf.kernels.lattices.sets import distinct
-from geosurf.kernels.sheets.node_bands import dilate_nodes, links_between
+from geosurf.kernels.sheets.node_bands import dilate_nodes
 from geosurf.kernels.sheets.smooth_surface import (
     add_squares,
     factorise,
@@ -154,8 +154,14 @@ def lattice_graph(
     """The graph of some nodes of a lattice, increasing; `cut` as from `Cuts.bits`, if any is."""
     # bits 1 and 2: east and north link cut; 4 and 8: a diagonal, so that the cell has no twist
     bits = np.zeros(len(nodes), dtype=np.int64) if cut is None else cut[nodes].astype(np.int64)
-    east, north = links_between(nodes, bits, shape[1])
-    return Graph(east, north, bits & 12 == 0, np.stack(np.divmod(nodes, shape[1]), axis=1))
+    place, n = np.stack(np.divmod(nodes, shape[1]), axis=1), len(nodes)
+    # the row of each node's neighbour among the nodes, -1 where it is missing or the link is cut
+    to_east = np.append(nodes[1:] == nodes[:-1] + 1, False) & (place[:, 1] < shape[1] - 1)
+    east = np.where(to_east & (bits & 1 == 0), np.arange(1, n + 1), -1)
+    above = np.searchsorted(nodes, nodes + shape[1])
+    to_north = np.append(nodes, -1)[above] == nodes + shape[1]
+    north = np.where(to_north & (bits & 2 == 0), above, -1)
+    return Graph(east, north, bits & 12 == 0, place)
 
 
 @dataclass(frozen=True, eq=False)
