@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from geosurf import TriSurface, build_walls, carve_units, rebuild_surfaces
 from geosurf.carve.certificate import certify
-from geosurf.model import FluidContact
-from tests.carve.test_certificate import assert_noticed
+from geosurf.model import FluidContact, Units
 from tests.carve.test_units import volumes
 from tests.strategies import BOX, grid, level, sheet, upright
 
@@ -91,7 +91,19 @@ def test_faults_that_coincide_have_a_side_each(one, two, turned):
 
 @pytest.mark.parametrize("turned", [False, True])
 def test_a_side_that_a_name_leaves_out_or_exchanges_is_seen(turned):
-    assert_noticed([wall("F1", *SOUTH), wall("F2", *NORTH, turned), *build_walls(BOX)])
+    """Of all units at once, and in their names and sides of faults alike."""
+    patches = rebuild_surfaces([wall("F1", *SOUTH), wall("F2", *NORTH, turned), *build_walls(BOX)])
+    units = carve_units(patches)
+    for signs in ({"F2+": "", "F2-": ""}, {"F2+": "F2-", "F2-": "F2+"}):
+        wrong = []
+        for unit in units.values():
+            sides = tuple(filter(None, (signs.get(side, side) for side in unit.fault_sides)))
+            block = " ".join(sides)
+            wrong.append(replace(unit, name=f"box {block}", block=block, fault_sides=sides))
+        found = certify(patches, Units(wrong, units.box))
+        assert [check.name for check in found.checks if not check.passed] == [
+            "unit names match their bounding surfaces"
+        ]
 
 
 def test_levels_that_coincide_may_be_wound_either_way():
