@@ -135,7 +135,7 @@ MUTANTS = (
     Mutant("scene", "rules, fluids, self.inputs.slivers, self.reservoir)", "rules, fluids, self.inputs.slivers)", SAME),
     Mutant("scene", "ring = None if self.aoi is None else self.aoi.tobytes()", "ring = None", f"{SAME} tests/scene"),
     Mutant("scene", "options = self.inputs.voxel_size, self.inputs.self_intersections", "options = (self.inputs.voxel_size,)", f"{SAME} tests/scene"),
-    Mutant("scene", "or inputs.compartments or inputs.slivers.merge:", "or inputs.compartments:", f"{SAME} tests/scene"),
+    Mutant("scene", "or inputs.compartments or inputs.slivers.merge:", "or inputs.compartments:", "tests/carve"),
     Mutant("scene", 'n_axis = 2 if surface.role == "horizon" else 3', "n_axis = 2", "tests/scene"),
     Mutant("scenario", "return rings[entry.polygon - 1]", "return rings[0]", "tests/scenario"),
     Mutant("scenario", "return parts[number - 1].renamed(", "return parts[0].renamed(", "tests/scenario"),

@@ -147,6 +147,10 @@ def test_a_block_of_slivers_goes_across_its_fault_and_its_names_go_with_it():
     assert all(unit.fault_sides == () and unit.block == "whole" for unit in units.values())
     assert scene.check().ok
 
+    # volumes alone are those of the units, where a contact makes one more sliver, too
+    wet = scene.replace(contacts={"OWC": 1.25})
+    assert wet.volumes.identical(wet.units.included().volumes)
+
     # the fault is still a surface, with one unit on both of its sides
     across = scene.juxtaposition("F1", "all")
     assert set(across.kind.values) == {"within one unit"}
