@@ -25,11 +25,11 @@ demo: $(DEMO) $(WARM) ## build the faulted reservoir: volumes, pictures and a re
 
 test: $(READY) $(WARM) ## run the tests, with style and the import comb among them
 	@echo "Running the tests ..."
-	@$(BIN)/python -m pytest -n auto --dist loadfile
+	@$(BIN)/python -m pytest -n auto --dist worksteal
 
 test-long: $(READY) $(WARM) ## run also what tests documents, packaging and types
 	@echo "Running the tests of documents, packaging and types ..."
-	@$(BIN)/python -m pytest -n auto --dist loadfile -m long tests
+	@$(BIN)/python -m pytest -n auto --dist worksteal -m long tests
 
 test-oldest: ## run most tests with the oldest dependencies that are allowed, in .venv-oldest
 	@$(PYTHON) -m venv .venv-oldest
@@ -38,7 +38,7 @@ test-oldest: ## run most tests with the oldest dependencies that are allowed, in
 	@$(OLDEST)/python -m pip check
 	@echo "Compiling the kernels with the oldest numba ..."
 	@$(OLDEST)/geosurf warmup
-	@$(OLDEST)/python -m pytest -n auto --dist loadfile $(TESTED_OLDEST)
+	@$(OLDEST)/python -m pytest -n auto --dist worksteal $(TESTED_OLDEST)
 
 stress: $(READY) $(WARM) ## break the engine with difficult surfaces, judged in exact arithmetic (30 s)
 	@$(BIN)/python -m benchmarks.stress -o out/stress.json
