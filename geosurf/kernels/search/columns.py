@@ -154,8 +154,8 @@ def cross_columns(
     ([1], [1], [3.0])
     """
     if middle is None:
-        used = x[triangles.ravel(), :2]
-        middle = 0.5 * (used.min(axis=0) + used.max(axis=0)) if len(used) else np.zeros(2)
+        used = x[np.ravel(triangles), :2]
+        middle = 0.5 * (np.min(used, axis=0) + np.max(used, axis=0)) if len(used) else np.zeros(2)
 
     facing = signs_of_turns(x[:, :2], triangles)
     face, foot = met_by_columns(x, triangles, facing, feet, middle)
@@ -210,7 +210,7 @@ def signs_of_turns(x: np.ndarray, rows: np.ndarray) -> np.ndarray:
         points[:, :2] = x[used, :2]
         m, w = frame_of(points)
         out = np.empty(len(open_rows), dtype=np.int64)
-        orient2d_rows(points, mine.reshape(-1, 3), m, w, out)
+        orient2d_rows(points, np.reshape(mine, (-1, 3)), m, w, out)
         sign[open_rows] = out
     return sign
 
@@ -290,5 +290,5 @@ def elevations(corners: np.ndarray, feet: np.ndarray) -> np.ndarray:
     z = corners[:, :, 2]
 
     # sum of differences from the lowest corner: a level triangle gets its elevation exactly
-    lowest = z.min(axis=1)
+    lowest = np.min(z, axis=1)
     return lowest + (weight * (z - lowest[:, None])).sum(axis=1) / weight.sum(axis=1)
