@@ -365,15 +365,9 @@ class Cells:
         return self.sums[:, [measures.LOWER.stop - 1, measures.UPPER.stop - 1]]
 
     def beside_level(self, wanted: np.ndarray, level: float) -> tuple[np.ndarray, np.ndarray]:
-        """Six times the volume of some faces (bool) above and below a level, in three numbers."""
+        """Six times the volume of some faces (bool) above and below a level, in two numbers."""
         found = measures.sums(self.pieces, self.face_of_element, wanted, level)
-        (whole, more), (above, rest) = found[:, measures.VOLUME].T, found[:, measures.ABOVE].T
-        # a difference, and what rounding took from it (Knuth)
-        below = whole - above
-        back = below - whole
-        off = (whole - (below - back)) - (above + back)
-        parts = (above, rest, 0.0 * rest), (below, off, more - rest)
-        return np.stack(parts[0], axis=1), np.stack(parts[1], axis=1)
+        return found[:, measures.ABOVE], found[:, measures.BELOW]
 
     @property
     def flat(self) -> np.ndarray:

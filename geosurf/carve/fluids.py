@@ -534,9 +534,9 @@ def _volumes(shells: Shells, splits: Sequence[_Split], doubtful: float) -> list[
             continue
         rows = shells.faces(split.row)
         way = np.where(shells.sides[rows, 1] == split.row, 1.0, -1.0)[:, None]
-        above = [way * by_level[level][rows, :3] for level in split.cuts]
+        above = [way * by_level[level][0, rows] for level in split.cuts]
         lowest = by_level[split.cuts[-1]]
-        below = way * lowest[rows, 3:]
+        below = way * lowest[1, rows]
 
         # what is above each contact, less what is above the one over it; then the lowest part
         sums = [above[0], *(np.hstack([b, -a]) for a, b in pairwise(above)), below]
@@ -549,19 +549,19 @@ def _volumes(shells: Shells, splits: Sequence[_Split], doubtful: float) -> list[
 
 
 def _beside(shells: Shells, faces: np.ndarray, level: float) -> np.ndarray:
-    """Six times the volume of some faces above a level (three numbers, to be added) and below it.
+    """Six times the volume of some faces above a level (five numbers, to be added) and below it.
 
     Faces that the level does not cross follow from the volume below them that is known.
     """
     cells = shells.cells
-    found = np.zeros((len(cells.surface_of), 6))
+    found = np.zeros((2, len(cells.surface_of), 5))
     low, high = cells.heights[faces].T
-    for some, at in ((faces[low >= level], slice(0, 3)), (faces[high <= level], slice(3, 6))):
+    for k, some in enumerate((faces[low >= level], faces[high <= level])):
         shift = 3.0 * (cells.level - level) * cells.sums[some, FLAT]
-        found[some, at] = np.column_stack([cells.sums[some, VOLUME], shift])
+        found[k, some] = np.column_stack([cells.sums[some, VOLUME], shift])
 
-    rows = np.zeros(len(found), dtype=bool)
+    rows = np.zeros(len(cells.surface_of), dtype=bool)
     rows[faces[(low < level) & (high > level)]] = True
-    above, below = cells.beside_level(rows, level)
-    found[rows, :3], found[rows, 3:] = above[rows], below[rows]
+    for k, part in enumerate(cells.beside_level(rows, level)):
+        found[k, rows, :2] = part[rows]
     return found

@@ -12,12 +12,10 @@ from geosurf.model.pieces import Pieces
 
 _ELEMENTS = 1000  # triangles and runs from which threads are worth it
 
-# columns of `sums`, see `geosurf.kernels.meshes.volumes`: volumes and areas are two numbers each
-VOLUME, ABOVE, FLAT = (
-    slice(kernels.VOLUME, 2),
-    slice(kernels.ABOVE, kernels.ABOVE + 2),
-    kernels.FLAT,
-)
+# columns of `sums`, see `geosurf.kernels.meshes.volumes`: volumes and areas are two numbers each,
+# and that of a whole face four
+ABOVE, BELOW = (slice(k, k + 2) for k in (kernels.ABOVE, kernels.BELOW))
+VOLUME, FLAT = slice(kernels.ABOVE, kernels.FLAT), kernels.FLAT
 AREA = slice(kernels.AREA, kernels.AREA + 2)
 LOWER, UPPER = slice(kernels.LOWER, kernels.UPPER), slice(kernels.UPPER, kernels.UPPER + 3)
 LOOKS_UP = slice(kernels.LOOKS_UP, kernels.LOOKS_UP + 2)
@@ -41,9 +39,10 @@ def sums(pieces: Pieces, face: np.ndarray, asked: np.ndarray, level: float) -> n
     Returns
     -------
     ndarray of float64, shape (n_face, N_SUM)
-        Six times the volume between a face and the level, and what of it is above the level; twice
-        the area in the map, all below 0 where fronts look down; area [m2], lower and upper corner,
-        local [m]; twice the area in the map of triangles that look up, and of those that look down.
+        Six times the volume between a face and the level, above it and below it; twice the area in
+        the map; area [m2], lower and upper corner, local [m]; twice the area in the map of
+        triangles that look up, and of those that look down. Where fronts look up, the first of
+        these is above 0 and the second below 0.
     """
     found = np.zeros((len(asked), kernels.N_SUM))
     found[:, LOWER], found[:, UPPER] = np.inf, -np.inf

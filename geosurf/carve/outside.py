@@ -94,7 +94,7 @@ class Rays:
 
         # only triangles that count: those that hold others, and those of the ray's own set
         rows = rows[seen[rows] | (set_of[rows] == set_of[start])]
-        low, high = self.boxes[rows, :3], self.boxes[rows, 3:]
+        x = self.x[self.t[rows]][:, :, [u, v]]
         for step in range(1, 6 * len(rows) + 2):
             ratio = Fraction(step + 30, 40)
             total = 1 + ratio + ratio * ratio
@@ -106,11 +106,12 @@ class Rays:
                 for k in (u, v)
             ]
 
-            # boxes in floats, wider by _SLIP than any rounding of the aim
-            near = np.ones(len(rows), dtype=bool)
-            for k, at in zip((u, v), map(float, aim), strict=True):
-                near &= (low[:, k] <= at + _SLIP) & (high[:, k] >= at - _SLIP)
-            passed = rows[near]
+            # left out in floats: triangles with the aim beyond one edge, by more than its rounding
+            off = x - [float(at) for at in aim]
+            ahead = np.roll(off, -1, axis=1)
+            turn = off[:, :, 0] * ahead[:, :, 1] - off[:, :, 1] * ahead[:, :, 0]
+            slip = _SLIP * np.abs(ahead - off).sum(axis=2)
+            passed = rows[~((turn > slip).any(axis=1) & (turn < -slip).any(axis=1))]
             hits = [_hit(self.x[self.t[i]], axis, u, v, aim) for i in passed]
             if None in hits:
                 continue  # the ray grazes an edge: aim elsewhere

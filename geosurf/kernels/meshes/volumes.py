@@ -19,10 +19,10 @@ from geosurf.kernels.lattices.strips import FIRST, LAST, ROW
 from geosurf.kernels.meshes.checks import load_half, load_side, two_sum
 from geosurf.kernels.search.tree import RISING, TURNED
 
-# columns of sums. Six times the volume between triangles and the level, and what of that is above
-# it; twice the area in the map: all three below 0 where normals look down. Area; lower and upper
-# corner; twice the area in the map of triangles that look up, and of those that look down
-VOLUME, ABOVE, FLAT, AREA, LOWER, UPPER, LOOKS_UP, LOOKS_DOWN, N_SUM = 0, 2, 4, 5, 7, 10, 13, 15, 17
+# columns of sums. Six times the volume between triangles and the level, above it and below it, and
+# twice the area in the map: below 0, above 0 and below 0 where normals look down. Area; lower and
+# upper corner; twice the area in the map of triangles that look up, and of those that look down
+ABOVE, BELOW, FLAT, AREA, LOWER, UPPER, LOOKS_UP, LOOKS_DOWN, N_SUM = 0, 2, 4, 5, 7, 10, 13, 15, 17
 
 
 @scalar
@@ -40,26 +40,27 @@ def _lowest(x, t, i):
 
 
 @scalar
-def _above(flat, p, q, r):
-    """Six times the volume above the level between it and a triangle.
+def _add_volume(flat, p, q, r, i, out):
+    """Add six times the volume between a triangle and the level to what is above it, or below.
 
     `flat` is twice the map area; p, q and r are the heights of the corners.
     """
     whole = flat * (p + q + r)
     if min(p, min(q, r)) >= 0.0:
-        return whole
-    if max(p, max(q, r)) <= 0.0:
-        return 0.0
-
-    # the corner that is alone on its side; one at the level counts to the two others
-    above = (1 if p > 0.0 else 0) + (1 if q > 0.0 else 0) + (1 if r > 0.0 else 0)
-    sign = 1.0 if above == 1 else -1.0
-    if sign * q > 0.0:
-        p, q, r = q, r, p
-    elif sign * r > 0.0:
-        p, q, r = r, p, q
-    tip = flat * p * (p / (p - q)) * (p / (p - r))
-    return tip if above == 1 else whole - tip
+        two_sum(out, i, ABOVE, whole)
+    elif max(p, max(q, r)) <= 0.0:
+        two_sum(out, i, BELOW, whole)
+    else:
+        # the corner that is alone on its side; one at the level counts to the two others
+        above = (1 if p > 0.0 else 0) + (1 if q > 0.0 else 0) + (1 if r > 0.0 else 0)
+        sign = 1.0 if above == 1 else -1.0
+        if sign * q > 0.0:
+            p, q, r = q, r, p
+        elif sign * r > 0.0:
+            p, q, r = r, p, q
+        tip = flat * p * (p / (p - q)) * (p / (p - r))
+        two_sum(out, i, ABOVE if above == 1 else BELOW, tip)
+        two_sum(out, i, BELOW if above == 1 else ABOVE, whole - tip)
 
 
 @scalar
@@ -68,9 +69,7 @@ def _add(c, level, sign, i, out):
     ux, uy, uz = c[1, 0] - c[0, 0], c[1, 1] - c[0, 1], c[1, 2] - c[0, 2]
     vx, vy, vz = c[2, 0] - c[0, 0], c[2, 1] - c[0, 1], c[2, 2] - c[0, 2]
     nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, sign * (ux * vy - uy * vx)
-    p, q, r = c[0, 2] - level, c[1, 2] - level, c[2, 2] - level
-    two_sum(out, i, VOLUME, nz * (p + q + r))
-    two_sum(out, i, ABOVE, _above(nz, p, q, r))
+    _add_volume(nz, c[0, 2] - level, c[1, 2] - level, c[2, 2] - level, i, out)
     out[i, FLAT] += nz
     two_sum(out, i, AREA, 0.5 * np.sqrt(nx * nx + ny * ny + nz * nz))
     two_sum(out, i, LOOKS_UP if nz > 0.0 else LOOKS_DOWN, abs(nz))
