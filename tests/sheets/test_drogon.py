@@ -67,3 +67,14 @@ def test_the_acute_wedge_is_reported_as_a_place_and_has_no_false_throw(sheets):
         assert np.nanmin(cut.throw) > -15
         assert np.nanmax(cut.throw[cut.along < 500]) < 32
         assert cut.ends == ("branch of F2", "branch of F2")
+
+
+def test_it_does_not_matter_whether_faults_were_extended_before(field, sheets):
+    points, sticks = field
+    sides = dict.fromkeys(sticks, ("up", "down"))
+    scene = gs.Scene({name: points[name] for name in HORIZONS}, sticks, tear=True, extend=sides)
+    for name, sheet in scene.sheets.items():
+        for fault, cut in sheet.cuts.items():
+            other = sheets[name].cuts[fault]
+            assert other.ends == cut.ends
+            np.testing.assert_allclose(other.throw, cut.throw, atol=0.02)

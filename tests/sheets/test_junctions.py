@@ -141,6 +141,18 @@ def test_a_branch_that_goes_far_past_its_main_fault_is_torn_up_to_it():
         assert found.throw.max() < 5.0
 
 
+def test_faults_that_cross_keep_their_throw_past_each_other():
+    """A quarter of F2 lies past F1, with half of its throw."""
+    faults = {
+        "F1": Fault(1000, 1000, strike=10.0, dip=75.0, half=np.inf, profile="constant", throw=50.0),
+        "F2": Fault(800, 1000, strike=95.0, dip=75.0, half=600.0, profile="ellipse", throw=60.0),
+    }
+    world = gs.synthetic.torn(faults, 81)
+    sheet = gs.tear_horizon(world.horizons["Top"], world.faults, name="Top", trim=2.25)
+    assert sheet.cuts["F2"].ends == ("tip", "tip")
+    assert measure(world, sheet, "F2").throw.max() < 5.0
+
+
 # ---- Two faults that cross closer to a horizon than their throws leave wedges without it.
 LEVEL = -1680
 WEST, EAST, SOUTH, NORTH, BOTTOM, TOP = BOX = (0, 3000, 0, 400, -2100, -1400)

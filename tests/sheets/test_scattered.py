@@ -106,6 +106,16 @@ def test_what_is_no_surface_is_refused(normal):
         gs.throw_horizon(points, normal.faults, {"F1": 10.0}, name="Top", positive="up")
 
 
+def test_a_thrust_is_met_by_points_of_both_walls_past_its_trace():
+    """An overlap of 7 cells: refused, when nothing held a wall past its trace."""
+    world = gs.synthetic.torn("thrust", n=81)
+    sheet = gs.tear_horizon(
+        world.truth["scattered"](6561), world.faults, name="Top", trim=1.0, positive="up"
+    )
+    assert sheet.report.tips == sheet.report.declared_tips
+    assert_met(measure(world, sheet, "F1"))
+
+
 @given(
     st.integers(0, 2**32 - 1), st.floats(1.0, 30.0), st.floats(0.0, 2.0 * np.pi),
     st.sampled_from([0.0, 0.2, 0.5]),

@@ -379,3 +379,20 @@ def test_maps_are_smeared_where_sheets_meet_however_many_there_are(rng, n_sheet)
     for i, j in np.ndindex(values.shape):
         alone = values[i, j] if j not in (5, 6) else padded[i : i + 3, j : j + 3].mean()
         assert found[i, j] == pytest.approx(alone, rel=1e-12)
+
+
+def _under(da) -> float:
+    corners = triangulate_horizon(da).vertices[triangulate_horizon(da).triangles]
+    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    area = 0.5 * (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
+    return float((area * corners[:, :, 2].mean(axis=1)).sum())
+
+
+def test_the_triangulated_dome_meets_its_zone_volume_with_order_two():
+    errors = []
+    for n in (17, 33, 65):
+        world = synthetic.dome_and_flat_fault(n=n)
+        west, east, south, north, bottom, _ = world.box
+        below = _under(world.horizons["Top"]) - bottom * (east - west) * (north - south)
+        errors.append(abs(below - world.truth["zone_volumes"]["below Top"]))
+    assert np.allclose(np.divide(errors[:-1], errors[1:]), 4.0, rtol=0.02)
