@@ -15,7 +15,6 @@ from geosurf.conventions import area_text, counted, did_you_mean, length_text
 from geosurf.conventions.crs import are_same, label
 from geosurf.errors import FormatError, InputError, OutputError
 from geosurf.intersect import intersect_surfaces
-from geosurf.measure.section import ragged
 from geosurf.model import TriSurface
 from geosurf.read._common import collected, otherwise
 from geosurf.read.features import features
@@ -264,6 +263,8 @@ def _attributes(source: Source) -> None:
 
 def _features(source: Source) -> None:
     """Lines of GeoJSON and shapefiles with their attributes, and their reference system."""
+    from geosurf.measure.section import ragged  # it loads xarray, which curves do without
+
     found = features(source.path)
     source.crs = found.crs
     items = [one for one in found.items if one.kind != "point"]
