@@ -19,7 +19,6 @@ from geosurf.model import TriSurface
 from geosurf.read._common import collected, otherwise
 from geosurf.read.features import features
 from geosurf.read.file_info import kind_of_file
-from geosurf.read.netcdf import holds_fault
 from geosurf.read.registry import MESH_FORMATS, TITLES
 from geosurf.read.resqml.surfaces import function_of
 from geosurf.triangulate import triangulate_fault, triangulate_horizon, triangulate_sticks
@@ -172,6 +171,8 @@ def _read(path: Path, suffix: str, options: argparse.Namespace) -> Source:
     words = otherwise({"positive": options.positive or "up", "length_unit": options.length_unit})
     with collected() as notes:
         if key == "netcdf" and options.read_as is None:
+            from geosurf.read.netcdf import holds_fault  # it loads xarray, too
+
             source.function = "read_fault" if holds_fault(path) else "read_horizon"
         if key == "resqml" and options.read_as is None:
             source.function = function_of(path, options.name, suffix in WRITERS["Units"])
