@@ -15,7 +15,7 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-__all__ = ["h5py", "lazily", "xarray"]
+__all__ = ["h5py", "lazily", "pandas", "xarray"]
 
 
 class Late:
@@ -33,9 +33,10 @@ class Late:
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import h5py
+    import pandas
     import xarray
 else:
-    h5py, xarray = Late("h5py"), Late("xarray")
+    h5py, pandas, xarray = Late("h5py"), Late("pandas"), Late("xarray")
 
 
 def lazily(room: str) -> tuple[Callable[[str], Any], list[str]]:

@@ -27,6 +27,7 @@ from geosurf.model import Patches
 
 NO_HIT = -1
 _SLIP = 1e-6  # [m] beside a column; far more than rounding an aim moves it by
+_AREA = 1e-15  # of products of lengths; three times what rounding takes from their difference
 
 
 class Rays:
@@ -109,8 +110,9 @@ class Rays:
             # left out in floats: triangles with the aim beyond one edge, by more than its rounding
             off = x - [float(at) for at in aim]
             ahead = np.roll(off, -1, axis=1)
-            turn = off[:, :, 0] * ahead[:, :, 1] - off[:, :, 1] * ahead[:, :, 0]
-            slip = _SLIP * np.abs(ahead - off).sum(axis=2)
+            left, right = off[:, :, 0] * ahead[:, :, 1], off[:, :, 1] * ahead[:, :, 0]
+            slip = _SLIP * np.abs(ahead - off).sum(axis=2) + _AREA * (np.abs(left) + np.abs(right))
+            turn = left - right
             passed = rows[~((turn > slip).any(axis=1) & (turn < -slip).any(axis=1))]
             hits = [_hit(self.x[self.t[i]], axis, u, v, aim) for i in passed]
             if None in hits:

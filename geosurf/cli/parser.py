@@ -234,7 +234,7 @@ validate    scenario_commands  list all mistakes of a scenario; nothing is built
 check       scenario_commands  check the model of a scenario and print its certificate
             field/scenario.toml
 render      render_command     draw one picture of the model of a scenario
-            field/scenario.toml -o top.png --view top
+            field/scenario.toml -o top.png --view top --set 'output.size_px=[1280,800]'
 ensemble    ensemble_command   compute P90, P50 and P10 of the volumes of a scenario
             field/scenario.toml -o field/ensemble -n 200
 curves      convert_command    find the intersection lines of two surface files

@@ -17,12 +17,12 @@ from pathlib import Path, PurePath, PurePosixPath
 from typing import Any
 
 import numpy as np
-import pandas
 
 from geosurf.conventions import elevation_sign, metres_per_unit
 from geosurf.conventions.crs import crs_of, epsg_of, proj_system
 from geosurf.conventions.machine import need
 from geosurf.errors import OutputError
+from geosurf.lazy import pandas
 from geosurf.lazy import xarray as xr
 from geosurf.model import Curves, Patches, TriSurface, Unit, Units
 from geosurf.model.patches import labels_of_triangles

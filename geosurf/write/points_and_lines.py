@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from geosurf.conventions import elevation_sign, metres_per_unit
 from geosurf.conventions.checks import no_data_in
 from geosurf.conventions.crs import crs_of, epsg_of, label
 from geosurf.conventions.machine import need
 from geosurf.errors import InputError, OutputError
+from geosurf.lazy import pandas as pd
 from geosurf.lazy import xarray
 from geosurf.model import Curves, FaultSticks
 from geosurf.write.datasets import csv_of_rows

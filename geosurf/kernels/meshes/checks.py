@@ -31,7 +31,7 @@ def two_sum(out, i, k, term):
 
 
 @scalar
-def load_side(p, q, r, a, origin, row, col, cell):
+def _load_side(p, q, r, a, origin, row, col, cell):
     """Load the next column of nodes in two rows, local, as corners 1 and 2 of a cell.
 
     Corners 0, 1, 2, 3 are around the cell: 0 and 3 are 1 and 2 of the one before.
@@ -45,7 +45,7 @@ def load_side(p, q, r, a, origin, row, col, cell):
 
 
 @scalar
-def load_half(cell, half, rising, c):
+def _load_half(cell, half, rising, c):
     """Load the corners of one triangle of a cell: of 0 1 2 and 0 2 3, or of 0 1 3 and 1 2 3."""
     first = 1 if half == 1 and rising == 0 else 0
     third = 2 if half == 0 and rising == 1 else 3
@@ -91,11 +91,11 @@ def sums_of_runs(p, q, r, a, label, first_row, origin, level, out):
     c, cell = np.empty((3, 3)), np.empty((4, 3))
     none = out.shape[0] - 1
     for row in range(label.shape[0]):
-        load_side(p, q, r, a, origin, first_row + row, 0, cell)
+        _load_side(p, q, r, a, origin, first_row + row, 0, cell)
         for col in range(label.shape[1]):
-            load_side(p, q, r, a, origin, first_row + row, col + 1, cell)
+            _load_side(p, q, r, a, origin, first_row + row, col + 1, cell)
             for half in range(2):
-                load_half(cell, half, a[RISING], c)
+                _load_half(cell, half, a[RISING], c)
                 i = label[row, col, half]
                 _add_sums(c, level, sign, i if i >= 0 else none, out)
 

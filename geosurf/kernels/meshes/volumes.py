@@ -7,7 +7,8 @@ A p^2 / ((p - q) (p - r)) and mean height p / 3; the rest of the triangle has th
 
 A sum is kept as two numbers where digits matter; the second collects all rounding errors of the
 first (Knuth's two-sum; Ogita, Rump & Oishi 2005). Heights are measured from a level, to preserve
-digits. Letters as in `strips`. Each row of `out` (n_face, N_SUM) belongs to a face.
+digits. A certificate has sums of its own (`checks`), so that no mistake here is one there, too.
+Letters as in `strips`. Each row of `out` (n_face, N_SUM) belongs to a face.
 """
 
 from __future__ import annotations
@@ -15,8 +16,8 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
-from geosurf.kernels.lattices.strips import FIRST, LAST, ROW
-from geosurf.kernels.meshes.checks import load_half, load_side, two_sum
+from geosurf.kernels.lattices.strips import FIRST, LAST, ROW, load
+from geosurf.kernels.meshes.checks import two_sum
 from geosurf.kernels.search.tree import RISING, TURNED
 
 # columns of sums. Six times the volume between triangles and the level, above it and below it, and
@@ -64,45 +65,64 @@ def _add_volume(flat, p, q, r, i, out):
 
 
 @scalar
-def _add(c, level, sign, i, out):
-    """Add a triangle with corners c to row i; `sign` is -1 if it has to be turned."""
-    ux, uy, uz = c[1, 0] - c[0, 0], c[1, 1] - c[0, 1], c[1, 2] - c[0, 2]
-    vx, vy, vz = c[2, 0] - c[0, 0], c[2, 1] - c[0, 1], c[2, 2] - c[0, 2]
+def _add(ax, ay, az, bx, by, bz, cx, cy, cz, level, sign, i, out):
+    """Add the triangle a, b, c to row i; `sign` is -1 if it has to be turned."""
+    ux, uy, uz = bx - ax, by - ay, bz - az
+    vx, vy, vz = cx - ax, cy - ay, cz - az
     nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, sign * (ux * vy - uy * vx)
-    _add_volume(nz, c[0, 2] - level, c[1, 2] - level, c[2, 2] - level, i, out)
+    _add_volume(nz, az - level, bz - level, cz - level, i, out)
     out[i, FLAT] += nz
     two_sum(out, i, AREA, 0.5 * np.sqrt(nx * nx + ny * ny + nz * nz))
     two_sum(out, i, LOOKS_UP if nz > 0.0 else LOOKS_DOWN, abs(nz))
-    for k in range(3):
-        out[i, LOWER + k] = min(out[i, LOWER + k], min(c[0, k], min(c[1, k], c[2, k])))
-        out[i, UPPER + k] = max(out[i, UPPER + k], max(c[0, k], max(c[1, k], c[2, k])))
+    out[i, LOWER] = min(out[i, LOWER], min(ax, min(bx, cx)))
+    out[i, LOWER + 1] = min(out[i, LOWER + 1], min(ay, min(by, cy)))
+    out[i, LOWER + 2] = min(out[i, LOWER + 2], min(az, min(bz, cz)))
+    out[i, UPPER] = max(out[i, UPPER], max(ax, max(bx, cx)))
+    out[i, UPPER + 1] = max(out[i, UPPER + 1], max(ay, max(by, cy)))
+    out[i, UPPER + 2] = max(out[i, UPPER + 2], max(az, max(bz, cz)))
 
 
 @entry("d2 l2 l1 b1 d d2* -> .")
 def add_triangles(x, t, face, asked, level, out):
     """Add triangles to the rows of their faces, of those that are asked for."""
-    c = np.empty((3, 3))
     for i in range(t.shape[0]):
         if face[i] < 0 or not asked[face[i]]:
             continue
         # A canonical first corner makes the result independent of numbering.
         low = _lowest(x, t, i)
-        for corner in range(3):
-            for k in range(3):
-                c[corner, k] = x[t[i, (low + corner) % 3], k]
-        _add(c, level, 1.0, face[i], out)
+        a, b, c = t[i, low], t[i, (low + 1) % 3], t[i, (low + 2) % 3]
+        _add(
+            x[a, 0], x[a, 1], x[a, 2], x[b, 0], x[b, 1], x[b, 2], x[c, 0], x[c, 1], x[c, 2],
+            level, 1.0, face[i], out,
+        )  # fmt: skip
+
+
+@scalar
+def _node(p, q, r, a, origin, row, col):
+    """A node of a lattice, local."""
+    x, y = load(p, a, 0, row, col) - origin[0], load(q, a, 1, row, col) - origin[1]
+    return x, y, load(r, a, 2, row, col) - origin[2]
 
 
 @entry("d1 d1 d1 l1 l2 l1 d1 d d2* -> .")
 def add_runs(p, q, r, a, runs, face, origin, level, out):
     """Add the triangles of runs; `origin` is subtracted from their nodes."""
     sign = -1.0 if a[TURNED] != 0 else 1.0
-    c, cell = np.empty((3, 3)), np.empty((4, 3))
+    rising = a[RISING] != 0
     for i in range(runs.shape[0]):
-        row, first, last = runs[i, ROW], runs[i, FIRST], runs[i, LAST]
-        load_side(p, q, r, a, origin, row, first >> 1, cell)
+        row, first, last, f = runs[i, ROW], runs[i, FIRST], runs[i, LAST], face[i]
+        # corners 0, 1, 2, 3 around a cell: 0 and 3 are 1 and 2 of the one before
+        x1, y1, z1 = _node(p, q, r, a, origin, row, first >> 1)
+        x2, y2, z2 = _node(p, q, r, a, origin, row + 1, first >> 1)
         for col in range(first >> 1, (last >> 1) + 1):
-            load_side(p, q, r, a, origin, row, col + 1, cell)
-            for place in range(max(first, 2 * col), min(last, 2 * col + 1) + 1):
-                load_half(cell, (place & 1) ^ a[RISING], a[RISING], c)
-                _add(c, level, sign, face[i], out)
+            x0, y0, z0, x3, y3, z3 = x1, y1, z1, x2, y2, z2
+            x1, y1, z1 = _node(p, q, r, a, origin, row, col + 1)
+            x2, y2, z2 = _node(p, q, r, a, origin, row + 1, col + 1)
+            # 0 2 3 and 0 1 2 where diagonals rise, else 0 1 3 and 1 2 3
+            if 2 * col >= first:
+                x, y, z = (x2, y2, z2) if rising else (x1, y1, z1)
+                _add(x0, y0, z0, x, y, z, x3, y3, z3, level, sign, f, out)
+            if 2 * col < last and rising:
+                _add(x0, y0, z0, x1, y1, z1, x2, y2, z2, level, sign, f, out)
+            elif 2 * col < last:
+                _add(x1, y1, z1, x2, y2, z2, x3, y3, z3, level, sign, f, out)

@@ -119,10 +119,8 @@ def window(frame: Frame, blocks: Blocks) -> np.ndarray:
     for k, most in enumerate((n_col, n_row)):
         edge = (blocks.corner[k] + np.arange(blocks.shape[k] + 1)) * blocks.size / frame.stretch[k]
         limits.append(np.clip(np.ceil(edge).astype(np.int64), 0, most))
-    (wide, tall), some = (
-        map(np.diff, limits),
-        np.diff(blocks.starts).reshape(blocks.shape[::-1]) > 0,
-    )
+    wide, tall = map(np.diff, limits)
+    some = np.diff(blocks.starts).reshape(blocks.shape[::-1]) > 0
     row, col = np.nonzero(np.repeat(np.repeat(some, tall, axis=0), wide, axis=1))
     return (limits[1][0] + row) * n_col + limits[0][0] + col
 
