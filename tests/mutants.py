@@ -87,7 +87,7 @@ MUTANTS = (
     Mutant("ensemble", "variance = (total[1] - n * mean * mean) / max(n - 1, 1)", "variance = (total[1] - n * mean * mean) / max(n, 1)", "tests/ensemble"),
     Mutant("ensemble", "rows = np.flatnonzero(self.data.status.values == 1)", "rows = np.flatnonzero(self.data.status.values >= 0)", "tests/ensemble"),
     Mutant("ensemble", "values = result[AREA].values[result.status.values == 1]", "values = result[AREA].values", "tests/ensemble/test_results.py"),
-    Mutant("ensemble", "made[..., 2] = middle[2] - sine * flat + cosine * high", "made[..., 2] = middle[2] + sine * flat + cosine * high", "tests/ensemble"),
+    Mutant("ensemble", "points[..., 2] = middle[2] - sine * offset + cosine * height", "points[..., 2] = middle[2] + sine * offset + cosine * height", "tests/ensemble"),
     Mutant("ensemble", "return float(old) + level", "return float(old) - level", "tests/ensemble"),
     Mutant("model", "made = throw * factor", "made = throw", "tests/ensemble"),
     Mutant("ensemble", "return 0.25 * total", "return 0.5 * total", "tests/ensemble"),

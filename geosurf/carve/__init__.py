@@ -25,6 +25,7 @@ shells.py            closed shells and their volumes
 certificate.py       `certify`: the properties of a model, recomputed from the result
 certificate_lines    its lines in their order, from their facts
 certificate_facts    what is read from the model: its runs, and its other triangles
+certificate_runs     what is read from the runs of one lattice, row by row
 certificate_shells   edges and sizes of shells; units fill the box
 certificate_names    names of units match their bounding surfaces
 ===================  ==================================================================

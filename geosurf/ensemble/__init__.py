@@ -5,7 +5,7 @@ run.py        `run_ensemble`: all of it; progress
 plan.py       one ensemble, prepared: what a worker needs for realisation k
 change.py     what one realisation changes, in which data, and where its numbers come from
 models.py     what realisations are made of: a scene, a function, a scenario
-uncertain.py  depths of horizons, velocities, fluid contacts, faults
+uncertain.py  depths of horizons, velocities, fluid contacts; uncertain_faults.py: faults
 fields.py     Gaussian random fields on a lattice, conditioned to known values
 record.py     the result of one realisation: volumes, maps, juxtaposed zones; rock and fluids
 on_dask.py    realisations on Dask: threads, processes, clusters
@@ -37,10 +37,10 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
     from geosurf.ensemble.uncertain import ContactLevel as ContactLevel
     from geosurf.ensemble.uncertain import DepthError as DepthError
     from geosurf.ensemble.uncertain import DepthShift as DepthShift
-    from geosurf.ensemble.uncertain import FaultDip as FaultDip
-    from geosurf.ensemble.uncertain import FaultShift as FaultShift
-    from geosurf.ensemble.uncertain import Throw as Throw
     from geosurf.ensemble.uncertain import VelocityFactor as VelocityFactor
+    from geosurf.ensemble.uncertain_faults import FaultDip as FaultDip
+    from geosurf.ensemble.uncertain_faults import FaultShift as FaultShift
+    from geosurf.ensemble.uncertain_faults import Throw as Throw
 else:
     # a worker process needs neither reports nor statistics
     __getattr__, __all__ = lazily(__name__)

@@ -10,16 +10,8 @@ from typing import Any
 import numpy as np
 
 from geosurf.ensemble.change import Change, HorizonData, Uncertainty, stream_of
-from geosurf.ensemble.uncertain import (
-    TOPS,
-    ContactLevel,
-    DepthError,
-    DepthShift,
-    FaultDip,
-    FaultShift,
-    Throw,
-    VelocityFactor,
-)
+from geosurf.ensemble.uncertain import TOPS, ContactLevel, DepthError, DepthShift, VelocityFactor
+from geosurf.ensemble.uncertain_faults import FaultDip, FaultShift, Throw
 from geosurf.errors import InputError
 from geosurf.measure.velocity import scaled
 from geosurf.model import Sheet, TriSurface

@@ -1,6 +1,7 @@
-"""Realisations in local threads or processes, or on any cluster of Dask that has a client.
+"""Where realisations run: in local threads or processes, or on any cluster of Dask with a client.
 
 Results come back one by one, in any order, and are handed on at once: nothing waits for the end.
+`workers_for` chooses and starts local processes (`Workers`), `run_on_dask` runs the realisations.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ from geosurf.errors import GeosurfError, InputError, WorkerError
 # it needs no ``if __name__ == "__main__":``. A worker whose caller is gone ends by itself.
 
 
-_CODE = (
+_CODE_OF_WORKER = (
     "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
     "from geosurf.ensemble.on_dask import serve; serve()"
 )
@@ -50,8 +51,10 @@ Runner = Callable[[int], Record]
 
 
 def interpreter() -> str:
-    """The Python program that workers run; empty inside of a program that only has Python in it."""
-    # Such as QGIS: it would be started once more.
+    """The Python program that workers run; empty inside of a program that only has Python in it.
+
+    Such a program, as QGIS is one, would be started once more.
+    """
     program = sys.executable or ""
     is_python = Path(program).name.lower().startswith(("python", "pypy"))
     return program if is_python and not getattr(sys, "frozen", False) else ""
@@ -116,19 +119,19 @@ class Workers:
 
         def runner(realisation: int) -> Record:
             """Run one realisation in this worker."""
-            made: Record = self._asked(process, pickle.dumps(realisation))
-            return made
+            record: Record = self._answer_of(process, pickle.dumps(realisation))
+            return record
 
         ready: Runner = _Failed(WorkerError(lost(f"{self.n} worker processes")))
         try:
-            self._asked(process, data)
+            self._answer_of(process, data)
             ready = runner
         except _ERRORS as error:  # `run` raises it in the thread that asks
             ready = _Failed(error)
         finally:
             self.free.put(ready)
 
-    def _asked(self, process: subprocess.Popen[bytes], question: bytes) -> Any:
+    def _answer_of(self, process: subprocess.Popen[bytes], question: bytes) -> Any:
         """Send bytes to a worker, and return what it answers."""
         assert process.stdin is not None  # both are pipes
         assert process.stdout is not None
@@ -166,7 +169,7 @@ def _start() -> subprocess.Popen[bytes]:
     # Modules are found where this process finds them; workers share the cores.
     path = json.dumps([str(folder) for folder in sys.path])
     return subprocess.Popen(
-        [interpreter(), "-c", _CODE, path],
+        [interpreter(), "-c", _CODE_OF_WORKER, path],
         stdin=subprocess.PIPE, stdout=subprocess.PIPE,
         env={"GEOSURF_THREADS": "1", **os.environ},
     )  # fmt: skip
@@ -191,28 +194,27 @@ def serve() -> None:
     # Ctrl-C is for the caller, which ends its workers.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     plan: Plan | None = None
-    # Until the caller is gone.
-    with suppress(EOFError, OSError):
+    with suppress(EOFError, OSError):  # of the pipe: the caller is gone
         while True:
             answer: Any = None
-            failed: Exception | None = None
+            failure: Exception | None = None
             try:
-                asked = pickle.load(sys.stdin.buffer)
+                question = pickle.load(sys.stdin.buffer)
                 if plan is None:
-                    plan = asked
+                    plan = question
                     # What is there stays: nobody has to look for garbage in it.
                     gc.freeze()
                 else:
-                    answer = plan.run(asked)
+                    answer = plan.run(question)
             except EOFError:
                 raise
             except _ERRORS as error:  # such as a function of a module that is not found here
-                failed = error
-            answers.write(_packed(answer, failed))
+                failure = error
+            answers.write(_answer_as_bytes(answer, failure))
             answers.flush()
 
 
-def _packed(answer: Any, error: Exception | None) -> bytes:
+def _answer_as_bytes(answer: Any, error: Exception | None) -> bytes:
     """An answer or an error, as bytes."""
     try:
         return pickle.dumps((answer, error))
@@ -220,10 +222,13 @@ def _packed(answer: Any, error: Exception | None) -> bytes:
         return pickle.dumps((None, RuntimeError(f"{type(error).__name__}: {error}")))
 
 
+# ---- realisations ----------------------------------------
+
+
 OnRecord = Callable[[Record], None]
-_MANY = 50  # realisations that move surfaces, from which they run in processes
-_UNSENT = (TypeError, AttributeError, pickle.PicklingError)
-_PLANS: dict[str, Plan] = {}  # of a worker of a cluster: the one that it works on
+_PROCESSES_FROM = 50  # realisations that move surfaces, from which they run in processes
+_NOT_PICKLED = (TypeError, AttributeError, pickle.PicklingError)
+_PLANS: dict[str, Plan] = {}  # of a worker of a cluster: the plan that it works on
 
 
 def require_extra() -> None:
@@ -267,8 +272,8 @@ def workers_for(plan: Plan, n: int, client: Any, workers: int, processes: bool |
                 "workers. Leave out processes=True."
             )
         return Workers(min(workers, n))
-    moves = any(not isinstance(one, ContactLevel) for one in plan.uncertain)
-    pays = n >= _MANY and moves and plan.model.is_data and interpreter()
+    moves = any(not isinstance(uncertain, ContactLevel) for uncertain in plan.uncertain)
+    pays = n >= _PROCESSES_FROM and moves and plan.model.is_data and interpreter()
     return Workers(min(workers, n) - 1 if pays else 0)
 
 
@@ -278,7 +283,7 @@ def give_plan(plan: Plan, pool: Workers, processes: bool | None) -> None:
         return
     try:
         pool.give(dumps(plan))
-    except _UNSENT:  # threads take anything
+    except _NOT_PICKLED:  # threads take any plan
         if processes:
             raise
 
@@ -318,28 +323,32 @@ def run_on_dask(
     WorkerError
         If a worker is lost for good.
     """
-    wanted = list(numbers)
-    if not wanted:
+    waiting = list(numbers)
+    if not waiting:
         return
     # A client has its own workers: `workers` and `processes` count without it only.
     if client is not None:
-        _on_cluster(plan, wanted, on_record, client)
+        _run_on_cluster(plan, waiting, on_record, client)
         return
     run: Runner = pool.run
-    at_once = pool.n + (not processes)
-    if not pool.given:  # in threads of this process; one alone may use several cores
-        at_once = min(workers, len(wanted))
+    if not pool.given:  # in threads of this process; a single one may use several cores
+        at_once = min(workers, len(waiting))
         run = plan.run if at_once == 1 else _on_one_core(plan.run)
-    elif not processes:
+    elif processes:
+        at_once = pool.n
+    else:  # this process is a worker, too
+        at_once = pool.n + 1
         pool.free.put(_on_one_core(plan.run))
-    _streamed(run, wanted, on_record, min(at_once, len(wanted)))
+    _run_in_threads(run, waiting, on_record, min(at_once, len(waiting)))
 
 
-def _streamed(run: Runner, wanted: list[int], on_record: OnRecord, workers: int) -> None:
-    """Run realisations in threads, in their order; hand on each result, then begin another one."""
-    pool, numbers = ThreadPoolExecutor(workers), iter(wanted)
+def _run_in_threads(
+    run: Runner, realisations: list[int], on_record: OnRecord, n_thread: int
+) -> None:
+    """Run realisations in their order; hand on each result, then begin another one."""
+    pool, numbers = ThreadPoolExecutor(n_thread), iter(realisations)
     try:
-        waiting = {pool.submit(run, k) for k in islice(numbers, workers)}
+        waiting = {pool.submit(run, k) for k in islice(numbers, n_thread)}
         while waiting:
             done, waiting = wait(waiting, return_when=FIRST_COMPLETED)
             for future in done:
@@ -349,19 +358,19 @@ def _streamed(run: Runner, wanted: list[int], on_record: OnRecord, workers: int)
         pool.shutdown(wait=False, cancel_futures=True)
 
 
-def _on_one_core(run: Callable[[int], Record]) -> Callable[[int], Record]:
-    """The same in one thread, where other realisations run on the other cores."""
+def _on_one_core(run: Runner) -> Runner:
+    """A runner that uses one core, where other realisations run on the other cores."""
 
-    def alone(realisation: int) -> Record:
+    def run_on_one_core(realisation: int) -> Record:
         """Run a realisation."""
         with on_one_core():
             return run(realisation)
 
-    return alone
+    return run_on_one_core
 
 
-def _on_cluster(plan: Plan, wanted: list[int], on_record: OnRecord, client: Any) -> None:
-    """A cluster: it repeats the realisations of a lost worker by itself, a few times."""
+def _run_on_cluster(plan: Plan, realisations: list[int], on_record: OnRecord, client: Any) -> None:
+    """Run on a cluster, which repeats the realisations of a lost worker by itself, a few times."""
     from distributed import as_completed
     from distributed.client import FutureCancelledError
     from distributed.comm.core import CommClosedError
@@ -372,13 +381,12 @@ def _on_cluster(plan: Plan, wanted: list[int], on_record: OnRecord, client: Any)
     token = plan.identity
     # Keys of their own: a cluster remembers results by key, and another run must not get these.
     futures = client.map(
-        lambda k, data: run_from_bytes(token, data, k), wanted, data=remote, pure=False,
-        key=[f"geosurf-realisation-{os.urandom(4).hex()}-{k}" for k in wanted],
+        lambda k, data: run_from_bytes(token, data, k), realisations, data=remote, pure=False,
+        key=[f"geosurf-realisation-{os.urandom(4).hex()}-{k}" for k in realisations],
     )  # fmt: skip
     try:
-        finished: Any = as_completed
-        # As they come, in any order; the store puts them in order.
-        for _, record in finished(futures, with_results=True):
+        in_any_order: Any = as_completed  # its annotations lack a loop over pairs
+        for _, record in in_any_order(futures, with_results=True):
             on_record(record)
     except (KilledWorker, FutureCancelledError, CommClosedError) as error:
         raise WorkerError(lost("the Dask cluster")) from error

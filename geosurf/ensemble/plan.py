@@ -15,12 +15,8 @@ from geosurf.conventions.running import silence
 from geosurf.ensemble.change import Change, Draws, Prepared, Uncertainty
 from geosurf.ensemble.models import content_of
 from geosurf.ensemble.record import Layers, Record, Rock, RockProperty, areas_of
-from geosurf.ensemble.uncertain import (
-    ContactLevel,
-    FaultShift,
-    VelocityFactor,
-    words_of_uncertainty,
-)
+from geosurf.ensemble.uncertain import ContactLevel, VelocityFactor, words_of_uncertainty
+from geosurf.ensemble.uncertain_faults import FaultShift
 from geosurf.errors import GeosurfError, InputError
 from geosurf.scene import Scene
 from geosurf.scene.given import given_settings, keep_results_apart, known_regions, measured_units

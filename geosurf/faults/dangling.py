@@ -1,7 +1,9 @@
-"""Ends of faults inside the model box: what is left of them once a network is as proposed.
+"""Where faults end inside the model: their rims, as other faults have cut them.
 
-The rim of a fault is walked in the arrangement, where other faults have cut it: a step of it is
-no end if its triangle is to be dropped, or if it lies on another fault.
+A rim is walked in the arrangement of all faults (`RimWalk`), where other faults have split its
+steps. A step is no open end if its triangle is to be dropped, or if it lies on another fault.
+`dangling_ends` lists the ends that are left once a network is as proposed, `tips_of` those from
+which virtual walls go on.
 """
 
 from __future__ import annotations
@@ -31,7 +33,7 @@ from geosurf.model.expected import outline_of
 from geosurf.model.network import SIDES, NetworkRow
 
 # ---- edges ----------------------------------------
-# Edges of arrangements, by which virtual walls and faults are cut into pieces.
+# Triangles and edges of an arrangement, by which virtual walls and faults are cut into pieces.
 
 
 def rows_of(patches: Patches, name: str) -> np.ndarray:
@@ -60,26 +62,33 @@ def areas_of(patches: Patches, rows: np.ndarray) -> np.ndarray:
 
 def pieces_between(keys: np.ndarray, stops: np.ndarray) -> np.ndarray:
     """Number the pieces of triangles, whose edges (n, 3) are given, between some edges."""
-    one, two = pairs_of_equal(keys.ravel(), np.flatnonzero(~np.isin(keys, stops)))
-    return join_pairs(np.stack([one // 3, two // 3], axis=1), len(keys))
+    half, next_half = pairs_of_equal(keys.ravel(), np.flatnonzero(~np.isin(keys, stops)))
+    return join_pairs(np.stack([half // 3, next_half // 3], axis=1), len(keys))
 
 
 def crossed_by(patches: Patches, name: str) -> set[str]:
     """Return the faults that cut a fault into pieces; one that it only ends at does not."""
-    rows = rows_of(patches, name)
-    keys = edge_keys(patches, rows)
-    others = [one.name for one in patches.sources if one.name != name]
+    keys = edge_keys(patches, rows_of(patches, name))
+    others = [source.name for source in patches.sources if source.name != name]
     piece = pieces_between(keys, edges_of(patches, others))
-    found = set()
+    crossing = set()
     for other in others:
-        at = np.flatnonzero(np.isin(keys, edges_of(patches, [other])))
-        one, two = pairs_of_equal(keys.ravel(), at)
-        if (piece[one // 3] != piece[two // 3]).any():
-            found.add(other)
-    return found
+        on_other = np.flatnonzero(np.isin(keys, edges_of(patches, [other])))
+        half, next_half = pairs_of_equal(keys.ravel(), on_other)
+        if (piece[half // 3] != piece[next_half // 3]).any():
+            crossing.add(other)
+    return crossing
 
 
-SHORT = {"start": 0.25, "end": 0.25, "up": 1.0, "down": 1.0}  # of a fault's own length that way
+def met_by(patches: Patches, surface: TriSurface) -> set[str]:
+    """Return the faults that a fault meets along a line: it crosses them, or ends at them."""
+    source = patches.surface_of_triangle
+    keys = edge_keys(patches, np.arange(patches.n_triangle))
+    shared = np.isin(keys, keys[source == patches.names.index(surface.name)]).any(axis=1)
+    return {patches.names[i] for i in np.unique(source[shared])} - {surface.name}
+
+
+# ---- rims ----------------------------------------
 
 
 @dataclass
@@ -102,8 +111,8 @@ class Fault:
 
 
 @dataclass
-class Gone:
-    """What is not an open end of a fault: triangles to drop (bool), and edges on other faults.
+class NotOpen:
+    """What is no open end of a fault: triangles to drop (bool), and edges on other faults.
 
     Edges are numbers, lower vertex times number of vertices plus higher vertex.
     """
@@ -112,10 +121,63 @@ class Gone:
     edges: np.ndarray
 
 
+class RimWalk:
+    """The rim of a fault in the arrangement, step by step."""
+
+    def __init__(self, patches: Patches, fault: Fault, not_open: NotOpen) -> None:
+        self.x, n_vertex = patches.vertices, len(patches.local)
+        t = patches.triangles[fault.rows]
+
+        # a half-edge that is its own successor around its edge has one triangle: the rim as cut
+        ring, _ = edges(t, n_vertex)
+        half = np.flatnonzero(ring == np.arange(len(ring)))
+        start, end = t[half // 3, half % 3], t[half // 3, (half + 1) % 3]
+        on_other_fault = np.isin(mesh.edge_keys(t, n_vertex)[half], not_open.edges)
+        is_open = ~(not_open.triangles[half // 3] | on_other_fault)
+
+        # from each rim vertex to the next: one step, since rims that touch themselves are refused
+        steps = zip(end.tolist(), is_open.tolist(), strict=True)
+        self.step_from = dict(zip(start.tolist(), steps, strict=True))
+
+        # arcs come from the input, vertices from the arrangement: equal coordinates link them, as
+        # vertices of the input stay bit for bit
+        places = map(tuple, self.x[start].tolist())
+        self.vertex_at = dict(zip(places, start.tolist(), strict=True))
+
+    def along(self, arc: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Points (n, 3) along an arc of rim vertices, where they are on it, which steps are open.
+
+        Places on the arc are counted in its vertices: 1.5 is half way from the second on.
+        """
+        vertex = self.vertex_at[tuple(arc[0].tolist())]
+        points, places, are_open = [arc[0]], [0.0], []
+        for i, (a, b) in enumerate(pairwise(arc)):
+            length = float(np.linalg.norm(b - a))
+            last = self.vertex_at[tuple(b.tolist())]
+
+            # other faults may have split this step: go on to its far end, one part at a time
+            while True:
+                vertex, is_open = self.step_from[vertex]
+                are_open.append(is_open)
+                points.append(self.x[vertex])
+                if vertex == last:
+                    break
+                places.append(i + min(1.0, float(np.linalg.norm(self.x[vertex] - a)) / length))
+            places.append(i + 1.0)
+        return np.array(points), np.array(places), np.array(are_open)
+
+
+# ---- dangling ends ----------------------------------------
+
+
+# longest way to the model box, as a share of a fault's own length that way, on which it is extended
+LONGEST_EXTENSION = {"start": 0.25, "end": 0.25, "up": 1.0, "down": 1.0}
+
+
 def dangling_ends(
     patches: Patches,
     faults: Sequence[Fault],
-    gone: Mapping[str, Gone],
+    not_open: Mapping[str, NotOpen],
     near: set[tuple[str, str]],
     box: np.ndarray,
 ) -> list[NetworkRow]:
@@ -127,7 +189,7 @@ def dangling_ends(
     patches : Patches
         Of all faults.
     faults : sequence of Fault
-    gone : mapping of str to Gone
+    not_open : mapping of str to NotOpen
         By fault.
     near : set of (str, str)
         Faults and their sides that nearly meet a fault, and have rows already.
@@ -141,68 +203,19 @@ def dangling_ends(
     rows = []
     for fault in faults:
         if fault.unknown:
-            at = tuple(fault.surface.vertices[0].tolist())
-            words = f"its ends are unknown: {fault.unknown}"
+            place = tuple(fault.surface.vertices[0].tolist())
+            reason = f"its ends are unknown: {fault.unknown}"
             rows.append(
-                NetworkRow("dangling end", fault.name, "", "", 0.0, 0.0, at, "leave", "", words)
+                NetworkRow("dangling end", fault.name, "", "", 0.0, 0.0, place, "leave", "", reason)
             )
             continue
-        walk = RimWalk(patches, fault, gone[fault.name])
+        walk = RimWalk(patches, fault, not_open[fault.name])
         for k, rim in enumerate(fault.rims):
             for side in SIDES:
                 if k > 0 or (fault.name, side) not in near:
                     row = _open_end(fault, rim, side, walk, box)
                     rows += [row] if row is not None else []
     return rows
-
-
-class RimWalk:
-    """The rim of a fault in the arrangement, step by step."""
-
-    def __init__(self, patches: Patches, fault: Fault, gone: Gone) -> None:
-        self.x, n = patches.vertices, len(patches.local)
-        t = patches.triangles[fault.rows]
-
-        # a half-edge that is its own successor around its edge has one triangle: the rim as cut
-        ring, _ = edges(t, n)
-        half = np.flatnonzero(ring == np.arange(len(ring)))
-        start, end = t[half // 3, half % 3], t[half // 3, (half + 1) % 3]
-
-        # steps that are no open end: on a part to drop, or on another fault
-        lost = gone.triangles[half // 3] | np.isin(mesh.edge_keys(t, n)[half], gone.edges)
-
-        # start -> (end, lost); a rim vertex has one way on, since rims that touch themselves are
-        # refused
-        self.onward = dict(
-            zip(start.tolist(), zip(end.tolist(), lost.tolist(), strict=True), strict=True)
-        )
-
-        # arcs come from the input, vertices from the arrangement: equal coordinates link them, as
-        # vertices of the input stay bit for bit
-        places = map(tuple, self.x[start].tolist())
-        self.at = dict(zip(places, start.tolist(), strict=True))
-
-    def along(self, arc: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Points (n, 3) along an arc of rim vertices, where they are on it, which steps stay.
-
-        Places on the arc are counted in its vertices: 1.5 is half way from the second on.
-        """
-        at = self.at[tuple(arc[0].tolist())]
-        points, places, stays = [arc[0]], [0.0], []
-        for i, (a, b) in enumerate(pairwise(arc)):
-            length = float(np.linalg.norm(b - a))
-            last = self.at[tuple(b.tolist())]
-
-            # other faults may have split this step: go on to its far end, one part at a time
-            while True:
-                at, lost = self.onward[at]
-                stays.append(not lost)
-                points.append(self.x[at])
-                if at == last:
-                    break
-                places.append(i + min(1.0, float(np.linalg.norm(self.x[at] - a)) / length))
-            places.append(i + 1.0)
-        return np.array(points), np.array(places), np.array(stays)
 
 
 def _open_end(
@@ -215,59 +228,62 @@ def _open_end(
         return None
 
     # directions are known at vertices of the arc; points of cuts in between take interpolated ones
-    points, places, stays = walk.along(x[arc])
-    way = directions(x, t, arc, side, rim.axes, guides_of(fault.surface))
-    of_point = np.stack(
-        [np.interp(places, np.arange(len(arc)), column) for column in way.T], axis=1
+    points, places, are_open = walk.along(x[arc])
+    at_arc = directions(x, t, arc, side, rim.axes, guides_of(fault.surface))
+    at_points = np.stack(
+        [np.interp(places, np.arange(len(arc)), column) for column in at_arc.T], axis=1
     )
-    start, way = _within(points, unit_rows(of_point), stays, low, high)
-    inside = exits(start, way, low, high)
+    start, direction = _open_in_box(points, unit_rows(at_points), are_open, low, high)
+    to_box = exits(start, direction, low, high)
 
-    # the longest way from the part inside to the box: NaN marks rays that miss it
-    known = np.flatnonzero(np.isfinite(inside))
-    if len(known) == 0:
+    # the longest way to the box; rays that miss it have none
+    hits = np.flatnonzero(np.isfinite(to_box))
+    if len(hits) == 0:
         return None
-    far, own = float(inside[known].max()), _own_length(fault, rim, side)
+    farthest, length = float(to_box[hits].max()), _length_towards(fault, rim, side)
 
-    # within its own length, a fault can be extended with some trust in its last direction; the
-    # shares in SHORT make this stricter along strike than along dip
-    short = far <= SHORT[side] * own and len(fault.rims) == 1
-    reason = f"{far:.0f} m to the side of the model box, its own length is {own:.0f} m"
+    # within its own length, a fault can be extended with some trust in its last direction; along
+    # strike the limit is stricter than along dip
+    extend = farthest <= LONGEST_EXTENSION[side] * length and len(fault.rims) == 1
+    reason = f"{farthest:.0f} m to the side of the model box, its own length is {length:.0f} m"
     if len(fault.rims) > 1:
         reason += f"; one of {len(fault.rims)} pieces"
-    at = tuple(start[known[len(known) // 2]].tolist())
-    proposal = "extend" if short else "leave"
-    return NetworkRow("dangling end", fault.name, "", side, 0.0, far, at, proposal, "", reason)
+    place = tuple(start[hits[len(hits) // 2]].tolist())
+    proposal = "extend" if extend else "leave"
+    return NetworkRow(
+        "dangling end", fault.name, "", side, 0.0, farthest, place, proposal, "", reason
+    )
 
 
-def _within(
-    line: np.ndarray, way: np.ndarray, stays: np.ndarray, low: np.ndarray, high: np.ndarray
+def _open_in_box(
+    line: np.ndarray, direction: np.ndarray, are_open: np.ndarray, low: np.ndarray, high: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The part of a line (n, 3) in a box, and directions along it: ends and middles of its steps.
+    """Points (n, 3) on the open steps of a line in a box, and directions there.
 
     Vertices may all lie outside: those of a fault of two triangles are above and below the box.
     """
-    a, b = clip_steps(line, low, high)
+    enters, leaves = clip_steps(line, low, high)
 
     # each step that is partly inside counts by its two ends and its middle, so that long steps of
     # coarse faults are not seen at their ends alone
-    step = np.flatnonzero((a <= b) & stays)
-    share = np.stack([a[step], 0.5 * (a[step] + b[step]), b[step]], axis=1).ravel()
-    at, share = np.repeat(step, 3), share[:, None]
-    points = np.clip(line[at] + share * (line[at + 1] - line[at]), low, high)
-    return points, unit_rows(way[at] + share * (way[at + 1] - way[at]))
+    step = np.flatnonzero((enters <= leaves) & are_open)
+    middle = 0.5 * (enters[step] + leaves[step])
+    share = np.stack([enters[step], middle, leaves[step]], axis=1).ravel()[:, None]
+    step = np.repeat(step, 3)
+    points = np.clip(line[step] + share * (line[step + 1] - line[step]), low, high)
+    return points, unit_rows(direction[step] + share * (direction[step + 1] - direction[step]))
 
 
-def _own_length(fault: Fault, rim: Rim, side: str) -> float:
+def _length_towards(fault: Fault, rim: Rim, side: str) -> float:
     """Mean length of a fault along strike, or its mean width along dip [m]."""
     x = fault.surface.vertices
-    one, two = ("up", "down") if side in ("start", "end") else ("start", "end")
-    lines = [np.diff(x[rim.arcs[arc]], axis=0) for arc in (one, two)]
+    sides = ("up", "down") if side in ("start", "end") else ("start", "end")
+    lines = [np.diff(x[rim.arcs[key]], axis=0) for key in sides]
     return 0.5 * sum(float(np.linalg.norm(line, axis=1).sum()) for line in lines)
 
 
 # ---- tips ----------------------------------------
-# Ends of faults inside the model: lines of their rims off all other faults.
+# Lines of rims off all other faults, inside the model: from here virtual walls go on.
 
 
 _SAMPLES = np.linspace(0.0, 1.0, 9)[:, None]  # of each step of a rim, where it is in the model
@@ -298,15 +314,16 @@ class Model:
         A fault that was cut at the outline ends on it, but for rounding: it does not die inside.
         """
         z = points[:, 2]
-        a, b = self.outline, np.roll(self.outline, -1, axis=0)
         rounding = 4.0 * float(np.spacing(np.abs(self.outline).max()))
 
-        on_map = in_ring(points, self.outline)
-        way = b - a
-        apart = points[:, None, :2] - a
-        share = np.clip((apart * way).sum(axis=2) / (way**2).sum(axis=1), 0.0, 1.0)
-        far = np.hypot(*(apart - share[..., None] * way).transpose(2, 0, 1)).min(axis=1)
-        return on_map & (far > rounding) & (z > self.bottom) & (z < self.top)
+        # distance on the map to the nearest point of each side of the outline
+        corner = self.outline
+        along = np.roll(corner, -1, axis=0) - corner
+        offset = points[:, None, :2] - corner
+        share = np.clip((offset * along).sum(axis=2) / (along**2).sum(axis=1), 0.0, 1.0)
+        distance = np.hypot(*(offset - share[..., None] * along).transpose(2, 0, 1)).min(axis=1)
+        on_map = in_ring(points, self.outline) & (distance > rounding)
+        return on_map & (z > self.bottom) & (z < self.top)
 
 
 @dataclass(frozen=True)
@@ -354,30 +371,22 @@ def tips_of(
     SurfaceError
         If the rim of the fault touches itself, or its triangles do not agree about their front.
     """
-    mine = patches.names.index(surface.name)
-    others = patches.surface_of_triangle != mine
-    keys = edge_keys(patches, np.flatnonzero(others))
+    row_of_surface = patches.names.index(surface.name)
+    is_other = patches.surface_of_triangle != row_of_surface
+    edges_of_others = np.unique(edge_keys(patches, np.flatnonzero(is_other)))
 
     # the rim as other faults have cut it, step by step: on one of them it is no tip
-    rows = np.flatnonzero(~others)
+    rows = np.flatnonzero(~is_other)
     rims = find_rims(surface)
-    gone = Gone(np.zeros(len(rows), dtype=bool), np.unique(keys))
-    walk = RimWalk(patches, Fault(surface, rows, rims, 0.0), gone)
+    not_open = NotOpen(np.zeros(len(rows), dtype=bool), edges_of_others)
+    walk = RimWalk(patches, Fault(surface, rows, rims, 0.0), not_open)
 
     # vertices as the arrangement has them: rounding may have moved some by a hair
-    x = patches.sources[mine].vertices
+    x = patches.sources[row_of_surface].vertices
     return [
         (rim, {side: _tip(x[rim.arcs[side]], rim.arcs[side], walk, model) for side in SIDES})
         for rim in rims
     ]
-
-
-def met_by(patches: Patches, surface: TriSurface) -> set[str]:
-    """Return the faults that a fault meets along a line: it crosses them, or ends at them."""
-    of = patches.surface_of_triangle
-    keys = edge_keys(patches, np.arange(patches.n_triangle))
-    shared = np.isin(keys, keys[of == patches.names.index(surface.name)]).any(axis=1)
-    return {patches.names[i] for i in np.unique(of[shared])} - {surface.name}
 
 
 def _tip(x: np.ndarray, arc: np.ndarray, walk: RimWalk, model: Model) -> Tip:
@@ -385,8 +394,8 @@ def _tip(x: np.ndarray, arc: np.ndarray, walk: RimWalk, model: Model) -> Tip:
     is_open = np.zeros(max(len(arc) - 1, 0), dtype=bool)
     dies = False
     for i, (a, b) in enumerate(pairwise(x)):
-        points, _, stays = walk.along(np.stack([a, b]))
-        is_open[i] = stays.any()
-        for p, q in zip(points[:-1][stays], points[1:][stays], strict=True):
+        points, _, are_open = walk.along(np.stack([a, b]))
+        is_open[i] = are_open.any()
+        for p, q in zip(points[:-1][are_open], points[1:][are_open], strict=True):
             dies = dies or bool(model.holds(p + _SAMPLES * (q - p)).any())
     return Tip(arc, is_open, dies)

@@ -18,7 +18,7 @@ import numpy as np
 
 from geosurf.conventions import area_text, is_number
 from geosurf.errors import InputError, SurfaceError
-from geosurf.faults.dangling import Fault, Gone, dangling_ends, edge_keys
+from geosurf.faults.dangling import Fault, NotOpen, dangling_ends, edge_keys
 from geosurf.faults.distance import Approach, nearest_of
 from geosurf.faults.extend import extend_to
 from geosurf.faults.rim import (
@@ -232,9 +232,9 @@ def propose_network(
     # ends are those of what these truncations leave
     ends = []
     if limits is not None:
-        gone = _what_goes(patches, faults, rows, met)
+        not_open = _find_not_open(patches, faults, rows, met)
         near = {(row.fault, row.side) for row in misses if row.proposal != "leave"}
-        ends = dangling_ends(patches, faults, gone, near, limits)
+        ends = dangling_ends(patches, faults, not_open, near, limits)
     surfaces = tuple(s for s in patches.sources if s.role == "fault")
     every = (*rows, *sorted(ends, key=_by_distance))
     return FaultNetwork(every, reach, faults=surfaces)
@@ -269,24 +269,27 @@ def _by_distance(row: NetworkRow) -> tuple[float, str, str, str]:
     return row.distance, row.fault, row.other, row.side
 
 
-def _what_goes(
+def _find_not_open(
     patches: Patches,
     faults: list[Fault],
     rows: list[NetworkRow],
     met: dict[tuple[str, str], list[_Cut]],
-) -> dict[str, Gone]:
+) -> dict[str, NotOpen]:
     """For each fault what the proposals drop of it, and where it lies on another fault."""
-    n = len(patches.local)
+    n_vertex = len(patches.local)
     drops = {(row.fault, row.other) for row in rows if row.proposal == "truncate"}
-    gone = {f.name: Gone(np.zeros(len(f.rows), dtype=bool), np.empty(0, np.int64)) for f in faults}
+    not_open = {
+        fault.name: NotOpen(np.zeros(len(fault.rows), dtype=bool), np.empty(0, np.int64))
+        for fault in faults
+    }
     for cut in (cut for cuts in met.values() for cut in cuts):
-        mine = gone[cut.fault.name]
+        of_fault = not_open[cut.fault.name]
         low, high = cut.beside.edges.T
-        mine.edges = np.union1d(mine.edges, low * n + high)
+        of_fault.edges = np.union1d(of_fault.edges, low * n_vertex + high)
         if (cut.fault.name, cut.main.name) in drops:
             beyond = cut.beside.beside[:, 1 if cut.front else 0] | cut.beside.within
-            mine.triangles |= beyond[cut.beside.piece]
-    return gone
+            of_fault.triangles |= beyond[cut.beside.piece]
+    return not_open
 
 
 def _without_circles(rows: list[NetworkRow]) -> list[NetworkRow]:

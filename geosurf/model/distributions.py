@@ -43,7 +43,7 @@ class Constant:
     value: float
 
     def __post_init__(self) -> None:
-        _check(self, finite=("value",))
+        _check_parameters(self, finite=("value",))
 
     def quantile(self, probability: float) -> float:
         """Return the value."""
@@ -81,34 +81,33 @@ class Normal:
 
     def __post_init__(self) -> None:
         # Checked when it is made: a mistake in a scenario shows before the first realisation.
-        _check(self, finite=("mean", "sd"), or_none=("low", "high"))
+        _check_parameters(self, finite=("mean", "sd"), or_none=("low", "high"))
         if self.sd <= 0:
             raise InputError(f"{self}: sd must be above 0. For a certain value, give a number.")
         if self.low is not None and self.high is not None and self.low >= self.high:
             raise InputError(f"{self}: low must be below high.")
-
-        # a truncated normal: quantiles between the shares of its limits
-        first, last = self._shares()
-        if last - first < TAIL:
+        lowest, highest = self._probabilities_of_limits()
+        if highest - lowest < TAIL:
             raise InputError(f"{self}: almost no value lies between the limits. Widen them.")
 
-    def _shares(self) -> tuple[float, float]:
-        """Probabilities below the limits of the distribution without limits."""
-        # Shares of the plain distribution below each limit: draws between them are the truncated
-        # one.
+    def _probabilities_of_limits(self) -> tuple[float, float]:
+        """Probabilities below both limits, of the distribution that is not truncated."""
         plain = NormalDist(self.mean, self.sd)
-        first = 0.0 if self.low is None else plain.cdf(self.low)
-        return first, 1.0 if self.high is None else plain.cdf(self.high)
+        lowest = 0.0 if self.low is None else plain.cdf(self.low)
+        highest = 1.0 if self.high is None else plain.cdf(self.high)
+        return lowest, highest
 
     def quantile(self, probability: float) -> float:
         """Return the value that is not exceeded with a probability between 0 and 1."""
-        first, last = self._shares()
-        inside = first + probability * (last - first)
+        lowest, highest = self._probabilities_of_limits()
+        plain_probability = lowest + probability * (highest - lowest)
 
         # never 0 or 1, at which the quantile is infinite; rounding must not pass the limits either
-        found = NormalDist(self.mean, self.sd).inv_cdf(min(max(inside, 5e-324), 1.0 - 2**-53))
+        plain_probability = min(max(plain_probability, 5e-324), 1.0 - 2**-53)
+        value = NormalDist(self.mean, self.sd).inv_cdf(plain_probability)
         low = -math.inf if self.low is None else float(self.low)
-        return min(max(found, low), math.inf if self.high is None else float(self.high))
+        high = math.inf if self.high is None else float(self.high)
+        return min(max(value, low), high)
 
 
 @dataclass(frozen=True)
@@ -125,7 +124,7 @@ class Uniform:
     high: float
 
     def __post_init__(self) -> None:
-        _check(self, finite=("low", "high"))
+        _check_parameters(self, finite=("low", "high"))
         if self.low >= self.high:
             raise InputError(f"{self}: low must be below high.")
 
@@ -149,7 +148,7 @@ class Triangular:
     high: float
 
     def __post_init__(self) -> None:
-        _check(self, finite=("low", "mode", "high"))
+        _check_parameters(self, finite=("low", "mode", "high"))
         if not (self.low <= self.mode <= self.high and self.low < self.high):
             raise InputError(f"{self}: give low, mode and high in rising order.")
 
@@ -183,10 +182,10 @@ class Discrete:
     weights: Sequence[float] | None = None
 
     def __post_init__(self) -> None:
-        values = _numbers(self.values, f"{self}: values")
+        values = _finite_numbers(self.values, f"{self}: values")
         weights = (1.0,) * len(values)
         if self.weights is not None:
-            weights = _numbers(self.weights, f"{self}: weights")
+            weights = _finite_numbers(self.weights, f"{self}: weights")
         if not values or len(weights) != len(values) or min(weights) <= 0:
             raise InputError(f"{self}: give one weight above 0 for each value, one or more.")
         # Frozen dataclass: tuples replace whatever sequences were given.
@@ -195,8 +194,8 @@ class Discrete:
     def quantile(self, probability: float) -> float:
         """Return the value at a probability between 0 and 1, in the order of the values."""
         # weights need not add up to 1: the probability is scaled to their sum
-        shares: np.ndarray = np.cumsum(np.asarray(self.weights))
-        row = int(np.searchsorted(shares, probability * shares[-1]))
+        sums: np.ndarray = np.cumsum(np.asarray(self.weights))
+        row = int(np.searchsorted(sums, probability * sums[-1]))
         # Rounding of the sum may lead one place too far.
         return float(self.values[min(row, len(self.values) - 1)])
 
@@ -205,22 +204,22 @@ class Discrete:
 class OfScipy:
     """A frozen distribution of `scipy.stats`, which has ``ppf``."""
 
-    made: Any
+    frozen: Any
 
     def quantile(self, probability: float) -> float:
         """Return the value that is not exceeded with a probability between 0 and 1."""
-        return float(self.made.ppf(probability))
+        return float(self.frozen.ppf(probability))
 
 
 def distribution_of(value: Any, what: str) -> Distribution:
     """
-    Return a distribution: a number is certain, a frozen one of `scipy.stats` is wrapped.
+    Return a distribution: a number is certain, a frozen distribution of `scipy.stats` is wrapped.
 
     Parameters
     ----------
     value : float, Distribution or frozen distribution of scipy.stats
     what : str
-        What it is of, for messages.
+        What is uncertain, for messages.
 
     Raises
     ------
@@ -237,28 +236,27 @@ def distribution_of(value: Any, what: str) -> Distribution:
     if is_number(value):
         return Constant(float(value))
 
-    # our own protocol first; then frozen distributions of scipy, known by `ppf` and `args`
     if callable(getattr(value, "quantile", None)) and not isinstance(value, type):
-        made: Distribution = value
-    # scipy is recognised by its methods and not imported.
+        distribution: Distribution = value
+    # scipy is not imported: its frozen distributions are known by `ppf` and `args`
     elif callable(getattr(value, "ppf", None)) and hasattr(value, "args"):
-        made = OfScipy(value)
+        distribution = OfScipy(value)
     else:
         raise InputError(f"{what} is {value!r}, which is not a distribution. {HOW}.")
     try:
         # Three quantiles show at once whether it can be drawn from.
-        fits = all(is_number(made.quantile(p)) for p in (TAIL, 0.5, 1.0 - TAIL))
+        are_finite = all(is_number(distribution.quantile(p)) for p in (TAIL, 0.5, 1.0 - TAIL))
     except (TypeError, ValueError, ArithmeticError, AttributeError) as error:
         raise InputError(f"{what}: {value!r} cannot be drawn from ({error}). {HOW}.") from error
-    if not fits:
+    if not are_finite:
         raise InputError(f"{what}: {value!r} has quantiles that are not finite. {HOW}.")
-    return made
+    return distribution
 
 
 def is_distribution(value: Any) -> bool:
-    """Whether a value is a distribution of ours, or a frozen one of `scipy.stats`."""
-    ours = Constant, Normal, Uniform, Triangular, Discrete, OfScipy
-    return isinstance(value, ours) or (callable(getattr(value, "ppf", None)))
+    """Whether a value is one of the classes above, or a frozen distribution of `scipy.stats`."""
+    classes = Constant, Normal, Uniform, Triangular, Discrete, OfScipy
+    return isinstance(value, classes) or callable(getattr(value, "ppf", None))
 
 
 def medians(value: Any) -> Any:
@@ -270,17 +268,16 @@ def medians(value: Any) -> Any:
     {'porosity': {'oil': 0.25, 'water': 0.2}}
     """
     if isinstance(value, Mapping):
-        return {key: medians(one) for key, one in value.items()}
+        return {key: medians(entry) for key, entry in value.items()}
     return distribution_of(value, "").quantile(0.5) if is_distribution(value) else value
 
 
 def ends_of(value: Any, what: str) -> tuple[float, float]:
     """Return the lowest and the highest value that is likely: `TAIL` lies beyond either."""
-    made = distribution_of(value, what)
-    ends = [made.quantile(p) for p in (TAIL, 1.0 - TAIL)]
-    # the values of a discrete one need not rise
-    values = made.values if isinstance(made, Discrete) else ends
-    return min(values), max(values)
+    distribution = distribution_of(value, what)
+    if isinstance(distribution, Discrete):  # its values need not rise
+        return min(distribution.values), max(distribution.values)
+    return distribution.quantile(TAIL), distribution.quantile(1.0 - TAIL)
 
 
 def reach_of(distribution: Distribution) -> float:
@@ -288,15 +285,18 @@ def reach_of(distribution: Distribution) -> float:
     return max(abs(distribution.quantile(p)) for p in (TAIL, 1.0 - TAIL))
 
 
-def _check(made: Any, finite: tuple[str, ...], or_none: tuple[str, ...] = ()) -> None:
+def _check_parameters(
+    distribution: Any, finite: tuple[str, ...], or_none: tuple[str, ...] = ()
+) -> None:
     """Refuse parameters that are not finite numbers."""
+    kind = type(distribution).__name__
     for key in (*finite, *or_none):
-        value = getattr(made, key)
+        value = getattr(distribution, key)
         if not (is_number(value) or (value is None and key in or_none)):
-            raise InputError(f"{type(made).__name__}: {key} is {value!r}; give a finite number.")
+            raise InputError(f"{kind}: {key} is {value!r}; give a finite number.")
 
 
-def _numbers(values: Any, what: str) -> tuple[float, ...]:
+def _finite_numbers(values: Any, what: str) -> tuple[float, ...]:
     """Finite numbers as a tuple."""
     try:
         listed = tuple(values)

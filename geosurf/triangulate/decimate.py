@@ -11,12 +11,14 @@ areas differ from even ones by a part ``s`` change it by at most ``s`` times the
 
 A rotated grid with even steps is the affine image of such a lattice, and affine maps keep what is
 linear. Its nodes and the corners of coarse cells may both be off by rounding.
+
+`decimate_frame` chooses the nodes, `bound_of_change` states how far volumes of units may be off.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -30,8 +32,8 @@ from geosurf.model import Lattice, TriSurface
 from geosurf.model.base import in_crs_of
 
 STRIDES = (20, 10, 8, 5, 4, 3, 2)
-ENOUGH = 10_000  # nodes that stay, at least
-FEW = 2_500  # the same for more than every 10th node: a tenth of a model of a million nodes
+LEAST_NODES = 10_000  # that stay
+LEAST_COARSE = 2_500  # beyond every 10th node: a tenth of a model of a million nodes
 _ROUNDING = 128 * 2.0**-52  # of a difference between both surfaces, in elevations
 _NEARLY_EVEN = 1e-3  # of a cell: the bound for rotated grids is proven up to here
 _PER_NODE = 8 * 2.0**-52  # of a sum over nodes, for each of them, in elevations
@@ -91,7 +93,7 @@ class Frame:
 
     @classmethod
     def of(cls, lattice: Lattice, stride: int) -> Frame:
-        """Every how many nodes of a lattice are kept."""
+        """Every k-th row and column of a lattice, with both ends."""
         rows, cols = (kept_nodes(n, stride) for n in lattice.shape)
         return cls.of_nodes(lattice, rows, cols)
 
@@ -99,10 +101,12 @@ class Frame:
     def of_nodes(cls, lattice: Lattice, rows: np.ndarray, cols: np.ndarray) -> Frame:
         """Some rows and columns of a lattice, with both ends."""
         if lattice.easting.ndim == 2:
-            return cls(rows, cols, *_of_rotated(lattice, rows, cols))
-        (a, s), (b, t) = _uneven(lattice.northing, rows), _uneven(lattice.easting, cols)
+            return cls(rows, cols, *_rotated_cells(lattice, rows, cols))
+        along_rows, stretch_of_rows = _unevenness(lattice.northing, rows)
+        along_cols, stretch_of_cols = _unevenness(lattice.easting, cols)
         sides = np.diff(lattice.northing[rows]), np.diff(lattice.easting[cols])
-        return cls(rows, cols, *sides, (a, b), (1.0 + s) * (1.0 + t) - 1.0)
+        stretch = (1.0 + stretch_of_rows) * (1.0 + stretch_of_cols) - 1.0
+        return cls(rows, cols, *sides, (along_rows, along_cols), stretch)
 
 
 def can_be_decimated(surface: TriSurface) -> bool:
@@ -142,7 +146,7 @@ def least_nodes(stride: int) -> int:
     >>> least_nodes(2), least_nodes(20)
     (40000, 1000000)
     """
-    return (FEW if stride > 10 else ENOUGH) * stride**2
+    return (LEAST_COARSE if stride > 10 else LEAST_NODES) * stride**2
 
 
 def kept_nodes(n: int, stride: int) -> np.ndarray:
@@ -177,42 +181,40 @@ def measure_differences(
     Returns
     -------
     Differences or float
-        Where the limit is exceeded, from 0 to below 1, if it is.
+        If the limit is exceeded: where, from 0 (south) to below 1 (north).
 
     Examples
     --------
     >>> axis = np.arange(5.0)
     >>> bowl = Lattice(axis, axis, axis[:, None] ** 2 + axis**2)
     >>> every_other = Frame.of(bowl, 2)
-    >>> found = measure_differences(bowl, every_other, limit=10.0)
-    >>> found.largest.round(9).tolist(), found.change.round(9).tolist()
+    >>> differences = measure_differences(bowl, every_other, limit=10.0)
+    >>> differences.largest.round(9).tolist(), differences.change.round(9).tolist()
     ([[2.0, 2.0], [2.0, 2.0]], [[-4.0, -4.0], [-4.0, -4.0]])
     >>> measure_differences(bowl, every_other, limit=1.0)
     0.75
     """
-    rows, cols, wide = frame.rows, frame.cols, frame.wide
-    n = len(rows) - 1
+    z, rows, cols, wide = lattice.elevation, frame.rows, frame.cols, frame.wide
     if not lattice.rising:  # diagonals that fall rise where columns run the other way
-        cols, wide = lattice.shape[1] - 1 - cols[::-1], wide[::-1].copy()
-    # blocks far apart one after the other: what is rough somewhere shows soon
-    order = np.argsort(np.arange(n) * _GOLDEN % 1.0, kind="stable")
-    order = np.roll(order, -int(np.flatnonzero(order == int(first * n))[0]))
-    z = lattice.elevation
-    few, *cells, failed = differences_of_rows_and_columns(
-        z if lattice.rising else z[:, ::-1].copy(), rows, cols, order, limit
-    )
+        z, cols, wide = z[:, ::-1].copy(), lattice.shape[1] - 1 - cols[::-1], wide[::-1].copy()
+
+    # rows of cells far apart one after the other: what is rough somewhere shows soon
+    n_row = len(rows) - 1
+    order = np.argsort(np.arange(n_row) * _GOLDEN % 1.0, kind="stable")
+    order = np.roll(order, -int(np.flatnonzero(order == int(first * n_row))[0]))
+    kept, *cells, failed = differences_of_rows_and_columns(z, rows, cols, order, limit)
     if failed >= 0:
-        return (failed + 0.5) / n
+        return (failed + 0.5) / n_row
     size = max(abs(float(lattice.survey.box[2])), abs(float(lattice.survey.box[5])))
-    found = bounded_differences(few, cells, frame, cols, wide, size, limit)
-    if lattice.rising or not isinstance(found, Differences):
-        return found
-    parts = found.elevation, found.largest, found.volume, found.change, found.doubt
+    differences = bounded_differences(kept, cells, frame, cols, wide, size, limit)
+    if lattice.rising or not isinstance(differences, Differences):
+        return differences
+    parts = (getattr(differences, part.name) for part in fields(Differences))
     return Differences(*(part[:, ::-1].copy() for part in parts))
 
 
 def bounded_differences(
-    few: np.ndarray,
+    kept: np.ndarray,
     cells: Sequence[np.ndarray],
     frame: Frame,
     cols: np.ndarray,
@@ -221,11 +223,11 @@ def bounded_differences(
     limit: float,
 ) -> Differences | float:
     """
-    Return what `measure_differences` does, from what its first kernel has found.
+    Return what `measure_differences` does, from the results of its first kernel.
 
     Parameters
     ----------
-    few : ndarray of float64, shape (n_row, n_col)
+    kept : ndarray of float64, shape (n_row, n_col)
         Elevations of the nodes that are kept [m].
     cells : three ndarray of float64, shape (n_row - 1, n_col - 1)
         How far all nodes are above and below these, at most, and the integral of the difference.
@@ -237,14 +239,16 @@ def bounded_differences(
     limit : float
         [m].
     """
-    *found, most, worst = bounds_of_cells(
-        few, *cells, frame.rows, cols, frame.high, wide, *frame.uneven,
+    *bounds, largest, worst_row = bounds_of_cells(
+        kept, *cells, frame.rows, cols, frame.high, wide, *frame.uneven,
         frame.stretch, size, _ROUNDING, _PER_NODE,
     )  # fmt: skip
-    return (worst + 0.5) / len(cells[0]) if most > limit else Differences(few, *found)
+    if largest > limit:
+        return (worst_row + 0.5) / len(cells[0])
+    return Differences(kept, *bounds)
 
 
-def _uneven(axis: np.ndarray, kept: np.ndarray) -> tuple[float, float]:
+def _unevenness(axis: np.ndarray, kept: np.ndarray) -> tuple[float, float]:
     """How far nodes are from even steps between those that are kept, as a part of a coarse cell;
     and by which part steps differ from even ones.
     """
@@ -257,7 +261,7 @@ def _uneven(axis: np.ndarray, kept: np.ndarray) -> tuple[float, float]:
     return off, stretch
 
 
-def _of_rotated(
+def _rotated_cells(
     lattice: Lattice, rows: np.ndarray, cols: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, tuple[float, float], float]:
     """Sides, unevenness and stretch of a frame of 2-D coordinates: of its cells as if even."""
@@ -268,13 +272,13 @@ def _of_rotated(
     area = abs(over[0] * up[1] - over[1] * up[0])
     sides = np.diff(rows) * 1.0, np.diff(cols) * area
     size = float(np.abs(lattice.survey.box[[0, 1, 3, 4]]).max())
-    off = []
-    for q, step, rise in zip((x, y), over, up, strict=True):
-        even = (q[0, 0] + np.arange(n_row) * rise)[:, None] + np.arange(n_col) * step
-        off.append(float(np.abs(q - even).max()) + 8 * 2.0**-52 * size)
+    off_x, off_y = (
+        float(np.abs(q - _even_steps(q, rise, step)).max()) + 8 * 2.0**-52 * size
+        for q, step, rise in zip((x, y), over, up, strict=True)
+    )
 
     # off as parts of a cell of the grid, along rows and along columns
-    across, along = (off[0] * abs(v[1]) + off[1] * abs(v[0]) for v in (over, up))
+    across, along = (off_x * abs(v[1]) + off_y * abs(v[0]) for v in (over, up))
     if not max(across, along) <= _NEARLY_EVEN * area:
         return *sides, (np.inf, np.inf), 0.0
     across, along = across / area, along / area
@@ -282,6 +286,13 @@ def _of_rotated(
     # twice: nodes and the corners of coarse cells; a little more: cells are not quite even, either
     uneven = 2.1 * across / int(np.diff(rows).min()), 2.1 * along / int(np.diff(cols).min())
     return *sides, uneven, 2.1 * ((1.0 + 4.0 * max(across, along)) ** 2 - 1.0)
+
+
+def _even_steps(coordinate: np.ndarray, rise: float, step: float) -> np.ndarray:
+    """Coordinates (n_row, n_col) from the first node on, with even steps over rows and columns."""
+    n_row, n_col = coordinate.shape
+    first_column = coordinate[0, 0] + np.arange(n_row) * rise
+    return first_column[:, None] + np.arange(n_col) * step
 
 
 def decimate_horizon(surface: TriSurface, frame: Frame, differences: Differences) -> TriSurface:
@@ -316,15 +327,15 @@ def decimate_horizon(surface: TriSurface, frame: Frame, differences: Differences
 
     kept = (rows[:, None] * whole.shape[1] + cols).ravel()
     data = {key: values[kept] for key, values in surface.vertex_data.items()}
-    # the largest value of the cells around each node, and what the cell north-east of it has
-    of = differences
-    around = np.pad(of.largest, 1)
-    corners = [around[i : i + len(rows), j : j + len(cols)] for i, j in np.ndindex(2, 2)]
-    others = (np.pad(part, (0, 1)) for part in (of.volume, of.change, of.doubt))
-    found = (part.ravel() for part in (np.maximum.reduce(corners), *others))
-    data.update(zip(IN_VERTEX_DATA, found, strict=True))
-    made = TriSurface(surface.name, surface.role, lattice=lattice, vertex_data=data)
-    return in_crs_of(made, [surface])
+
+    # the largest value of the cells around each node, and the sums of the cell north-east of it
+    padded = np.pad(differences.largest, 1)
+    around = [padded[i : i + len(rows), j : j + len(cols)] for i, j in np.ndindex(2, 2)]
+    sums = differences.volume, differences.change, differences.doubt
+    of_nodes = [np.maximum.reduce(around), *(np.pad(cells, (0, 1)) for cells in sums)]
+    data.update(zip(IN_VERTEX_DATA, map(np.ravel, of_nodes), strict=True))
+    decimated = TriSurface(surface.name, surface.role, lattice=lattice, vertex_data=data)
+    return in_crs_of(decimated, [surface])
 
 
 def decimate_frame(frame: Sequence[TriSurface], tolerance: float) -> list[TriSurface]:
@@ -343,41 +354,46 @@ def decimate_frame(frame: Sequence[TriSurface], tolerance: float) -> list[TriSur
     list of TriSurface
         As `decimate_horizon` makes them, all with the same rows and columns.
     """
-    lattices = [one.lattice for one in frame if one.lattice is not None]
-    worst, first = 0, 0.5
+    lattices = [horizon.lattice for horizon in frame if horizon.lattice is not None]
+    worst, place = 0, 0.5
     for stride in strides_of(lattices[0].shape):
         nodes = Frame.of(lattices[0], stride)
         if nodes.uneven[0] == float("inf"):
             break  # 2-D coordinates without even steps
-        found = _all_within(lattices, nodes, tolerance, worst, first)
-        if isinstance(found, list):
-            return [decimate_horizon(one, nodes, differences)
-                    for one, differences in zip(frame, found, strict=True)]  # fmt: skip
-        worst, first = found
+        measured = _measure_all(lattices, nodes, tolerance, worst, place)
+        if isinstance(measured, list):
+            return [
+                decimate_horizon(horizon, nodes, differences)
+                for horizon, differences in zip(frame, measured, strict=True)
+            ]
+        worst, place = measured
     return []
 
 
-def _all_within(
-    lattices: list[Lattice], nodes: Frame, tolerance: float, worst: int, first: float
+def _measure_all(
+    lattices: list[Lattice], nodes: Frame, tolerance: float, worst: int, place: float
 ) -> list[Differences] | tuple[int, float]:
-    """Differences of all lattices; or one that is farther off than the tolerance, and where.
+    """Differences of all lattices; or the row of one that is farther off than the tolerance, and
+    where it is.
 
-    What failed with fewer nodes is asked first, where it failed: with these it mostly fails again.
+    The lattice that failed with fewer nodes comes first, from the place where it failed: with
+    these nodes it mostly fails again.
     """
-    order = [worst, *(k for k in range(len(lattices)) if k != worst)]
+    others = [k for k in range(len(lattices)) if k != worst]
 
-    def ask(k: int) -> Differences | float:
-        return measure_differences(lattices[k], nodes, tolerance, first)
+    def measure(k: int) -> Differences | float:
+        return measure_differences(lattices[k], nodes, tolerance, place)
 
-    found = {worst: ask(worst)}
-    if isinstance(found[worst], Differences):
-        found.update(zip(order[1:], map_threads(ask, [(k,) for k in order[1:]]), strict=True))
-    passed = []
-    for k, one in sorted(found.items()):
-        if not isinstance(one, Differences):
-            return k, one
-        passed.append(one)
-    return passed
+    measured = {worst: measure(worst)}
+    if isinstance(measured[worst], Differences):
+        results = map_threads(measure, [(k,) for k in others])
+        measured.update(zip(others, results, strict=True))
+    within = []
+    for k, result in sorted(measured.items()):
+        if not isinstance(result, Differences):
+            return k, result
+        within.append(result)
+    return within
 
 
 # ---- volume change ----------------------------------------
@@ -433,9 +449,8 @@ def bound_of_change(
     lattice = surface.lattice
     if lattice is None or not _has_signs(surface):
         return float(surface.vertex_data["volume_error"].sum())
-    largest, *of_cells = (surface.vertex_data[key] for key in IN_VERTEX_DATA)
-    shape = lattice.shape
-    between, change, doubt = (values.reshape(shape)[:-1, :-1] for values in of_cells)
+    largest, *sums = (surface.vertex_data[key] for key in IN_VERTEX_DATA)
+    between, change, doubt = (cells.reshape(lattice.shape)[:-1, :-1] for cells in sums)
 
     (west, east), (south, north) = map(_extremes, lattice.horizontal())
     inside = (east >= sides[0]) & (west <= sides[1]) & (north >= sides[2]) & (south <= sides[3])
@@ -471,8 +486,8 @@ def _body(lattice: Lattice, largest: np.ndarray) -> tuple[np.ndarray, np.ndarray
     `largest` has at each node the largest difference of the cells around it.
     """
     low, high = _extremes(lattice.elevation)
-    off = largest.reshape(lattice.shape)
-    reach, _ = _extremes(off)
+    # of the four nodes of a cell, each of which has its largest difference or more
+    reach, _ = _extremes(largest.reshape(lattice.shape))
     return low - reach, high + reach
 
 
@@ -495,22 +510,22 @@ def _cells_near(
             below, above = _body(other.lattice, other.vertex_data[IN_VERTEX_DATA[0]])
             near |= (low <= above) & (below <= high)
             continue
-        items, planes = _items_of(other, corner)
-        near |= near_cells(boxes, *low.shape, items, planes)
+        other_boxes, planes = _boxes_and_planes(other, corner)
+        near |= near_cells(boxes, *low.shape, other_boxes, planes)
     return near
 
 
-def _items_of(surface: TriSurface, corner: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _boxes_and_planes(surface: TriSurface, corner: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Boxes (n, 6) around the parts of a surface, and the planes (n, 4) of its triangles, if any.
 
-    Boxes of a lattice of fewer nodes hold all of them.
+    Boxes of a lattice of fewer nodes hold all its nodes.
     """
     lattice, shift = surface.lattice, np.tile(corner, 2)
     if lattice is not None and surface.torn is None and not surface.sectors:
         survey = lattice.survey
         leaves = survey.nodes[: int(survey.levels[0, 1] * survey.levels[0, 2])] - shift
-        off = surface.vertex_data.get(IN_VERTEX_DATA[0], np.zeros(1)).max(initial=0.0)
-        return leaves + off * _UP_AND_DOWN, _NO_PLANES
+        largest = surface.vertex_data.get(IN_VERTEX_DATA[0], np.zeros(1)).max(initial=0.0)
+        return leaves + largest * _UP_AND_DOWN, _NO_PLANES
     a, b, c = ((surface.vertices - corner)[surface.triangles[:, k]] for k in range(3))
     normals = np.cross(b - a, c - a)
     size = np.linalg.norm(normals, axis=1, keepdims=True)

@@ -101,7 +101,7 @@ def test_workers_of_long_ensembles_start_with_the_base_case_and_end_with_the_cal
 ):
     started, start = [], on_dask._start
     monkeypatch.setattr(on_dask, "_start", lambda: started.append(start()) or started[-1])
-    monkeypatch.setattr(on_dask, "_MANY", 8)
+    monkeypatch.setattr(on_dask, "_PROCESSES_FROM", 8)
     plan_start, before = Plan.start, []
 
     def long(plan):

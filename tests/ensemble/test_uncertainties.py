@@ -22,7 +22,7 @@ from geosurf.ensemble import (
     run_ensemble,
 )
 from geosurf.ensemble.run import planned
-from geosurf.ensemble.uncertain import shifted, turned
+from geosurf.ensemble.uncertain_faults import shifted, turned
 from geosurf.errors import InputError
 from tests.ensemble.worlds import AREA, fault, layer_cake, plane
 from tests.grids import gridded

@@ -12,7 +12,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.errors import InputError
-from geosurf.synthetic.planar import _KINDS, _LEVELS, _movement
+from geosurf.synthetic.planar import _KINDS, _LEVELS
 from tests.measure.test_closures import BOX, X, Y, thrown, upright
 from tests.messages import refused
 
@@ -46,7 +46,7 @@ def layers_at(kind: str, tilt: float, fault: str, points: np.ndarray) -> tuple[n
             normal = np.array([np.sin(d) * np.sin(a), np.sin(d) * np.cos(a), np.cos(d)])
             hanging = (points.mean(axis=1) - np.array(place)) @ normal > 0.0
             hanging = np.full(len(points), side == "+") if key == fault else hanging
-            shift += hanging[:, None, None] * _movement(_KINDS[kind][key])
+            shift += hanging[:, None, None] * _KINDS[kind][key].movement
         x = points - shift
         found.append(x[..., 2] - (x[..., :2] - [1000.0, 800.0]) @ slope)
     return found[0], found[1]

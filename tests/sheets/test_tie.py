@@ -11,7 +11,8 @@ from geosurf.measure.columns import columns_through
 from geosurf.model.tops import TieSettings, tie_settings, tops_of
 from geosurf.sheets.tie import data_to_tie, tie_horizon
 from geosurf.sheets.tie.controls import cut_horizon
-from geosurf.sheets.tie.tie_horizon import map_distances, points_of_data
+from geosurf.sheets.tie.correction import map_distances
+from geosurf.sheets.tie.tie_horizon import points_of_data
 from geosurf.synthetic.torn_horizon import side_of
 from tests.grids import gridded
 from tests.measure.worlds import tops_at

@@ -2,6 +2,7 @@
 
 ===============  ==================================================================
 tie_horizon.py   `tie_horizon`, `tied_sheet`: cut, compare, correct, until all tops are met
+correction.py    what tops change at each vertex, by distances that go around faults
 controls.py      tops on the cut horizon: residuals, and why others are not used
                  a horizon cut at its faults, with vertices of its own on each wall
 ===============  ==================================================================
