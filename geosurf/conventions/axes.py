@@ -60,14 +60,23 @@ def is_time_unit(unit: object) -> bool:
     return isinstance(unit, str) and unit.strip().lower() in MS_PER_UNIT
 
 
+def need_depth(time: str | None, what: str) -> None:
+    """Refuse what milliseconds have not."""
+    if time is not None:
+        raise InputError(
+            f"the scene is in time, and {what} need depth. Give velocities: "
+            "scene.replace(velocity={...}), in m/s by zone."
+        )
+
+
 VERTICAL = ("elevation", "depth", "two-way", "one-way")
 _shown: ContextVar[str] = ContextVar("shown", default="elevation")
 
 
 @contextmanager
-def vertical_axis(shown: str) -> Iterator[None]:
-    """Let pictures inside the ``with`` block show one of `VERTICAL`; times are those ways."""
-    token = _shown.set(shown)
+def vertical_axis(shown: str | None) -> Iterator[None]:
+    """Let pictures inside the ``with`` block show one of `VERTICAL`; None: as they do already."""
+    token = _shown.set(shown or _shown.get())
     try:
         yield
     finally:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import counted, is_whole
+from geosurf.conventions.axes import need_depth
 from geosurf.conventions.running import count_of, running
 from geosurf.ensemble.change import check_seed
 from geosurf.ensemble.models import OWN_NUMBERS, BuiltModel, SceneModel, uncertainty_of
@@ -34,7 +35,6 @@ from geosurf.scenario import build_scene, read_scenario
 from geosurf.scenario.keys import Scenario
 from geosurf.scenario.output_keys import EnsembleSettings
 from geosurf.scene import Scene
-from geosurf.scene.depth import need_depth
 from geosurf.scene.given import in_depth
 from geosurf.scene.result_cache import ResultCache
 from geosurf.stopping import temporary_folder

@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from geosurf.conventions import check_name, is_number, is_word, volume_text
+from geosurf.conventions.axes import need_depth
 from geosurf.conventions.running import running
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.grid.build import (
@@ -100,6 +101,7 @@ def build_grid(
         raise InputError(
             f"build_grid takes a Scene, not {type(scene).__name__}: it has no {needed!r}."
         )
+    need_depth(scene.units.time, "simulation grids")
     if min_dip is not None and not (is_number(min_dip) and 0 < min_dip < 90):
         raise InputError(f"min_dip is {min_dip!r}. Give degrees between 0 and 90, or None.")
     if not (is_number(min_thickness) and min_thickness >= 0):

@@ -19,6 +19,7 @@ from geosurf.errors import InputError
 from geosurf.model.base import Noun
 from geosurf.model.lattice import Lattice
 
+SLOWEST = 20.0  # of velocities [m/s]: what is slower was given in km/s
 WAYS = {"two-way": 0.0005, "one-way": 0.001}  # seconds on the way down for each millisecond
 ELSEWHERE = "elsewhere"
 DATUM = "datum"
@@ -344,4 +345,9 @@ def _law(value: Any, name: str, base: str | None, open_map: Any) -> Law:
     field = Field(float(value) if is_number(value) else open_map(value, what), factor)
     if not field.smallest > 0.0:
         raise InputError(f"{what} is {field.smallest:g} m/s; velocities are above 0. {HOW}.")
+    if field.smallest < SLOWEST:
+        raise InputError(
+            f"{what} is {field.smallest:g} m/s, slower than any rock or water. If this is in km/s, "
+            f"multiply it by 1000. {HOW}."
+        )
     return Law(field, float(k) * factor, base)

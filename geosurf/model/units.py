@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.conventions import check_name, counted, grouped, is_word, known_names, volume_text
+from geosurf.conventions.axes import vertical_axis
 from geosurf.conventions.card import MOST, Card
 from geosurf.conventions.palette import unit_colours
 from geosurf.errors import InputError
@@ -239,10 +240,12 @@ def table_of(units: Units) -> xarray.Dataset:
         # Where the unit is, as in the picture of the column; a shell without area has no volume.
         "thickness_mean": (
             [u.volume / u.map_area if u.map_area > 0 else 0.0 for u in each],
-            "m",
+            "m" if units.time is None else "ms",
             "mean vertical thickness where the unit is present: volume over map_area",
         ),
     }
+    if units.time is not None:
+        del columns["area"]  # of slanted faces: metres and milliseconds do not add up
     data = {
         key: ("unit", np.array(values, dtype=np.float64), {"units": unit, "long_name": name})
         for key, (values, unit, name) in columns.items()
@@ -254,6 +257,8 @@ def table_of(units: Units) -> xarray.Dataset:
 def volumes_of(units: Units) -> tuple[tuple[str], np.ndarray, dict[str, Any]]:
     """Return the column of volumes; no area is computed for it."""
     attrs = {"units": "m3", "long_name": "gross rock volume (GRV)", **_crs(units)}
+    if units.time is not None:
+        attrs |= {"units": "m2 ms", "long_name": "map area times time"}
     # Float64 even without units, so that an empty model has the same types.
     return ("unit",), np.array([u.volume for u in units.values()], dtype=np.float64), attrs
 
@@ -392,6 +397,7 @@ class Units(Shown, Mapping[str, Unit]):
         self.footprint = (e - w) * (n - s) if footprint is None else float(footprint)
         self.report = dict(report or {})
         self._regions: RegionFinder | None = None
+        self.time: str | None = None  # how times count, of a model in time
         zones = (unit.zone for unit in self._units.values()) if reservoir is None else reservoir
         self.reservoir = tuple(dict.fromkeys(zones))
 
@@ -409,6 +415,10 @@ class Units(Shown, Mapping[str, Unit]):
 
     def _card(self) -> Card:
         """Return a table of the reservoir with the colours of pictures, slivers summed up below."""
+        with vertical_axis(self.time):
+            return self._as_card()
+
+    def _as_card(self) -> Card:
         part = self.included()
         listed = [*part.without_slivers]
         labels = self.labels
@@ -417,6 +427,8 @@ class Units(Shown, Mapping[str, Unit]):
 
         # one unit and as many decimals for all rows, as in the report: they can be compared
         scale, unit = (1e6, "million m³") if part.volume >= 1e6 else (1.0, "m³")
+        if self.time is not None:
+            scale, unit = 1.0, "m²·ms"
         volumes = [f"{u.volume / scale:,.3f}".replace(",", " ") for u in first]
         head = ("zone", "region", "block", "contact", f"GRV [{unit}]")
         rows = [
@@ -430,6 +442,10 @@ class Units(Shown, Mapping[str, Unit]):
         return Card(title, rows, head, shades, notes, len(listed))
 
     def __repr__(self) -> str:
+        with vertical_axis(self.time):
+            return self._in_short()
+
+    def _in_short(self) -> str:
         # Counts tell more than names: a model may have hundreds of units.
         zones, blocks = ({getattr(u, of) for u in self.values()} for of in ("zone", "block"))
         n = len(self.report.get("clipped", ()))
@@ -450,6 +466,10 @@ class Units(Shown, Mapping[str, Unit]):
 
     def __str__(self) -> str:
         """A table of the reservoir: zone, region, block, contact, GRV; slivers; what is clipped."""
+        with vertical_axis(self.time):
+            return self._as_table()
+
+    def _as_table(self) -> str:
         head, part = ("zone", "region", "block", "contact", "compartment of"), self.included()
         # Slivers would fill the table; they are summed up below it.
         listed = part.without_slivers
@@ -597,7 +617,7 @@ class Units(Shown, Mapping[str, Unit]):
             slivers=self.sliver_settings, merged=[m for m in self.merged if m.into in names],
             unmerged=self.unmerged, reservoir=self.reservoir,
         )  # fmt: skip
-        found._regions = self._regions
+        found._regions, found.time = self._regions, self.time
         return in_crs_of(found, [self])
 
     @cached_property
@@ -794,14 +814,17 @@ class Units(Shown, Mapping[str, Unit]):
         return table_of(self)
 
 
-def units_in(units: Units, regions: RegionFinder) -> Units:
-    """Return copies of units, whose regions are found when they are first requested."""
+def units_in(units: Units, regions: RegionFinder, time: str | None) -> Units:
+    """Return copies of units, whose regions are found when they are first requested.
+
+    `time` is ``"two-way"`` or ``"one-way"`` of a model in time.
+    """
     found, each = copy.copy(units), {name: copy.copy(unit) for name, unit in units.items()}
     for unit in each.values():
         unit.__dict__.pop("region", None)  # of the one that it is a copy of
         unit.__dict__["_regions"] = regions
     by_labels = {labels: each[unit.name] for labels, unit in units._by_labels.items()}
-    found.__dict__.update(_units=each, _by_labels=by_labels, _regions=regions)
+    found.__dict__.update(_units=each, _by_labels=by_labels, _regions=regions, time=time)
     return found
 
 

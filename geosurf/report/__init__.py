@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import counted
+from geosurf.conventions.axes import need_depth
 from geosurf.conventions.crs import label
 from geosurf.conventions.machine import warning_without_pictures
 from geosurf.conventions.running import running
@@ -119,6 +120,7 @@ def report_scene(
             f"report_scene takes a Scene; {type(scene).__name__} has no attribute {needed!r}. "
             "Make a scene with geosurf.Scene(horizons, faults, box)."
         )
+    need_depth(scene.units.time, "reports")
     if certificate is not None:
         expect(certificate, Certificate, "certificate takes a Certificate", "scene.check() is one")
 

@@ -129,10 +129,11 @@ def warnings_of_area(area: SharedArea, horizons: Sequence[Footprint]) -> list[Ge
         words = f"The default area covers {percent(area.share)} of what all horizons cover."
         found.append(GeosurfWarning("area", "aoi", words, how))
 
-    # a horizon that loses more than a tenth is named, with the size of the loss
-    if not area.pieces:
-        found += [_left_out(one.name, area.area, one.area) for one in horizons
-                  if area.area < MUCH * one.area]  # fmt: skip
+    # a horizon that loses more than a tenth to others, not to pieces, is named with its loss
+    shared = area.area + sum(size for size, _ in area.pieces)
+    found += [
+        _left_out(one.name, area.area, one.area) for one in horizons if shared < MUCH * one.area
+    ]
     return found
 
 

@@ -464,12 +464,3 @@ def _need_velocity(inputs: SceneInputs) -> None:
         raise InputError(
             "the scene has no velocities. Give them: scene.replace(velocity={...}), in m/s by zone."
         )
-
-
-def need_depth(time: str | None, what: str) -> None:
-    """Refuse what milliseconds have not."""
-    if time is not None:
-        raise InputError(
-            f"the scene is in time, and {what} need depth. Give velocities: "
-            "scene.replace(velocity={...}), in m/s by zone."
-        )

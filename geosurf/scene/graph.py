@@ -41,6 +41,7 @@ from geosurf.carve.column import reservoir_of
 from geosurf.carve.fluids import parts_at_levels
 from geosurf.carve.units import warnings_of_order, warnings_of_slivers, warnings_of_thin_units
 from geosurf.conventions import check_word, counted, is_number, shared_name
+from geosurf.conventions.axes import vertical_axis
 from geosurf.errors import GeosurfWarning
 from geosurf.faults.distance import lies_beside, warning_of_fault, warnings_of_rims
 from geosurf.intersect import curves_of, merge_curves
@@ -504,7 +505,7 @@ class Graph:
     def _in_regions(self, units: Units) -> tuple[NamedRegions, Units]:
         """What finds the regions of units, and the units that ask it."""
         regions = NamedRegions(self.patches, units, self.inputs.regions, self.known_regions)
-        return regions, units_in(units, regions)
+        return regions, units_in(units, regions, self.inputs.time)
 
     @cached_property
     def regions_key(self) -> Hashable:
@@ -536,9 +537,9 @@ class Graph:
             words = f"does not reach the {where}, and parts nothing"
             self.memory.note("carve", fault, "skipped", words)
             self._warn_of_outside(fault)
-        self.memory.warn(
-            *warnings_of_order(units), *warnings_of_thin_units(units), *warnings_of_slivers(units)
-        )
+        with vertical_axis(self.inputs.time):
+            found = *warnings_of_order(units), *warnings_of_thin_units(units)
+            self.memory.warn(*found, *warnings_of_slivers(units))
         if self.converted_from is not None and self.inputs.time is None:
             self.memory.warn(
                 *warnings_of_topology(

@@ -16,6 +16,7 @@ from geosurf import measure
 from geosurf.arrangement import search_voxels
 from geosurf.carve.certificate import certify_repeated
 from geosurf.conventions import HORIZON_DIMS, check_word, counted, is_number, is_word
+from geosurf.conventions.axes import need_depth
 from geosurf.conventions.running import running
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.lazy import xarray
@@ -37,7 +38,7 @@ from geosurf.model.tops import TieReport, Tops
 from geosurf.model.units import sums_of
 from geosurf.rebuild import trim_sheets
 from geosurf.scene.area import check_system_of_places, refuse_other_systems, warnings_of_places
-from geosurf.scene.depth import convert_points, in_milliseconds, inputs_in_time, need_depth
+from geosurf.scene.depth import convert_points, in_milliseconds, inputs_in_time
 from geosurf.scene.faults import closures_of, known_fault, seal_of, throw_of
 from geosurf.scene.graph import Graph
 from geosurf.scene.inputs import (
@@ -725,7 +726,7 @@ class Scene:
         >>> dict(scene.table(by=("region", "zone")).sizes)
         {'region': 2, 'zone': 1}
         """
-        need_depth(self.time, "a table of volumes")
+        need_depth(self.time, "tables of volumes")
         units = self.units.included(include)
         return units.table if by is None else sums_of(units, by)
 

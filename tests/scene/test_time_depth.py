@@ -163,9 +163,14 @@ def test_a_scene_in_time_measures_milliseconds_and_refuses_volumes() -> None:
     for refused in (
         lambda: scene.volumes, scene.table, scene.volumetrics, scene.closures,
         lambda: scene.horizon_grid("Top"), lambda: gs.run_ensemble(scene, 2, uncertain=shift),
+        lambda: gs.build_grid(scene), lambda: gs.report_scene(scene, "never"),
     ):  # fmt: skip
         with pytest.raises(gs.errors.InputError, match=r"Give velocities: scene.replace\("):
             refused()
+    assert scene.units.table.volume.attrs["units"] == "m2 ms"
+    shown = f"{scene.units} {scene.units!r} {scene.units._repr_html_()}"
+    assert "m²·ms" in shown
+    assert "m³" not in shown
     with pytest.raises(gs.errors.InputError, match="moves horizons by metres"):
         gs.run_ensemble(in_time(3000.0, {"Top": -2000.0}), 2, uncertain=shift)
 
@@ -197,9 +202,10 @@ TOP = {"Top": grid(plane(-2000.0), units="ms", positive="up")}
         (TOP, {}, r'is in time \(ms\).*time="two-way"'),
         (TOP, {"time": "twt"}, 'Write time="two-way"'),
         ({"Top": grid(plane(-2000.0), units="m")}, {"time": "two-way"}, "the scene is in time"),
-        (TOP, {"time": "two-way", "velocity": {"Top": 1.0}}, "has nothing for"),
+        (TOP, {"time": "two-way", "velocity": {"Top": 2000.0}}, "has nothing for"),
         (TOP, {"time": "two-way", "velocity": {"Topp": 1.0}}, "neither a zone nor a horizon"),
         (TOP, {"time": "two-way", "velocity": {"elsewhere": -5.0}}, "above 0"),
+        (TOP, {"time": "two-way", "velocity": {"elsewhere": 2.5}}, "in km/s, multiply it by 1000"),
         (TOP, {"time": "two-way", "velocity": {"v0": 1800.0}}, "v0 .* and k"),
         (TOP, {"time": "two-way", "tolerance": 1.0}, "in metres"),
         (TOP, {"time": "two-way", "contacts": {"OWC": -2100.0}}, "contacts need depth"),

@@ -159,6 +159,19 @@ def test_the_largest_piece_is_taken_and_the_others_are_listed():
     assert scene.units.footprint == pytest.approx(17 * 20 * 2500.0, rel=1e-3)
 
 
+def test_what_other_horizons_cut_off_is_listed_beside_separate_pieces():
+    whole, short = np.ones((21, 31), dtype=bool), np.ones((21, 31), dtype=bool)
+    short[:, 15:] = False
+    short[:3, 28:] = True  # a second piece
+    scene = gs.Scene({"T": grid(30, whole), "B": lower(grid(30, short), 90.0)})
+    with pytest.warns(GeosurfWarning) as issued:
+        assert len(scene.units) == 3
+    told = sorted({str(w.message) for w in issued})
+    assert "All horizons cover 2 separate pieces" in told[0]
+    assert "covers 47 % of horizon 'T'" in told[1]
+    assert len(told) == 2
+
+
 def test_holes_are_listed_largest_first_with_the_horizon():
     whole, holed = np.ones((31, 31), dtype=bool), np.ones((31, 31), dtype=bool)
     holed[5, 5] = holed[10:14, 10:14] = False
