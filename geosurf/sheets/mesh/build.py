@@ -294,7 +294,10 @@ def _grown_from(torn: Torn, triangles: Triangles, ghosts: np.ndarray) -> Torn:
 ROUNDS = 24  # attempts to close a sheet before an error names where it stays open
 MANY = 20  # holes
 HOPELESS = 8  # attempts in a row that leave as many
-STUCK = 3  # attempts after which a hole of the same size at the same place is stuck
+# attempts after which a hole of the same size at the same place is stuck, and a large one: rings
+# may close a small one late, but a large one is seldom a matter of rings
+STUCK, STUCK_LARGE = 3, 2
+LARGE = 2.0  # cells
 
 SolveAgain = Callable[[Heights, np.ndarray, Sequence[Part]], Heights]
 NeedsMore = Callable[[Sequence[Hole]], object]
@@ -420,10 +423,13 @@ def build(
 
 def _stuck(holes: Sequence[Sequence[Hole]], cell: float) -> list[Hole]:
     """The last holes that were the same some attempts ago; `holes` has those of each attempt."""
-    # Too few attempts to compare with.
-    if len(holes) <= STUCK:
-        return []
-    return [hole for hole in holes[-1] if any(hole.is_like(old, cell) for old in holes[-1 - STUCK])]
+
+    def is_stuck(hole: Hole) -> bool:
+        """Whether a hole has not changed for long enough."""
+        ago = STUCK_LARGE if hole.length > LARGE * cell else STUCK
+        return len(holes) > ago and any(hole.is_like(old, cell) for old in holes[-1 - ago])
+
+    return [hole for hole in holes[-1] if is_stuck(hole)]
 
 
 def die_at_tips(state: Heights, repairs: Repairs, rising: bool, solve_again: SolveAgain) -> Heights:

@@ -42,6 +42,7 @@ from geosurf.sheets.lattice.data import Scattered
 from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.lattice.solve import around
 from geosurf.sheets.mesh.build import (
+    LARGE,
     NO_REPAIRS,
     Attempts,
     Built,
@@ -386,7 +387,6 @@ def solved_again(rebuilt: Rebuilt) -> SolveAgain:
 
 RINGS = 3  # that ends of branches get: with fewer, most sheets of Drogon need another cut
 AROUND = 5  # cells around them
-LARGE = 2.0  # cells: larger holes that are stuck are not those at the ends of tears
 
 
 def plan_of(closed: Closed, loss: float, searched: bool) -> TearPlan:
@@ -474,7 +474,7 @@ def close_as_planned(data: Data, faults: Sequence[TriSurface], plan: TearPlan) -
         return Closed(rebuilt, built, surfaces, (), trims, given, built.n_cut)
 
     def is_beyond(stuck: Sequence[Hole]) -> bool:
-        """Whether holes that attempts have not changed are a matter for the search."""
+        """Whether holes that are stuck are no longer those at the ends of tears."""
         return any(hole.length > LARGE * data.picks.frame.cell for hole in stuck)
 
     # first with the walls of the plan, and traces on its heights
