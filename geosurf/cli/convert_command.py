@@ -12,6 +12,7 @@ import geosurf
 from geosurf import read
 from geosurf.cli.console import Answer
 from geosurf.conventions import area_text, counted, did_you_mean, length_text
+from geosurf.conventions.axes import COORDINATES
 from geosurf.conventions.crs import are_same, label
 from geosurf.errors import FormatError, InputError, OutputError
 from geosurf.intersect import intersect_surfaces
@@ -275,7 +276,7 @@ def _features(source: Source) -> None:
     words: dict[str, tuple[list[Any], dict[str, str]]] = {
         key: ([one.words.get(key) for one in items], {}) for key in keys
     }
-    axes = {axis: ("m", axis) for axis in ("easting", "northing", "elevation")}
+    axes = {axis: ("m", axis) for axis in COORDINATES}
     attrs = {} if found.crs is None else {"crs": found.crs}
     source.obj = ragged(source.obj, axes, words, attrs)
 

@@ -203,6 +203,14 @@ def meaning(words: str, unit: str = "") -> dict[str, str]:
     return {"units": unit, "long_name": words} if unit else {"long_name": words}
 
 
+COORDINATES = ("easting", "northing", "elevation")  # in the order of the columns of points
+
+
+def points_in(data: Any) -> np.ndarray:
+    """Return the places (n, 3) of what has its coordinates by name: a table, or a Dataset."""
+    return np.stack([np.ravel(np.asarray(data[axis])) for axis in COORDINATES], axis=1)
+
+
 # names of the two coordinates of a grid, in lower case; CF has x and y for their axes, too
 MAP_NAMES = {
     "easting": ("easting", "x", "e", "utm_easting", "projection_x_coordinate"),

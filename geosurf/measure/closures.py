@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import check_word, is_number, length_text, place
-from geosurf.conventions.axes import meaning
+from geosurf.conventions.axes import COORDINATES, meaning
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.kernels.meshes.mesh import renumbered
 from geosurf.kernels.search.columns import cross_columns
@@ -409,11 +409,8 @@ def area_in_map(x: np.ndarray, t: np.ndarray) -> np.ndarray:
     return 0.5 * (ax * by - ay * bx)
 
 
-AXES = ("easting", "northing", "elevation")
-
-
 def _spot(of: str, words: str) -> dict[str, tuple[str, str]]:
-    return {f"{of}_{axis}": ("m", f"{axis} of the {words}") for axis in AXES}
+    return {f"{of}_{axis}": ("m", f"{axis} of the {words}") for axis in COORDINATES}
 
 
 _CLOSURE = {
@@ -506,7 +503,7 @@ class _Table:
             "line_kind": ([kind for _, kind, _ in self.lines], {"long_name": "outline or path"}),
             "line_closure": ([of for *_, of in self.lines], {"long_name": "closure of each line"}),
         }
-        axes = {axis: ("m", axis) for axis in AXES}
+        axes = {axis: ("m", axis) for axis in COORDINATES}
         found = ragged([line for line, *_ in self.lines], axes, labels, attrs)
         for dim, rows, columns in (
             ("closure", self.closures, {"closure": ("", "closure"), **_CLOSURE}),
@@ -550,7 +547,7 @@ def warnings_of_spill(
             source = patches.sources[row_of(patches, contact.surface, "contact")]
             top = source.vertices[:, 2].max()
         if top < one["level"] and one["spill_kind"] != "none":
-            spot = [one[f"spill_{axis}"] for axis in AXES]
+            spot = [one[f"spill_{axis}"] for axis in COORDINATES]
             why = {
                 "saddle": "it spills over a saddle there", "edge": "the model ends there",
                 "fault": f"fault {one['spill_at']!r} leaks there",

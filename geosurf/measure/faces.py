@@ -10,7 +10,7 @@ import numpy as np
 import xarray
 
 from geosurf.conventions import check_word, is_word
-from geosurf.conventions.axes import meaning
+from geosurf.conventions.axes import COORDINATES, meaning
 from geosurf.errors import GeometryError, InputError
 from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.meshes.mesh import edge_keys, renumbered
@@ -328,7 +328,7 @@ def orientation(patches: Patches, units: Units, name: str) -> xarray.Dataset:
         "mean_azimuth": ((), mean_azimuth[0], meaning(mean_words, _DEGREE)),
         "mean_strike": ((), mean_strike, meaning("strike by the right-hand rule", _DEGREE)),
     }
-    for k, axis in enumerate(("easting", "northing", "elevation")):
+    for k, axis in enumerate(COORDINATES):
         words = meaning(f"{axis} of the middle of each triangle", "m")
         data[axis] = ("triangle", middle[:, k], words)
     return xarray.Dataset(data, attrs={"surface": name, "role": role})

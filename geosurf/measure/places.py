@@ -20,13 +20,13 @@ from geosurf.conventions import (
     metres_of,
     real_numbers,
 )
+from geosurf.conventions.axes import COORDINATES
 from geosurf.conventions.checks import points_of_foreign
 from geosurf.errors import InputError
 from geosurf.measure.locate import AT_ONCE, Boundaries, Locator, locator_of
 from geosurf.model import Unit, Units
 from geosurf.model.expected import expect
 
-NAMES = ("easting", "northing", "elevation")
 MOST_CELLS = 1e9
 HOW = (
     "Give an array (n, 3) of easting, northing, elevation; or a table or xarray object with these "
@@ -157,8 +157,10 @@ def _cells(cell: Any, box: tuple[float, ...]) -> Places:
         for low, high, n in zip(box[::2], box[1::2], numbers, strict=True)
     )
     axes = (x[None, None, :], y[None, :, None], z[:, None, None])
-    coords = {name: (name, axis, _attrs(name)) for name, axis in zip(NAMES, (x, y, z), strict=True)}
-    return Places(NAMES[::-1], (len(z), len(y), len(x)), axes, coords)
+    coords = {
+        name: (name, axis, _attrs(name)) for name, axis in zip(COORDINATES, (x, y, z), strict=True)
+    }
+    return Places(COORDINATES[::-1], (len(z), len(y), len(x)), axes, coords)
 
 
 def _of_array(where: Any) -> Places:
@@ -185,13 +187,13 @@ def points_of_array(where: Any) -> np.ndarray:
 
 def _point_coords(dims: tuple[str, ...], axes: tuple[np.ndarray, ...]) -> dict[str, Any]:
     """Coordinates that lie along the dimensions of the points."""
-    return {name: (dims, axis, _attrs(name)) for name, axis in zip(NAMES, axes, strict=True)}
+    return {name: (dims, axis, _attrs(name)) for name, axis in zip(COORDINATES, axes, strict=True)}
 
 
 def _of_table(where: Any) -> Places:
     """Columns of a table."""
     try:
-        columns = {name: where[name] for name in NAMES}
+        columns = {name: where[name] for name in COORDINATES}
     except CONVERSION_ERRORS as error:
         names = list(getattr(where, "columns", where))
         raise InputError(f"the table has no column {error} among {names}. {HOW}.") from error
@@ -199,7 +201,7 @@ def _of_table(where: Any) -> Places:
         arrays = [np.ravel(real_numbers(getattr(c, "values", c))) for c in columns.values()]
     except (TypeError, ValueError) as error:
         raise InputError(f"the table has places that are not numbers ({error}). {HOW}.") from error
-    sizes = {name: len(array) for name, array in zip(NAMES, arrays, strict=True)}
+    sizes = {name: len(array) for name, array in zip(COORDINATES, arrays, strict=True)}
     if len(set(sizes.values())) != 1:
         raise InputError(f"the columns of the table have different lengths: {sizes}. {HOW}.")
     x, y, z = arrays
@@ -211,7 +213,7 @@ def _of_xarray(where: Any) -> Places:
     known = {**getattr(where, "data_vars", {}), **where.coords}
     if "elevation" not in known and isinstance(where, xarray.DataArray):
         known["elevation"] = where
-    if missing := [name for name in NAMES if name not in known]:
+    if missing := [name for name in COORDINATES if name not in known]:
         raise InputError(
             f"the places have no {' and no '.join(map(repr, missing))}, only {sorted(known)}. "
             f"{HOW}."
@@ -219,7 +221,7 @@ def _of_xarray(where: Any) -> Places:
 
     # in metres and positive up, whatever they declare
     found = []
-    for name in NAMES:
+    for name in COORDINATES:
         one = xarray.DataArray(known[name]).drop_vars([*known[name].coords], errors="ignore")
         values = metres_of(one, f"{name!r} of the places")
         if name == "elevation":
@@ -233,7 +235,8 @@ def _of_xarray(where: Any) -> Places:
         order = [d for d in order if d not in HORIZON_DIMS] + list(HORIZON_DIMS)
     shape = tuple(next(one.sizes[d] for one in found if d in one.dims) for d in order)
     coords = {
-        name: (one.dims, one.values, _attrs(name)) for name, one in zip(NAMES, found, strict=True)
+        name: (one.dims, one.values, _attrs(name))
+        for name, one in zip(COORDINATES, found, strict=True)
     }
     arrays = []
     for one in found:
@@ -489,7 +492,7 @@ def well_intervals(
     data: dict[str, Any] = {
         "md": (dims, np.interp(both, np.arange(len(along)), along), {"units": "m"})
     }
-    for k, name in enumerate(NAMES):
+    for k, name in enumerate(COORDINATES):
         data[name] = (dims, places[:, :, k], {"units": "m"})
     crs = {} if units.crs is None else {"crs": units.crs}
     data |= _labels(units, which, ("interval",))
@@ -557,7 +560,7 @@ def wells_of(path: Any) -> dict[str, Any] | None:
         return None
     if "well" in path and "easting" in path:
         return _wells_of_table(path)
-    if table or any(name in path for name in NAMES):
+    if table or any(name in path for name in COORDINATES):
         return None
     if not path or not all(isinstance(name, str) and name for name in path):
         raise InputError(
@@ -581,7 +584,7 @@ def _wells_of_table(table: Any) -> dict[str, Any]:
         if len(dims) != 1:
             raise InputError(f"the column 'well' lies along {dims}; it must have one dimension.")
         return {name: table.isel({dims[0]: at}) for name, at in rows.items()}
-    keys = [key for key in (*NAMES, "md") if key in table]
+    keys = [key for key in (*COORDINATES, "md") if key in table]
     columns = {key: np.ravel(np.asarray(getattr(table[key], "values", table[key]))) for key in keys}
     for key, values in columns.items():
         if len(values) != len(column):

@@ -17,12 +17,13 @@ from functools import cached_property
 import numpy as np
 
 from geosurf.arrangement.triangles import halved
+from geosurf.conventions.axes import COORDINATES
 from geosurf.errors import GeometryError, InputError
 from geosurf.kernels.lattices.sets import pairs_of_equal
 from geosurf.kernels.meshes.mesh import edge_keys, number_keys, weld
 from geosurf.kernels.search.columns import cross_columns, shares_at, signs_of_turns
 from geosurf.measure.locate import boundaries_of, locator_of
-from geosurf.measure.places import NAMES, well_intervals
+from geosurf.measure.places import well_intervals
 from geosurf.measure.velocity import Velocity, deeper, later
 from geosurf.model import Patches, Units
 from geosurf.model.base import Noun, frozen
@@ -438,7 +439,7 @@ def velocities_at_wells(
                 mine = np.arange(mine[-1] + 1)
             way, time = np.ptp(md[mine], axis=1).sum(), np.ptp(up[mine], axis=1).sum()
             if time >= THINNEST:
-                x, y = (float(found[axis].values[mine].mean()) for axis in NAMES[:2])
+                x, y = (float(found[axis].values[mine].mean()) for axis in COORDINATES[:2])
                 found_at.setdefault(zone, []).append((x, y, way / (time * second)))
     return {k: (np.array(v)[:, :2], np.array(v)[:, 2]) for k, v in found_at.items()}
 

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import real_numbers
+from geosurf.conventions.axes import COORDINATES
 from geosurf.errors import InputError, SurfaceError
 from geosurf.model.base import Noun, frozen
 
@@ -210,7 +211,7 @@ class Lattice(Noun):
 
     def __post_init__(self) -> None:
         # read-only: survey, keys and trees below are computed once and must stay true
-        for key in ("easting", "northing", "elevation"):
+        for key in COORDINATES:
             object.__setattr__(self, key, _read_only(_numbers(key, getattr(self, key))))
         shape, found = self.elevation.shape, (self.easting.shape, self.northing.shape)
         if len(shape) != 2 or found not in ((shape[1:], shape[:1]), (shape, shape)):

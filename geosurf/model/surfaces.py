@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.conventions import checked_points, is_word
+from geosurf.conventions.axes import COORDINATES
 from geosurf.conventions.card import Card
 from geosurf.conventions.checks import no_data_in
 from geosurf.errors import SurfaceError
@@ -442,7 +443,7 @@ class TriSurface(Shown):
         rows = [("vertices", f"{self.n_vertex}"), ("triangles", f"{self.n_triangle}")]
         if self.n_triangle:
             sides = self.bounds
-            for k, axis in enumerate(("easting", "northing", "elevation")):
+            for k, axis in enumerate(COORDINATES):
                 low, high = sides[2 * k : 2 * k + 2]
                 rows.append((axis, f"{low:.2f} to {high:.2f} m"))
         rows.append(("reference system", self.crs or "not stated"))

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions.axes import LABELS, USUAL
+from geosurf.conventions.axes import COORDINATES, LABELS, USUAL
 from geosurf.errors import FormatError, InputError
 from geosurf.lazy import xarray as xr
 from geosurf.model import FaultSticks
@@ -54,7 +54,6 @@ from geosurf.read.tops import Layout, layout_of
 # are in quotes.
 
 
-COORDINATES = ("easting", "northing", "elevation")
 UNDEFINED = ("undef", "undefined", "nan", "null")
 
 

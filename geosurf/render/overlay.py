@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.conventions import checked_points, counted, grouped, length_text, palette
+from geosurf.conventions.axes import COORDINATES, points_in
 from geosurf.conventions.checks import lines_of_foreign, points_of_foreign
 from geosurf.errors import InputError
 from geosurf.model.expected import expect
@@ -386,7 +387,6 @@ def name_place(
 # ---- nouns ----------------------------------------
 
 
-_COLUMNS = ("easting", "northing", "elevation")
 Parts = dict[str, tuple[np.ndarray, ...]]
 
 
@@ -457,10 +457,10 @@ def overlay_of(overlay: Any) -> PictureOverlay:
 def _wells_of_table(table: Any) -> Any:
     """Paths by the names of the wells of a table; anything else as it is."""
     is_table = hasattr(table, "data_vars") or hasattr(table, "columns")
-    if not (is_table and all(name in table for name in (*_COLUMNS, "well"))):
+    if not (is_table and all(name in table for name in (*COORDINATES, "well"))):
         return table
     names = [str(name) for name in np.asarray(table["well"]).tolist()]
-    points = np.column_stack([np.asarray(table[key], dtype=np.float64) for key in _COLUMNS])
+    points = points_in(table).astype(np.float64)
     column = np.array(names, dtype=object)
     return {name: points[column == name] for name in dict.fromkeys(names)}
 
@@ -476,9 +476,9 @@ def _checked(what: str, given: Any, widths: tuple[int, ...]) -> Parts:
 
 def _parts(what: str, value: Any, widths: tuple[int, ...]) -> tuple[np.ndarray, ...]:
     """The arrays of one entry: a dataset with columns, one array, or a list of arrays."""
-    how = f"Give {', '.join(('easting', 'northing', 'elevation')[: widths[-1]])} [m]."
-    if all(hasattr(value, name) for name in _COLUMNS):
-        columns = [np.asarray(getattr(value, name), dtype=np.float64) for name in _COLUMNS]
+    how = f"Give {', '.join(COORDINATES[: widths[-1]])} [m]."
+    if all(hasattr(value, name) for name in COORDINATES):
+        columns = [np.asarray(getattr(value, name), dtype=np.float64) for name in COORDINATES]
         whole = np.stack(columns, axis=1)
         ends = np.cumsum(value["count"].values)[:-1] if hasattr(value, "line_of_point") else ()
         return tuple(np.split(whole, ends))

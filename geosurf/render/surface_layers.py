@@ -11,6 +11,7 @@ from typing import Any, Unpack
 import numpy as np
 
 from geosurf.conventions import counted, grouped, is_number, length_text, palette, volume_text
+from geosurf.conventions.axes import points_in
 from geosurf.errors import InputError
 from geosurf.kernels.lattices.sets import rim_edges
 from geosurf.kernels.meshes.mesh import edges, ends_of, number_keys, renumbered
@@ -617,11 +618,10 @@ def show_seals(seals: Sequence[xarray.Dataset], style: PictureStyle) -> Content:
     """Return faults in the colours of their shale gouge ratio; grey where it is not known."""
     bar, layers, legend = seal_bar(seals, style), [], []
     for found in seals:
-        places = [found[axis].values.ravel() for axis in ("easting", "northing", "elevation")]
         sgr = found.sgr.values.ravel()
         shades = np.where(np.isnan(sgr)[:, None], palette.WALL, shades_of(bar, np.nan_to_num(sgr)))
         triangles = np.arange(len(sgr)).reshape(-1, 3)
-        layers.append(Layer(np.column_stack(places), triangles, shades=shades))
+        layers.append(Layer(points_in(found), triangles, shades=shades))
 
         # the legend has the mean where reservoir faces reservoir
         facing = found.area.where(found.juxtaposition == "reservoir on reservoir", 0.0)

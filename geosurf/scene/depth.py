@@ -18,7 +18,7 @@ import xarray as xr
 
 from geosurf.arrangement import find_contacts
 from geosurf.conventions import counted
-from geosurf.conventions.axes import is_time_unit
+from geosurf.conventions.axes import COORDINATES, is_time_unit, points_in
 from geosurf.conventions.checks import are_points
 from geosurf.conventions.crs import crs_of
 from geosurf.conventions.text import length_text
@@ -324,9 +324,6 @@ def carried_points(
     return pair.convert(points, to_depth, found)
 
 
-AXES = ("easting", "northing", "elevation")
-
-
 def data_of(given: Graph, name: str, value: Any) -> Any:
     """The data of a horizon as a scene takes them: points of one to be torn, or a surface."""
     if name not in given.inputs.torn:
@@ -337,7 +334,7 @@ def data_of(given: Graph, name: str, value: Any) -> Any:
         from geosurf.sheets.lattice.data import points_of  # loaded by those who tear
 
         columns = points_of(data, name, words.get("positive"), words.get("length_unit"))[1].T
-        found = xr.Dataset({k: ("point", c) for k, c in zip(AXES, columns, strict=True)})
+        found = xr.Dataset({k: ("point", c) for k, c in zip(COORDINATES, columns, strict=True)})
         return found.assign_attrs({} if (crs := crs_of(data)) is None else {"crs": crs})
     return data if isinstance(data, TriSurface) else horizon_over(data, (), name=name, **words)
 
@@ -346,7 +343,7 @@ def places_in(data: Any) -> np.ndarray:
     """Points (n, 3) of what `data_of` returns."""
     if isinstance(data, TriSurface):
         return data.vertices
-    return np.stack([data[axis].values for axis in AXES], axis=1)
+    return points_in(data)
 
 
 def moved_horizon(
@@ -355,7 +352,7 @@ def moved_horizon(
     """What `data_of` returns with its points moved: a grid stays one."""
     if not isinstance(data, TriSurface):
         columns = moved(places_in(data)).T
-        found = xr.Dataset({k: ("point", c) for k, c in zip(AXES, columns, strict=True)})
+        found = xr.Dataset({k: ("point", c) for k, c in zip(COORDINATES, columns, strict=True)})
         found.elevation.attrs.update(positive="up", units=unit)
         return found.assign_attrs(data.attrs)
     lattice = data.lattice

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 import numpy as np
 
 from geosurf.conventions import check_word, did_you_mean
-from geosurf.conventions.axes import vertical_axis
+from geosurf.conventions.axes import COORDINATES, vertical_axis
 from geosurf.conventions.machine import need_plots
 from geosurf.errors import GeometryError, GeosurfWarning, InputError
 from geosurf.lazy import xarray
@@ -801,8 +801,7 @@ def _leaks_on(scene: ReportedModel, fault: str, found: Any) -> list[tuple[str, f
     check_closures(found)
     faces = faces_of(scene.patches, scene.units, fault, "fault")
     mine = np.flatnonzero(found.leak_fault.values == fault)
-    axes = ("easting", "northing", "elevation")
-    places = np.column_stack([found[f"leak_{key}"].values for key in axes])[mine]
+    places = np.column_stack([found[f"leak_{key}"].values for key in COORDINATES])[mine]
     along = faces.along(places - faces.origin).tolist()
     names = found.leak_closure.values[mine].tolist()
     return list(zip(names, along, places[:, 2].tolist(), strict=True))

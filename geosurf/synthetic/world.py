@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 
 from geosurf.conventions import FAULT_DIMS, HORIZON_DIMS, is_number, is_whole
+from geosurf.conventions.axes import COORDINATES
 from geosurf.errors import InputError
 from geosurf.model.expected import listed, number_of
 
@@ -160,7 +161,7 @@ def make_fault(
     name: str, x: np.ndarray, y: np.ndarray, z: np.ndarray, offset: Offset
 ) -> xr.Dataset:
     """Return a fault Dataset from nodes (n_down_dip, n_along_strike)."""
-    parts = zip(("easting", "northing", "elevation"), np.broadcast_arrays(x, y, z), strict=True)
+    parts = zip(COORDINATES, np.broadcast_arrays(x, y, z), strict=True)
     ds = xr.Dataset(
         {
             key: (FAULT_DIMS, values + shift, {"units": "m"})

@@ -31,7 +31,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import FAULT_DIMS, HORIZON_DIMS, elevation_sign
-from geosurf.conventions.axes import LABELS, USUAL, on_map_axes
+from geosurf.conventions.axes import COORDINATES, LABELS, USUAL, on_map_axes
 from geosurf.conventions.crs import are_same, crs_of, label
 from geosurf.conventions.machine import need
 from geosurf.errors import InputError
@@ -41,8 +41,6 @@ from geosurf.model.base import Noun, with_crs
 from geosurf.model.expected import name_of
 from geosurf.triangulate.mesh import PlainMesh
 from geosurf.warning import warn_of
-
-NAMES = ("easting", "northing", "elevation")
 
 
 def own_form(value: Any, name: str, role: str, positive: str | None = None) -> Any:
@@ -287,7 +285,7 @@ def _meaning(positive: str | None) -> dict[str, str]:
 def _points(columns: Sequence[Any], positive: str | None, attrs: Mapping[Any, Any]) -> xr.Dataset:
     """Points of a horizon."""
     told: tuple[dict[str, str], ...] = ({}, {}, _meaning(positive))
-    named = {key: ("point", *of) for key, *of in zip(NAMES, columns, told, strict=True)}
+    named = {key: ("point", *of) for key, *of in zip(COORDINATES, columns, told, strict=True)}
     return xr.Dataset(named, attrs=dict(attrs))
 
 

@@ -17,7 +17,7 @@ from types import ModuleType
 from typing import Any
 
 from geosurf.conventions import did_you_mean
-from geosurf.conventions.axes import on_map_axes
+from geosurf.conventions.axes import COORDINATES, on_map_axes
 from geosurf.conventions.crs import are_same, label
 from geosurf.errors import OutputError
 from geosurf.model import (
@@ -161,7 +161,6 @@ KINDS = {
     "FaultSticks": FaultSticks,
     "CornerPointGrid": CornerPointGrid,
 }
-AXES = ("easting", "northing", "elevation")
 
 
 def kind_of(obj: Any) -> str | None:
@@ -194,14 +193,14 @@ def _kind_of_dataset(dataset: Any) -> str:
     """Lines, points, a grid or any other Dataset, by its variables and their dimensions."""
     if "fault_multiplier" in dataset.variables:
         return "Dataset of fault multipliers"
-    if not set(AXES) <= set(dataset.variables):
+    if not set(COORDINATES) <= set(dataset.variables):
         return "Dataset"
-    dims = [dataset[axis].dims for axis in AXES]
+    dims = [dataset[axis].dims for axis in COORDINATES]
     if "count" in dataset.variables and "line" in dataset.dims:
         return "Dataset of lines"
     if len(dims[0]) == 1 and dims[0] == dims[1] == dims[2]:
         return "Dataset of points"
-    return "Dataset on a grid" if dims == [(axis,) for axis in AXES] else "Dataset"
+    return "Dataset on a grid" if dims == [(axis,) for axis in COORDINATES] else "Dataset"
 
 
 __all__ = ["Loss", "Written", "write"]

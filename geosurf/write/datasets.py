@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import elevation_sign, metres_per_unit
+from geosurf.conventions.axes import COORDINATES
 from geosurf.conventions.crs import crs_of, epsg_of, proj_system
 from geosurf.conventions.machine import need
 from geosurf.errors import OutputError
@@ -41,7 +42,6 @@ from geosurf.write.written import FileSet, Loss, declared_crs
 # VTK XML ImageData: regular grids of cells, such as block models.
 
 
-AXES = ("easting", "northing", "elevation")
 UNEVEN = 1e-6  # of a step, that steps may differ by: VTK stores one step
 
 
@@ -51,17 +51,17 @@ def vti_of_grid(dataset: xr.Dataset, name: str | None) -> tuple[bytes, list[Loss
     Names become whole numbers; field data list them, as ``unit_names`` for ``unit``.
     """
     steps, first = _steps(dataset)
-    shape = [dataset.sizes[axis] for axis in AXES]
+    shape = [dataset.sizes[axis] for axis in COORDINATES]
     cells, words = {}, {"name": [name or "grid"]}
     if (crs := crs_of(dataset)) is not None:
         words["crs"] = [crs]
     for key, variable in dataset.data_vars.items():
-        if set(variable.dims) != set(AXES):
+        if set(variable.dims) != set(COORDINATES):
             raise OutputError(
-                f"{key!r} lies along {variable.dims}, not along {AXES[::-1]}: VTK image data hold "
-                "grids only. Drop it, or write .nc."
+                f"{key!r} lies along {variable.dims}, not along {COORDINATES[::-1]}: VTK image "
+                "data hold grids only. Drop it, or write .nc."
             )
-        values = variable.transpose(*AXES[::-1]).values.ravel()
+        values = variable.transpose(*COORDINATES[::-1]).values.ravel()
         if values.dtype.kind == "O":
             known, values = np.unique(values.astype(str), return_inverse=True)
             words[f"{key}_names"] = known.tolist()
@@ -84,12 +84,12 @@ def vti_of_grid(dataset: xr.Dataset, name: str | None) -> tuple[bytes, list[Loss
 def _steps(dataset: xr.Dataset) -> tuple[list[float], list[float]]:
     """Step and first value of each axis, or an OutputError: VTK stores one step for each."""
     steps, first = [], []
-    for axis in AXES:
+    for axis in COORDINATES:
         values: Any = dataset.coords.get(axis)
         if values is None or values.dims != (axis,):
             raise OutputError(
-                f"VTK image data hold grids with the axes {AXES[::-1]}, and {axis!r} is not one of "
-                "this dataset. Sample a grid: scene.sample(cell=(dx, dy, dz))."
+                f"VTK image data hold grids with the axes {COORDINATES[::-1]}, and {axis!r} is not "
+                "one of this dataset. Sample a grid: scene.sample(cell=(dx, dy, dz))."
             )
         axis_values = values.values.astype(np.float64)
         gaps = np.diff(axis_values)
@@ -474,7 +474,7 @@ def is_block_model(folder: Path) -> bool:
         return False
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
         return False
-    if not arrays.issuperset(AXES):
+    if not arrays.issuperset(COORDINATES):
         return False
     # a chunk is named by its place along each axis: 0.3.1
     for path in folder.iterdir():

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import elevation_sign, metres_per_unit
+from geosurf.conventions.axes import COORDINATES, points_in
 from geosurf.conventions.checks import no_data_in
 from geosurf.conventions.crs import crs_of, epsg_of, label
 from geosurf.conventions.machine import need
@@ -167,15 +168,14 @@ def _line_set(lines: Any) -> LineSet:
 
 def lines_in_space(lines: xarray.Dataset) -> list[tuple[int, np.ndarray]]:
     """Number and points (n, 3) of each line."""
-    axes = ("easting", "northing", "elevation")
-    if not {*axes, "count"} <= set(lines.variables) or not lines.sizes.get("line"):
+    if not {*COORDINATES, "count"} <= set(lines.variables) or not lines.sizes.get("line"):
         raise OutputError(
             "this Dataset has no lines in space such as those of Scene.fault_polygons. Write "
             ".nc instead."
         )
 
     # The points of all lines follow one another; `count` has how many each line has.
-    points = np.stack([lines[axis].values for axis in axes], axis=1)
+    points = points_in(lines)
     ends = np.cumsum(lines["count"].values)
     parts = np.split(points, ends[:-1])
 
@@ -206,9 +206,6 @@ def _plain(value: Any) -> Any:
 
 # ---- points ----------------------------------------
 # Scattered points: ``.xyz``, ``.csv``, GOCAD VSet and GeoJSON of a Dataset over one dimension.
-
-
-AXES = ("easting", "northing", "elevation")
 
 
 def xyz_of_points(points: xarray.Dataset, name: str | None) -> tuple[bytes | bytearray, list[Loss]]:
@@ -266,7 +263,7 @@ def columns_of(points: xarray.Dataset) -> np.ndarray:
     scale = elevation_sign(z.attrs.get("positive", "up"), "points") * metres_per_unit(
         z.attrs.get("units", "m"), "points"
     )
-    columns = np.stack([np.asarray(points[axis].values, dtype=np.float64) for axis in AXES], axis=1)
+    columns = points_in(points).astype(np.float64)
     columns[:, 2] *= scale
     if not len(columns):
         raise OutputError("there are no points to write. Write .nc instead.")
@@ -285,7 +282,7 @@ def _others(points: xarray.Dataset) -> list[str]:
     return [
         str(key)
         for key, variable in points.variables.items()
-        if key not in AXES and variable.dims == (dim,)
+        if key not in COORDINATES and variable.dims == (dim,)
     ]
 
 
@@ -338,7 +335,7 @@ TriSurface, FaultSticks, or a Dataset of points or lines.
     """
     grid = all(hasattr(obj, key) for key in ("dims", "coords", "values", "name"))
     lines = _holds_lines(obj)
-    points = not grid and {*AXES} <= set(getattr(obj, "data_vars", ()))
+    points = not grid and {*COORDINATES} <= set(getattr(obj, "data_vars", ()))
     mesh = hasattr(obj, "vertices") and hasattr(obj, "triangles")
     if not (grid or lines or points or mesh):
         raise InputError(f"cannot turn {type(obj).__name__} into an object of xtgeo. {TAKEN}")
@@ -362,7 +359,7 @@ def _holds_lines(obj: Any) -> bool:
 
 def _words(data: xarray.Dataset, dim: str) -> list[str]:
     """Words and numbers of each point or line."""
-    own = (*AXES, "count")
+    own = (*COORDINATES, "count")
     return [str(key) for key in data.data_vars if data[key].dims == (dim,) and key not in own]
 
 
@@ -390,8 +387,10 @@ def _points_of_xtgeo(xtgeo: Any, points: xarray.Dataset) -> Any:
     """A table of points as Points."""
     dim = str(points["easting"].dims[0])
     words = _words(points, dim)
-    names = dict(zip(AXES, ("X_UTME", "Y_UTMN", "Z_TVDSS"), strict=True))
-    table = pd.DataFrame({names.get(key, key): points[key].values for key in (*AXES, *words)})
+    names = dict(zip(COORDINATES, ("X_UTME", "Y_UTMN", "Z_TVDSS"), strict=True))
+    table = pd.DataFrame(
+        {names.get(key, key): points[key].values for key in (*COORDINATES, *words)}
+    )
     return xtgeo.Points(values=table, attributes={word: _kind(table[word]) for word in words})
 
 
@@ -461,9 +460,9 @@ lines, as read_points and fault_polygons make, FaultSticks, Curves or a list of 
     from shapely.geometry import LineString, Point
 
     crs = declared_crs(obj)
-    if table and "count" not in obj.variables and {*AXES} <= set(obj.data_vars):
+    if table and "count" not in obj.variables and {*COORDINATES} <= set(obj.data_vars):
         dim = str(obj["easting"].dims[0])
-        points = np.stack([obj[axis].values for axis in AXES], axis=1)
+        points = points_in(obj)
         words: dict[str, Any] = {word: obj[word].values for word in _words(obj, dim)}
         return geopandas.GeoDataFrame(words, geometry=list(map(Point, points)), crs=crs)
     found = line_set(obj)

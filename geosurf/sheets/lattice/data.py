@@ -13,6 +13,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from geosurf.conventions import elevation_sign, first_given, is_number, metres_per_unit, place
+from geosurf.conventions.axes import COORDINATES, points_in
 from geosurf.conventions.checks import are_points
 from geosurf.errors import HorizonError, InputError
 from geosurf.model import TriSurface
@@ -246,7 +247,7 @@ def points_of(
     # tables name their columns, and may say units and direction; arrays are in this order
     if hasattr(data, "data_vars") or hasattr(data, "columns"):
         there = list(data.variables if hasattr(data, "data_vars") else data.columns)
-        missing = [k for k in ("easting", "northing", "elevation") if k not in there]
+        missing = [k for k in COORDINATES if k not in there]
         if missing:
             raise HorizonError(
                 f"{what}: points lack {missing}, there are {sorted(map(str, there))}. "
@@ -256,9 +257,7 @@ def points_of(
         declared = attrs.get("positive", data.attrs.get("positive"))
         positive = _agreed(declared, positive, what)
         length_unit = first_given(length_unit, attrs.get("units"), "m")
-        points = np.stack(
-            [np.ravel(data[k].values) for k in ("easting", "northing", "elevation")], axis=1
-        )
+        points = points_in(data)
     else:
         points = np.asarray(data)
         length_unit = first_given(length_unit, "m")

@@ -14,6 +14,7 @@ import numpy as np
 import xarray as xr
 
 from geosurf.conventions import length_text, place
+from geosurf.conventions.axes import COORDINATES, points_in
 from geosurf.conventions.checks import are_points
 from geosurf.conventions.crs import crs_of
 from geosurf.errors import GeometryError, GeosurfWarning
@@ -325,7 +326,7 @@ def data_to_tie(
     return xr.Dataset(
         {
             key: ("point", points[:, k].copy(), attrs if key == "elevation" else {"units": "m"})
-            for k, key in enumerate(("easting", "northing", "elevation"))
+            for k, key in enumerate(COORDINATES)
         },
         attrs={"name": name} if crs is None else {"name": name, "crs": crs},
     )
@@ -335,9 +336,7 @@ def points_of_data(data: Any) -> np.ndarray:
     """World coordinates (n, 3) of the data: vertices of a surface, or the points of a dataset."""
     if isinstance(data, TriSurface):
         return data.vertices
-    return np.stack(
-        [np.ravel(data[name].values) for name in ("easting", "northing", "elevation")], axis=1
-    )
+    return points_in(data)
 
 
 def corrected_data(data: Any, change: np.ndarray) -> Any:
