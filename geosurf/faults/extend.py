@@ -3,8 +3,8 @@
 Strike comes first, then up and down, so that the new corners are filled. Nothing that was given
 moves: the new triangles start at the old rim. Lines that are not parallel go on row by row, each
 row as long as all before it: how a fault goes on near its rim does not depend on how far it goes.
-Where dip lines converge (the inside of a bend) they cross sooner or later; that is found by exact
-signs, and refused with its place.
+Where dip lines converge (the inside of a bend) they cross sooner or later, which exact signs find.
+Then each goes on only as far as it has to; what crosses even so is refused with its place.
 """
 
 from __future__ import annotations
@@ -289,9 +289,10 @@ def continue_side(
     """Return (surface, rim, guides, extension) with one more side, row by row, the first so long.
 
     `reach` says how far lines still have to go (n,), from where they are, which way they go, and
-    how long they are already; all go as far as the longest.
+    how long they are already; all go as far as the longest. Where lines that converge would cross
+    before that, each goes on as far as it has to.
     """
-    corner, n_given = surface.vertices[rim.arcs[side][0]], surface.n_triangle
+    corner = surface.vertices[rim.arcs[side][0]]
     if len(rim.arcs[side]) < 2:
         raise GeometryError(
             f"fault {surface.name!r} cannot be extended to {until}: its side {side!r} is a single "
@@ -299,9 +300,31 @@ def continue_side(
             place=corner,
             surfaces=(surface.name,),
         )
+    rows = partial(_in_rows, surface, rim, guides, side, reach, until, first)
+    try:
+        return rows()
+    except GeometryError as refused:
+        try:
+            return rows(apart=True)
+        except (GeometryError, SurfaceError):
+            raise refused from None
+
+
+def _in_rows(
+    surface: TriSurface,
+    rim: Rim,
+    guides: Guides,
+    side: str,
+    reach: Reach,
+    until: str,
+    first: float,
+    apart: bool = False,
+) -> tuple[TriSurface, Rim, Guides, Extension]:
+    """A side that goes on row by row; `apart`: in the first row each line as far as it has to."""
+    n_given = surface.n_triangle
     length, least, most, words = first, 0.0, 0.0, []
     for _ in range(_ROWS):
-        row = _row(surface, rim.axes, rim.arcs[side], guides, side, reach, length, most)
+        row = _row(surface, rim.axes, rim.arcs[side], guides, side, reach, length, most, apart)
         if row is None:
             break
         n = surface.n_vertex
@@ -335,12 +358,13 @@ def _row(
     reach: Reach,
     length: float,
     gone: float,
+    apart: bool,
 ) -> tuple[TriSurface, Guides, np.ndarray, np.ndarray, tuple[float, float], str, bool] | None:
     """One row of triangles beyond a side: the surface, its guides, the side with its notches filled
     and the part of it that goes on, the least and largest length of its lines, how these go on, and
     whether far enough.
 
-    None if they are so already.
+    None if they are so already. `apart`: each line of the first row as far as it has to.
 
     Lines of a grid go on as they are. Those of sticks, too, unless they would cross; then, and
     where a fault has none, directions are averaged along the rim, as far as the lines go on.
@@ -378,12 +402,13 @@ def _row(
             return None
 
         # a row of parallel lines is flat, however long each of them is
-        is_flat = gone == 0.0 and bool(np.ptp(way, axis=0).max() <= _PARALLEL)
-        is_flat = is_flat and longest > 0.0 and _is_enough(reach, x[arc], way, missing, gone)
-        even = np.full(len(arc), longest)
-        is_last = is_flat or (0.0 < longest < length and _is_enough(reach, x[arc], way, even, gone))
-        needed = longest / length if is_last and not is_flat else 1.0
-        tip = x[arc] + (missing[:, None] if is_flat else length) * way
+        is_own = gone == 0.0 and bool(np.ptp(way, axis=0).max() <= _PARALLEL)
+        is_own = is_own and longest > 0.0 and _is_enough(reach, x[arc], way, missing, gone)
+        is_own |= apart and gone == 0.0
+        far = missing if is_own else np.full(len(arc), longest)
+        is_last = (is_own or 0.0 < longest < length) and _is_enough(reach, x[arc], way, far, gone)
+        needed = longest / length if is_last and not is_own else 1.0
+        tip = x[arc] + (missing[:, None] if is_own else length) * way
         for share in dict.fromkeys((1.0, needed) if is_whole else (needed,)):
             # by its own length: lines of two faults with one stick end at the same places
             end = tip if share == 1.0 else x[arc] + longest * way
@@ -396,8 +421,8 @@ def _row(
             longer = TriSurface(
                 name, surface.role, points, faces, vertex_data=cutoffs_kept(surface, points)
             )
-            far = (float(missing.min()), longest) if is_flat else (needed * length,) * 2
-            return longer, guides.grown(side, arc, ends), edge, arc, far, lines, is_last
+            gone_on = (float(missing.min()), longest) if is_own else (needed * length,) * 2
+            return longer, guides.grown(side, arc, ends), edge, arc, gone_on, lines, is_last
     assert defect is not None
     raise defect
 

@@ -41,6 +41,17 @@ def assert_leaves(made, given, box=BOX, sides=("start", "end", "up", "down")):
     assert sum(e.n_triangle for e in made.extensions) == longer.n_triangle - given.n_triangle
 
 
+@pytest.mark.parametrize(("angle", "top"), [(0.8, 300.0), (0.8, 200.0), (0.6, 300.0)])
+def test_lines_that_meet_above_the_box_each_go_on_as_far_as_they_have_to(angle, top):
+    """A fan of dip lines to one point at elevation 0, with an upper rim that climbs."""
+    angles, box = np.linspace(-angle, angle, 9), (-100.0, 100.0, -900.0, 900.0, -700.0, -50.0)
+    radius = np.stack([np.linspace(top, top + 200.0, 9), np.full(9, 800.0)])
+    given = parametric(np.zeros((2, 9)), radius * np.sin(angles), -radius * np.cos(angles))
+    assert_leaves(extend_fault(given, box, sides=["up"]), given, box, ["up"])
+    # all as far: past the point
+    refused(GeometryError, "'F1' would cross itself", lengthen_fault, given, {"up": top + 300.0})
+
+
 @pytest.mark.parametrize("n", [(1, 1), (3, 2)])
 @pytest.mark.parametrize(
     "corners",
