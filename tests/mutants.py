@@ -66,7 +66,7 @@ MUTANTS = (
     Mutant("measure", "(upper.zone, upper.block) == (lower.zone, lower.block)", "upper.zone == lower.zone", "tests/measure"),
     # ---- arrangement, curves, rebuilt surfaces
     Mutant("rebuild", "if len(thin) == 0 and len(near) == 0:", "if len(thin) == 0:", "tests/rebuild"),
-    Mutant("arrangement", "for j in range(i, n) if i < j or own[i]]", "for j in range(i, n) if i < j]", "tests/arrangement tests/intersect tests/scene"),
+    Mutant("arrangement", "for j in range(i, n) if i < j or with_itself[i]]", "for j in range(i, n) if i < j]", "tests/arrangement tests/intersect tests/scene"),
     Mutant("kernels/search", "change = -uy * push[0]", "change = uy * push[0]", "tests/measure/test_thickness.py"),
     Mutant("kernels/search", "of[k] = _MIXED if side == 0 or side == -of[k] else side", "of[k] = _MIXED if side == 0 else side", "tests/kernels/test_separation.py"),
     Mutant("kernels/search", "if t[half // 3, half % 3] == t[i, k]:", "if False:", "tests/kernels/test_separation.py"),

@@ -1,15 +1,13 @@
 """Find which triangles meet, and the named points where they meet: exact arrangements.
 
 =================  ====================================================================
-search.py          `find_contacts`: surfaces -> contacts of their triangles
-candidates.py      pairs of triangles that may meet, of each pair of surfaces
-                   candidate pairs from voxels in a common box (Lo & Wang 2004)
-                   contacts of two surfaces, stored for the next search of both
-gather.py          the faces that may meet, in one numbering
-                   the points where they meet: named, placed, merged
-tree.py            candidate pairs from trees of boxes (Morton order)
-                   candidate pairs of two grids, of one survey or with straight axes
-torn_trees.py      trees of torn sheets: of their lattice, and of triangles at faults
+search.py          `find_contacts`: surfaces -> contacts of their triangles, with named points
+trees.py           surfaces as the search takes them: checked, with trees of boxes (Morton order)
+candidates.py      pairs of triangles that may meet, of each pair of surfaces, and of a torn sheet
+                   with itself; stored for the next search of both
+tree_pairs.py      such pairs of two trees, and of two grids of one survey or with straight axes
+voxels.py          such pairs from voxels in a common box (Lo & Wang 2004)
+gather.py          the faces that may meet, in one numbering; and how they meet
 triangles.py       `intersect_triangles`: two triangles, all cases (Guigue & Devillers 2003)
                    the exact test of a rounded mesh
 arrange.py         faces cut along their contacts (Attene 2020, Levy 2024)
@@ -24,8 +22,9 @@ The rooms `intersect`, `rebuild` and `carve` use these contacts.
 from __future__ import annotations
 
 from geosurf.arrangement.candidates import KnownPairs
-from geosurf.arrangement.search import Contacts, find_contacts, search_voxels
+from geosurf.arrangement.search import Contacts, find_contacts
 from geosurf.arrangement.triangles import intersect_triangles
+from geosurf.arrangement.voxels import search_voxels
 
 __all__ = [
     "Contacts", "KnownPairs", "find_contacts", "intersect_triangles",

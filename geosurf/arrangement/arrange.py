@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from geosurf.arrangement.search import Contacts, table_size
+from geosurf.arrangement.search import Contacts
 from geosurf.arrangement.threads import map_threads, n_threads, shortened
 from geosurf.conventions import place
 from geosurf.errors import InvariantError
@@ -148,8 +148,8 @@ def _rooms(
         m = contacts.m.copy()
         m[N_POINT] = first = n_old + k * extra
         # Hash tables of the crossings, by name (the features that make them) and by place.
-        names = np.empty((table_size(extra), 5), dtype=np.int64)
-        places = np.empty(table_size(n + extra + 1) // 2, dtype=np.int64)  # two slots in each
+        names = np.empty((_table_size(extra), 5), dtype=np.int64)
+        places = np.empty(_table_size(n + extra + 1) // 2, dtype=np.int64)  # two slots in each
         m[UNINDEXED] = n
 
         # The workspace is for the largest face; each point adds two children at most.
@@ -221,3 +221,8 @@ def _broken(contacts: Contacts, face: int) -> InvariantError:
         f"triangle {contacts.row_of(face)} of surface {surface.name!r} at {where} could "
         "not be split along its curves; please report this with the surfaces."
     )
+
+
+def _table_size(n: int) -> int:
+    """A power of two above twice the number of entries."""
+    return 1 << max(4, int(2 * n + 2).bit_length())

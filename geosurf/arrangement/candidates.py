@@ -8,16 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.arrangement import tree
-from geosurf.arrangement.threads import TooManyPairs, check_pairs, map_threads, refusal
-from geosurf.arrangement.torn_trees import candidate_pairs as candidate_pairs_of
-from geosurf.arrangement.torn_trees import tree_for
-from geosurf.arrangement.tree import needed, of_one_map, pairs_of_grids, pairs_of_one_map
-from geosurf.errors import InputError
-from geosurf.kernels.exact.predicates import frame_of
-from geosurf.kernels.meshes.mesh import number_keys
-from geosurf.kernels.search.tree import faces_in_box, fill_voxels, voxel_pairs
-from geosurf.kernels.sheets.torn_links import are_over_nodes, edges_over_ghosts, overlap_in_map
+from geosurf.arrangement.threads import TooManyPairs, map_threads, refusal
+from geosurf.arrangement.tree_pairs import ROOM, apart, candidate_pairs, needed, pairs_of_two
+from geosurf.arrangement.trees import AnyTree, tree_of, tree_of_list
+from geosurf.arrangement.voxels import pairs_by_voxels
+from geosurf.kernels.search.tree import triangle_boxes
+from geosurf.kernels.sheets.torn_links import are_over_nodes, edges_over_ghosts
 from geosurf.model import TriSurface
 from geosurf.model.base import any_of
 
@@ -42,8 +38,8 @@ class Known:
     ----------
     rows : ndarray of int64, shape (n, 2)
         Keys of both surfaces.
-    spent : dict of str to int
-        What the search cost.
+    cost : dict of str to int
+        Of the search.
     slip : float
         By how much coordinates could move by rounding [m].
     codes : ndarray of int64, shape (n,)
@@ -51,9 +47,32 @@ class Known:
     """
 
     rows: np.ndarray
-    spent: dict[str, int]
+    cost: dict[str, int]
     slip: float
     codes: np.ndarray
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """Pairs of triangles of two surfaces that may meet.
+
+    Attributes
+    ----------
+    i, j : int
+        The surfaces.
+    rows : ndarray of int64, shape (n, 2)
+        Keys of both.
+    cost : dict of str to int
+        Of their search.
+    known : Known or None
+        What an earlier search has stored: these rows, and how they met.
+    """
+
+    i: int
+    j: int
+    rows: np.ndarray
+    cost: dict[str, int]
+    known: Known | None = None
 
 
 @dataclass(frozen=True)
@@ -74,178 +93,32 @@ class KnownPairs:
     put: Callable[[Hashable, Any], None]
     keys: list[Hashable]
 
-    def of(self, i: int, j: int, *options: Hashable) -> Known | None:
-        """What is known of two surfaces; None if they have not been searched."""
-        found: Known | None = self.get(("pair", self.keys[i], self.keys[j], *options))
-        return found
+    def among(
+        self, pairs: Sequence[tuple[int, int]], *options: Hashable
+    ) -> dict[tuple[int, int], Known]:
+        """What is known of some pairs of surfaces: those that have been searched."""
+        stored = {(i, j): self.get(self._key(i, j, options)) for i, j in pairs}
+        return {pair: known for pair, known in stored.items() if known is not None}
 
-    def add(self, i: int, j: int, found: Known, *options: Hashable) -> None:
-        """Store what a search found, unless that is too much."""
-        if len(found.rows) <= MOST:
-            self.put(("pair", self.keys[i], self.keys[j], *options), found)
+    def add(
+        self, candidates: Sequence[Candidates], codes: np.ndarray, slip: float, *options: Hashable
+    ) -> None:
+        """Store how candidates meet, in their order, unless it is known or too much."""
+        start = 0
+        for one in candidates:
+            stop = start + len(one.rows)
+            is_new = one.known is None or one.known.slip != slip
+            if is_new and len(one.rows) <= MOST:
+                known = Known(one.rows, one.cost, slip, codes[start:stop].copy())
+                self.put(self._key(one.i, one.j, options), known)
+            start = stop
 
-
-# ---- broad ----------------------------------------
-# Find candidate pairs with equal voxels in a common box, after Lo & Wang (2004).
-#
-# The global box is cut to where the two surfaces can meet, and cut again to the faces
-# that reach it; voxels are sized to those faces. Only faces whose boxes reach one voxel
-# together become candidates, each pair once. The voxel size changes the speed, never the result.
-
-
-_FACES_PER_VOXEL = 0.5  # of the larger surface; flat between 0.2 and 2 on horizons and faults
-_MOST_VOXELS = 8_000_000
-
-
-@dataclass(frozen=True)
-class VoxelGrid:
-    """Equal voxels of edge `size` over a box, and the candidate faces of both surfaces."""
-
-    bounds: np.ndarray
-    size: float
-    shape: np.ndarray
-    rows_a: np.ndarray
-    rows_b: np.ndarray
-
-    @property
-    def n_voxel(self) -> int:
-        """Number of voxels."""
-        return int(np.prod(self.shape))
+    def _key(self, i: int, j: int, options: tuple[Hashable, ...]) -> Hashable:
+        """Under which two surfaces are stored."""
+        return ("pair", self.keys[i], self.keys[j], *options)
 
 
-def shared_box(
-    boxes_a: np.ndarray, boxes_b: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
-    """The box where two sets of boxes can meet, and the rows that reach it.
-
-    Cut three times: faces that reach the box shrink what the others can meet. None where
-    the surfaces are apart.
-    """
-    rows_a, rows_b = np.arange(len(boxes_a)), np.arange(len(boxes_b))
-    if boxes_a is boxes_b and len(boxes_a):  # they meet everywhere
-        return _bounds_of(boxes_a), rows_a, rows_a
-    bounds: np.ndarray | None = None
-    for _ in range(3):
-        if len(rows_a) == 0 or len(rows_b) == 0:
-            return None
-        one = _bounds_of(boxes_a.take(rows_a, axis=0))
-        two = _bounds_of(boxes_b.take(rows_b, axis=0))
-        # Lower corners of the meet in the first three columns, upper ones in the last three [m].
-        cut = np.concatenate([np.maximum(one[:3], two[:3]), np.minimum(one[3:], two[3:])])
-        if (cut[:3] > cut[3:]).any():
-            return None
-
-        if bounds is not None and np.array_equal(cut, bounds):
-            break
-        bounds = cut
-        rows_a = faces_in_box(boxes_a, bounds)
-        rows_b = faces_in_box(boxes_b, bounds)
-
-    if bounds is None or len(rows_a) == 0 or len(rows_b) == 0:
-        return None
-    return bounds, rows_a, rows_b
-
-
-def fit_voxels(
-    boxes_a: np.ndarray, boxes_b: np.ndarray, size: float | None = None
-) -> VoxelGrid | None:
-    """Voxels for two sets of boxes, or None where they are apart.
-
-    Parameters
-    ----------
-    boxes_a, boxes_b : ndarray of float64, shape (n, 6)
-        Lower and upper corners of the triangles' boxes.
-    size : float, optional
-        Edge of the voxels [m]. Default: fitted, so that the larger surface has
-        about one face for two voxels, and no voxel is much smaller than a face.
-
-    Returns
-    -------
-    VoxelGrid or None
-    """
-    found = shared_box(boxes_a, boxes_b)
-    if found is None:
-        return None
-    bounds, rows_a, rows_b = found
-    extent = bounds[3:] - bounds[:3]
-    # As many voxels as faces of the larger surface, but none smaller than its usual face.
-    if size is None:
-        of, rows = (boxes_a, rows_a) if len(rows_a) >= len(rows_b) else (boxes_b, rows_b)
-        sides = of.take(rows, axis=0)
-        face = float(np.median((sides[:, 3:] - sides[:, :3]).max(axis=1)))
-        wanted = max(len(rows) / _FACES_PER_VOXEL, 1.0)
-
-        # the limit is for sizes that users choose; rounding up an axis may double the number
-        wanted = min(wanted, 0.45 * _MOST_VOXELS)
-        size = max(face, _size_for(extent, wanted))
-    size = float(size)
-
-    # Boxes that meet in a point have no extent.
-    if size <= 0.0:
-        size = max(float(extent.max()), 1.0)
-
-    with np.errstate(over="ignore"):  # more than can be counted is more than there may be
-        shape = np.maximum(np.ceil(extent / size), 1.0)
-        n_voxel = np.prod(shape)
-    if n_voxel > _MOST_VOXELS:
-        raise InputError(
-            f"voxel_size = {size:g} m gives {n_voxel:.3g} voxels; the limit is "
-            f"{_MOST_VOXELS}. Choose a larger voxel_size, or leave it out."
-        )
-    return VoxelGrid(bounds, size, shape.astype(np.int64), rows_a, rows_b)
-
-
-def _size_for(extent: np.ndarray, n_voxel: float) -> float:
-    """Edge of cubes, about `n_voxel` of which fill a box that may be flat."""
-    sides = np.sort(extent)[::-1]
-    for n_axis in (3, 2, 1):
-        # A flat box is filled with squares, a line with intervals: no axis gets less than one
-        # voxel.
-        used = sides[:n_axis]
-        if used[-1] > 0:
-            size = (np.prod(used) / n_voxel) ** (1.0 / n_axis)
-            if n_axis == 1 or size <= used[-1]:
-                return float(size)
-    return 0.0
-
-
-def candidate_pairs(
-    boxes_a: np.ndarray, boxes_b: np.ndarray, *, size: float | None = None, same: bool = False
-) -> tuple[np.ndarray, dict[str, int]]:
-    """Pairs of triangles whose boxes meet.
-
-    Returns
-    -------
-    pairs : ndarray of int64, shape (n_pair, 2)
-        Rows of `boxes_a` and of `boxes_b`. With `same`, the lower row first.
-    cost : dict
-        Numbers of voxels, of candidate faces and of candidate pairs.
-    """
-    grid = fit_voxels(boxes_a, boxes_b, size)
-    if grid is None:
-        return np.empty((0, 2), dtype=np.int64), {"voxels": 0, "pairs": 0}
-
-    # Voxels hold the faces of the second surface; those of the first are looked up in them.
-    offsets, filled = fill_voxels(boxes_b, grid.rows_b, grid.bounds, grid.size, grid.shape)
-    pairs = np.empty((4 * (len(grid.rows_a) + len(grid.rows_b)) + 64, 2), dtype=np.int64)
-    while True:
-        n = voxel_pairs(
-            boxes_a, grid.rows_a, boxes_b, grid.bounds, grid.size, grid.shape, offsets, filled,
-            same, pairs,
-        )  # fmt: skip
-        if n <= len(pairs):
-            break
-        check_pairs(n)
-        pairs = np.empty((n, 2), dtype=np.int64)
-
-    cost = {"voxels": grid.n_voxel, "pairs": n}
-    return pairs[:n].copy(), cost
-
-
-def _bounds_of(boxes: np.ndarray) -> np.ndarray:
-    """Common box of some boxes."""
-    low = boxes[:, :3].min(axis=0, initial=np.inf)
-    return np.concatenate([low, boxes[:, 3:].max(axis=0, initial=-np.inf)])
+# ---- candidates ----------------------------------------
 
 
 def find_candidates(
@@ -255,90 +128,77 @@ def find_candidates(
     voxel_size: float | None,
     origin: np.ndarray,
     known: Mapping[tuple[int, int], Known],
-) -> tuple[
-    list[tuple[int, int, np.ndarray]], dict[tuple[int, int], dict[str, int]], dict[str, int]
-]:
-    """Candidate pairs of keys for each pair of surfaces, and what they cost, each and in all.
+) -> tuple[list[Candidates], dict[str, int]]:
+    """Candidates of each pair of surfaces whose boxes meet, and what all of them cost.
 
     What `known` has is not searched.
     """
-    found = []
-    costs = {}
-    cost = {"voxels": 0, "nodes": 0, "candidate_faces": 0, "pairs_tested": 0}
-
     # a graph has one elevation for each place in the map: it cannot meet itself
     wanted = [(i, j) for i, j in pairs if i != j or not _is_graph(surfaces[i])]
+    total = {"voxels": 0, "nodes": 0, "candidate_faces": 0, "pairs_tested": 0}
     if voxels:
-        boxes = [tree.boxes_of(s) for s in surfaces]
+        boxes = [triangle_boxes(surface.vertices, surface.triangles) for surface in surfaces]
     else:
-        trees = [tree_for(s) for s in surfaces]
-        asked = [pair for pair in wanted if pair not in known]
-        near = {*known, *near_surfaces(surfaces, asked)}
-        cost["nodes"] += len(wanted) - len(near)
-        wanted = [pair for pair in wanted if pair in near]
+        trees = [tree_of(surface) for surface in surfaces]
+        far = apart(trees)
+        near = [(i, j) for i, j in wanted if (i, j) in known or i == j or not far[i, j]]
+        total["nodes"] += len(wanted) - len(near)
+        wanted = near
 
-    def search(i: int, j: int) -> tuple[np.ndarray, dict[str, int]]:
-        """Candidates of one pair of surfaces, and what finding them cost."""
-        # a torn sheet has its own search: neighbours by the thousand are near one another
-        if i == j and not voxels and is_torn(surfaces[i]):
-            return pairs_with_itself(surfaces[i], origin)
-        one_map = i != j and of_one_map(surfaces[i], surfaces[j])
-        if not voxels:
-            if i == j:
-                return tree.candidate_pairs(*[tree.tree_of(surfaces[i])] * 2, same=True)
-            both: Any = (surfaces[i], surfaces[j]), (trees[i], trees[j])
-            return _pairs_of_two(one_map, origin, *both)
-
-        # both surfaces have one where they share a map
-        lattices: Any = surfaces[i].lattice, surfaces[j].lattice
-        rows, spent = candidate_pairs(boxes[i], boxes[j], size=voxel_size, same=i == j)
-        keys = [_keys_of_rows(surfaces[s], rows[:, k]) for k, s in enumerate((i, j))]
-        rows = np.stack(keys, axis=1)
-        if i == j and is_torn(surfaces[i]):
-            rows = rows[over_itself(surfaces[i], rows, origin)]
-        return (rows[needed(lattices[0], lattices[1], rows)] if one_map else rows), spent
-
-    def searched(i: int, j: int) -> tuple[np.ndarray, dict[str, int]]:
-        """`search`, with the names of the surfaces where there is no room for their pairs."""
+    def candidates_of(i: int, j: int) -> Candidates:
+        """What is known of two surfaces, or what a search finds."""
+        stored = known.get((i, j))
+        if stored is not None:
+            return Candidates(i, j, stored.rows, stored.cost, stored)
         try:
-            return search(i, j)
+            if voxels:
+                return Candidates(
+                    i, j, *_pairs_by_voxels(surfaces, boxes, voxel_size, origin, i, j)
+                )
+            return Candidates(i, j, *_pairs_by_trees(surfaces, trees, origin, i, j))
         except TooManyPairs as error:
             raise refusal(error.n, [surfaces[i].name, surfaces[j].name]) from error
 
-    # Results come in the order of the pairs, whatever thread found them first.
-    asked = [pair for pair in wanted if pair not in known]
-    searches = dict(zip(asked, map_threads(searched, asked), strict=True))
-    for i, j in wanted:
-        one = known.get((i, j))
-        rows, spent = searches[i, j] if one is None else (one.rows, one.spent)
-        costs[i, j] = spent
-        for key, value in spent.items():
-            cost["pairs_tested" if key == "pairs" else key] += value
-        found.append((i, j, rows))
-    return found, costs, cost
+    # Results come in the order of the pairs, whatever thread has them first.
+    candidates = map_threads(candidates_of, wanted)
+    for one in candidates:
+        for key, value in one.cost.items():
+            total["pairs_tested" if key == "pairs" else key] += value
+    return candidates, total
 
 
-def _pairs_of_two(
-    one_map: bool,
-    origin: np.ndarray,
-    surfaces: tuple[TriSurface, TriSurface],
-    trees: tuple[Any, Any],
+def _pairs_by_trees(
+    surfaces: Sequence[TriSurface], trees: Sequence[AnyTree], origin: np.ndarray, i: int, j: int
 ) -> tuple[np.ndarray, dict[str, int]]:
-    """Candidates of two surfaces."""
-    if one_map:
-        lattices: Any = surfaces[0].lattice, surfaces[1].lattice
-        return pairs_of_one_map(lattices, trees)
-    found = pairs_of_grids(surfaces, trees, origin)
-    return candidate_pairs_of(*trees) if found is None else found
+    """Pairs of keys of two surfaces, or of one with itself, and what they cost."""
+    if i != j:
+        lattices = surfaces[i].lattice, surfaces[j].lattice
+        return pairs_of_two(lattices, (trees[i], trees[j]), origin)
+    # a torn sheet has its own search: neighbours by the thousand are near one another
+    if is_torn(surfaces[i]):
+        return pairs_with_itself(surfaces[i], origin)
+    return candidate_pairs(trees[i], trees[i], same=True)
 
 
-def near_surfaces(
-    surfaces: Sequence[TriSurface], pairs: Sequence[tuple[int, int]]
-) -> list[tuple[int, int]]:
-    """Those of some pairs of surfaces whose boxes meet."""
-    trees: list[Any] = [tree_for(s) for s in surfaces]
-    apart = tree.apart(trees).tolist()
-    return [(i, j) for i, j in pairs if i == j or not apart[i][j]]
+def _pairs_by_voxels(
+    surfaces: Sequence[TriSurface],
+    boxes: Sequence[np.ndarray],
+    voxel_size: float | None,
+    origin: np.ndarray,
+    i: int,
+    j: int,
+) -> tuple[np.ndarray, dict[str, int]]:
+    """The same, with voxels."""
+    rows, cost = pairs_by_voxels(boxes[i], boxes[j], size=voxel_size, same=i == j)
+    keys = [_keys_of_rows(surfaces[s], rows[:, k]) for k, s in enumerate((i, j))]
+    pairs = np.stack(keys, axis=1)
+    first, second = surfaces[i].lattice, surfaces[j].lattice
+    if i == j and is_torn(surfaces[i]):  # as `pairs_with_itself`
+        has_ghost = _with_ghosts(surfaces[i])
+        pairs = pairs[has_ghost[pairs[:, 0]] | has_ghost[pairs[:, 1]]]
+    if i != j and first is not None and second is not None and first.shares_map(second):
+        pairs = pairs[needed(first, second, pairs)]
+    return pairs, cost
 
 
 def _is_graph(surface: TriSurface) -> bool:
@@ -349,18 +209,16 @@ def _keys_of_rows(surface: TriSurface, rows: np.ndarray) -> np.ndarray:
     return rows if surface.lattice is None else surface.lattice.keys_of_rows(rows)
 
 
-# ---- find self-contacts of torn sheets: where triangles overlap on the map ---------------
+# ---- torn sheets ----------------------------------------
+# Where a torn sheet may meet itself.
 #
-# A torn sheet is a graph over a lattice, in several copies next to its faults. Two of its
-# triangles that are neighbours in the map have nothing but corners and edges of the mesh in
-# common, and those without a ghost are a graph, of which none meet. What is left to be asked lies
-# over one another, or has edges over one edge of the map.
-#
-# Where a surface states which node of the lattice each vertex lies over (``vertex_data["node"]``),
-# the order of heights there shows which edges cross. Drogon: 10 to 40 pairs of triangles in place
-# of 14 000.
+# A torn sheet is a graph over a lattice, in several copies next to its faults. Triangles without a
+# ghost are a graph, of which none meet. Where a surface states which node of the lattice each
+# vertex lies over (``vertex_data["node"]``), the order of heights there shows which edges cross.
+# Drogon: 10 to 40 pairs of triangles in place of 14 000.
 
 
+_NEIGHBOURS = 48  # of a triangle in its own surface, seldom more
 GHOST, NODE = "ghost", "node"
 
 
@@ -375,14 +233,25 @@ def pairs_with_itself(surface: TriSurface, origin: np.ndarray) -> tuple[np.ndarr
     Returns
     -------
     pairs, cost
-        As `tree.candidate_pairs` with ``same=True``.
+        As `candidate_pairs` with ``same=True``, for one triangle with a ghost at least.
     """
     if NODE in surface.vertex_data and _are_over_nodes(surface):
-        rows = _crossing_over_nodes(surface, float(origin[2]))
-        return rows, {"nodes": 0, "pairs": len(rows)}
-    whole = tree.tree_of(surface)
-    rows, cost = tree.pairs_of_some(surface, whole, _with_ghosts(surface))
-    return rows[over_itself(surface, rows, origin)], cost
+        pairs = _crossing_over_nodes(surface, float(origin[2]))
+        return pairs, {"nodes": 0, "pairs": len(pairs)}
+    has_ghost = _with_ghosts(surface)
+    marked = np.flatnonzero(has_ghost)
+    if len(marked) == 0:
+        return np.empty((0, 2), dtype=np.int64), {"nodes": 0, "pairs": 0}
+    part = tree_of_list(surface.vertices, surface.triangles[marked])
+    room = max(ROOM, _NEIGHBOURS * len(marked))
+    pairs, cost = candidate_pairs(part, tree_of(surface), room=room)
+
+    # Rows of the part become rows of the sheet; a pair of two marked triangles is found twice.
+    first, second = marked[pairs[:, 0]], pairs[:, 1]
+    once = (first < second) | ((first > second) & ~has_ghost[second])
+    first, second = first[once], second[once]
+    pairs = np.stack([np.minimum(first, second), np.maximum(first, second)], axis=1)
+    return pairs, {**cost, "pairs": len(pairs)}
 
 
 def _are_over_nodes(surface: TriSurface) -> bool:
@@ -393,22 +262,6 @@ def _are_over_nodes(surface: TriSurface) -> bool:
     return bool(are_over_nodes(node, surface.vertices, int(node.max(initial=-1)) + 1))
 
 
-def over_itself(surface: TriSurface, pairs: np.ndarray, origin: np.ndarray) -> np.ndarray:
-    """Which pairs of triangles of a torn sheet, one of them with a ghost, lie over one another."""
-    mask: np.ndarray = any_of(_with_ghosts(surface)[pairs])
-    some = np.flatnonzero(mask)
-    # Only vertices of these triangles are put into the exact frame.
-    triangles, number = number_keys(pairs[some].reshape(-1))
-    corners = surface.triangles[triangles]
-    nodes, corner = number_keys(corners.reshape(-1))
-
-    x = surface.vertices[nodes] - origin
-    if len(some):
-        of = corner.reshape(-1, 3), number.reshape(-1, 2)
-        mask[some] = overlap_in_map(x, *of, *frame_of(x))
-    return mask
-
-
 def _crossing_over_nodes(surface: TriSurface, level: float) -> np.ndarray:
     """Pairs (n, 2) of triangles with edges over two nodes in common that cross or touch there.
 
@@ -416,25 +269,26 @@ def _crossing_over_nodes(surface: TriSurface, level: float) -> np.ndarray:
     of the edge: one of them may be where the other sheet ends.
     """
     node, ghost = surface.vertex_data[NODE], surface.vertex_data[GHOST]
-    n = int(node.max(initial=-1)) + 1
+    n_node = int(node.max(initial=-1)) + 1
     if surface.torn is None:
         z = surface.vertices[:, 2]
-        rows, one, two = edges_over_ghosts(surface.triangles, node, ghost, n)
+        rows, lower, upper = edges_over_ghosts(surface.triangles, node, ghost, n_node)
     else:  # ghosts are of triangles at faults: only those next to these are looked at
-        z, some = surface.torn.heights_of_vertices(), surface.torn.rows_beside_copies
-        rows, one, two = edges_over_ghosts(surface.corners_of_keys(some), node, ghost, n)
-        rows = some[rows]
+        z, beside = surface.torn.heights_of_vertices(), surface.torn.rows_beside_copies
+        corners = surface.corners_of_keys(beside)
+        rows, lower, upper = edges_over_ghosts(corners, node, ghost, n_node)
+        rows = beside[rows]
 
-    # Half-edges over the same two nodes follow one another in `order`.
-    key = node[one] * n + node[two]
+    # Half-edges over the same two nodes, the one with the lower number first, follow one another.
+    key = node[lower] * n_node + node[upper]
     order = np.argsort(key, kind="stable")
-    key, rows, one, two = key[order], rows[order], one[order], two[order]
+    key, rows, lower, upper = key[order], rows[order], lower[order], upper[order]
 
     # as in the frame of the search: two heights that are rounded to one are one there
     z = z - level
 
     # Compare each half-edge with the next ones over the same nodes, one step further each time.
-    found = [np.empty((0, 2), dtype=np.int64)]
+    crossing = [np.empty((0, 2), dtype=np.int64)]
     for step in range(1, len(key)):
         a = np.flatnonzero(key[step:] == key[:-step])
         if len(a) == 0:
@@ -442,15 +296,13 @@ def _crossing_over_nodes(surface: TriSurface, level: float) -> np.ndarray:
         b = a + step
         # They cross where one is higher at the first node and lower at the second, and touch where
         # heights are equal in different vertices.
-        first, second = np.sign(z[one[b]] - z[one[a]]), np.sign(z[two[b]] - z[two[a]])
-        met = first * second < 0
-        met |= ((first == 0) & (one[a] != one[b])) | ((second == 0) & (two[a] != two[b]))
-        met = np.flatnonzero(met)
-        if len(met):
-            pairs = np.stack([rows[a[met]], rows[b[met]]], axis=1)
-            found.append(np.sort(pairs, axis=1))
+        at_lower, at_upper = (np.sign(z[v[b]] - z[v[a]]) for v in (lower, upper))
+        meet = at_lower * at_upper < 0
+        meet |= (at_lower == 0) & (lower[a] != lower[b])
+        meet |= (at_upper == 0) & (upper[a] != upper[b])
+        crossing.append(np.sort(np.stack([rows[a[meet]], rows[b[meet]]], axis=1), axis=1))
 
-    pairs = np.concatenate(found)
+    pairs = np.concatenate(crossing)
     if not len(pairs):
         return pairs
     pairs = np.unique(pairs, axis=0)

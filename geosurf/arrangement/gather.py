@@ -1,4 +1,4 @@
-"""Gather the faces that may meet: numbered, welded, in the local frame.
+"""Gather the faces that may meet, numbered, welded, in the local frame; and decide how they meet.
 
 Candidates come as keys of triangles. Only they are looked up, so that what follows costs what
 they cost; a lattice is never made a list of triangles for it.
@@ -12,95 +12,19 @@ from itertools import pairwise
 
 import numpy as np
 
+from geosurf.arrangement.candidates import Candidates
 from geosurf.arrangement.threads import PAIR, in_ranges, lack_of_room, map_threads, refusal
-from geosurf.kernels.contacts.naming import (
-    close_up_points,
-    find_suspects,
-    merge_suspects,
-    name_corners,
-    place_points,
-)
-from geosurf.kernels.exact.constructed_points import FULL
-from geosurf.kernels.exact.exact_signs import EXACT_ORIENT2D, N_NAME, N_POINT, N_VERTEX
+from geosurf.arrangement.tree_pairs import ULP
+from geosurf.kernels.contacts.triangle_contact import N_COLUMN, meet_pairs, pack_contacts, settled
+from geosurf.kernels.exact.predicates import frame_of
 from geosurf.kernels.meshes.mesh import number_keys, weld
 from geosurf.model import TriSurface
 
-# ---- named ----------------------------------------
-# Name the points of contacts, place them, and merge those that have several names.
-#
-# Names are numbered in the order of contacts, in one thread. All that follows is by ranges of
-# points, or by parts of those that may be equal, in threads, with the results of one.
-
-
-# least work of a thread: a millisecond each
-_POINTS, _SUSPECTS, _CONTACTS = 20_000, 4_000, 100_000
-
-
-def name_contacts(
-    x: np.ndarray,
-    t: np.ndarray,
-    e: np.ndarray,
-    d: np.ndarray,
-    m: np.ndarray,
-    w: np.ndarray,
-    rows: np.ndarray,
-    ids: np.ndarray,
-) -> int:
-    """
-    Write the ids of all points of contact to rows of `ids`.
-
-    Letters are those of `geosurf.kernels.contacts.naming`.
-
-    Parameters
-    ----------
-    x, d : ndarray
-        With room for one point per corner behind the vertices.
-    t, e, m, w, rows, ids : ndarray
-
-    Returns
-    -------
-    int
-        The number of points, or FULL.
-    """
-    n = int(name_corners(x, t, e, d, m, w, rows, ids))
-    if n in (FULL, 0):
-        return n
-    ranges = in_ranges(n, _POINTS)
-    frames = [(m.copy(), w.copy()) for _ in ranges]
-    map_threads(
-        place_points, [(x, t, e, d, *own, i, j) for own, (i, j) in zip(frames, ranges, strict=True)]
-    )
-    _count(m, [own for own, _ in frames])
-
-    # Corners alone: no point shares a bit with another point or with a corner.
-    suspects, n_corner = find_suspects(x, t, m, rows)
-    if len(suspects) == n_corner:
-        return n
-    same = m[N_VERTEX] + np.arange(n)
-    parts = range(len(in_ranges(len(suspects), _SUSPECTS)))
-    frames = [(m.copy(), w.copy()) for _ in parts]
-    merged = map_threads(
-        merge_suspects, [(x, t, e, d, *frames[k], suspects, k, len(parts), same) for k in parts]
-    )
-    _count(m, [own for own, _ in frames])
-    if not any(merged):
-        return n
-    close_up_points(x, d, m, same)
-    merged_ids = np.flatnonzero(ids.reshape(-1) >= m[N_VERTEX])
-    flat = ids.reshape(-1)
-    flat[merged_ids] = same[flat[merged_ids] - m[N_VERTEX]]
-    return int(m[N_POINT])
-
-
-def _count(m: np.ndarray, frames: list[np.ndarray]) -> None:
-    """Add what threads have counted, each from the same counts on."""
-    counts = slice(EXACT_ORIENT2D, N_NAME)
-    m[counts] += sum(own[counts] - m[counts] for own in frames)
-
-
 _PAIRS_IN_THREADS = 15_000  # candidates of a scene: 2 ms of work
+_PAIRS_OF_A_THREAD = 7_000  # 0.7 ms of exact signs; a thread costs a tenth of one
+_AT_ONCE = 1 << 15  # pairs: room for their contacts, 3 MB, is used again and again
 
-# where the rows of a pair of surfaces begin in the table of all, a column of theirs, and they
+# where the candidates of two surfaces begin among all, the column of this surface, and they
 _Column = tuple[int, int, np.ndarray]
 
 
@@ -139,19 +63,20 @@ class Faces:
         in_use[t] = True
         used, of_vertex = np.flatnonzero(in_use), np.cumsum(in_use) - 1
         nodes = []
-        for own, ids in self.nodes:
-            some = np.flatnonzero(in_use.take(ids))
-            nodes.append((own.take(some), of_vertex.take(ids.take(some))))
+        for of_surface, ids in self.nodes:
+            rows_in_use = np.flatnonzero(in_use.take(ids))
+            kept_ids = of_vertex.take(ids.take(rows_in_use))
+            nodes.append((of_surface.take(rows_in_use), kept_ids))
         surface, key = self.surface.take(faces), self.key.take(faces)
         # `take` is many times as fast as an index in brackets where rows are short
         return Faces(self.x.take(used, axis=0), of_vertex[t], surface, key, nodes)
 
 
 def gather(
-    surfaces: Sequence[TriSurface], found: Sequence[tuple[int, int, np.ndarray]], origin: np.ndarray
+    surfaces: Sequence[TriSurface], candidates: Sequence[Candidates], origin: np.ndarray
 ) -> tuple[Faces, np.ndarray]:
     """Faces in candidate pairs, and the pairs: rows of two faces."""
-    n_pair = sum(len(rows) for _, _, rows in found)
+    n_pair = sum(len(one.rows) for one in candidates)
     if lack_of_room(n_pair * PAIR) is not None:
         raise refusal(n_pair, [surface.name for surface in surfaces])
 
@@ -159,34 +84,35 @@ def gather(
     # use, then nodes of these, each numbered from 0 in its surface; then numbers in all.
     columns: list[list[_Column]] = [[] for _ in surfaces]
     start = 0
-    for i, j, rows in found:
-        columns[i].append((start, 0, rows))
-        columns[j].append((start, 1, rows))
-        start += len(rows)
-    of = range(len(surfaces))
+    for one in candidates:
+        columns[one.i].append((start, 0, one.rows))
+        columns[one.j].append((start, 1, one.rows))
+        start += len(one.rows)
     worth = n_pair > _PAIRS_IN_THREADS
-    numbered = map_threads(_number_faces, [(columns[i],) for i in of], worth)
+    numbered = map_threads(_number_faces, [(of_surface,) for of_surface in columns], worth)
 
     cut = np.cumsum([0] + [len(key) for key, _ in numbered])
     t = np.empty((cut[-1], 3), dtype=np.int64)
     corners = [t[i:j] for i, j in pairwise(cut)]
     nodes = map_threads(
-        _number_nodes, [(surfaces[i], numbered[i][0], corners[i]) for i in of], worth
+        _number_nodes,
+        [(surface, numbered[i][0], corners[i]) for i, surface in enumerate(surfaces)],
+        worth,
     )
 
-    first = np.cumsum([0] + [len(own) for own in nodes])
+    first = np.cumsum([0] + [len(of_surface) for of_surface in nodes])
     places = np.empty((first[-1], 3))
     pairs = np.empty((n_pair, 2), dtype=np.int64)
-    rows_of = [
-        (surfaces[i], nodes[i], origin, places[first[i] : first[i + 1]], corners[i], int(first[i]),
+    tasks = [
+        (surface, nodes[i], origin, places[first[i] : first[i + 1]], corners[i], int(first[i]),
          columns[i], numbered[i][1], int(cut[i]), pairs)
-        for i in of
+        for i, surface in enumerate(surfaces)
     ]  # fmt: skip
-    map_threads(_write_own, rows_of, worth)
-    del rows_of  # views of places, which become shorter
+    map_threads(_write_surface, tasks, worth)
+    del tasks  # views of places, which become shorter
 
     # Nodes in one place become one vertex, so that contacts there have one name.
-    key = np.concatenate([own for own, _ in numbered])
+    key = np.concatenate([keys for keys, _ in numbered])
     surface = np.repeat(np.arange(len(surfaces)), np.diff(cut))
     x, row = _welded(places, t)
     ids = np.split(row, first[1:-1])
@@ -209,7 +135,7 @@ def _number_nodes(surface: TriSurface, key: np.ndarray, corners: np.ndarray) -> 
     return nodes
 
 
-def _write_own(
+def _write_surface(
     surface: TriSurface,
     nodes: np.ndarray,
     origin: np.ndarray,
@@ -240,6 +166,53 @@ def _welded(places: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.nda
     number, count = weld(places)
     if count < len(places):
         corners[:] = number[corners]
-        own, places = places, np.empty((count, 3))
-        places[number] = own  # of 0.0 and -0.0, which are equal, the last one remains
+        distinct = np.empty((count, 3))
+        distinct[number] = places  # of 0.0 and -0.0, which are equal, the last one remains
+        return distinct, number
     return places, number
+
+
+def settle(
+    faces: Faces, pairs: np.ndarray, candidates: Sequence[Candidates]
+) -> tuple[np.ndarray, float]:
+    """How each candidate pair meets, and by how much coordinates could move by rounding [m]."""
+    # One unit in the last place of the largest coordinate: closer pairs are listed as near.
+    slip = ULP * float(np.abs(faces.x).max(initial=0.0))
+    codes = np.empty(len(pairs), dtype=np.int64)
+    is_new = np.ones(len(pairs), dtype=bool)
+    start = 0
+    for one in candidates:
+        stop = start + len(one.rows)
+        if one.known is not None and one.known.slip == slip:
+            codes[start:stop], is_new[start:stop] = one.known.codes, False
+        start = stop
+
+    waiting = np.flatnonzero(is_new)
+    if len(waiting):
+        frame = frame_of(faces.x, len(faces.t))
+        ranges = in_ranges(len(waiting), _PAIRS_OF_A_THREAD)
+        map_threads(_settle, [(faces, pairs, waiting[i:j], frame, slip, codes) for i, j in ranges])
+    return codes, slip
+
+
+def _settle(
+    faces: Faces,
+    pairs: np.ndarray,
+    waiting: np.ndarray,
+    frame: tuple[np.ndarray, np.ndarray],
+    slip: float,
+    codes: np.ndarray,
+) -> None:
+    """Write how some candidate pairs meet, see `settled`."""
+    x, t, (m, w) = faces.x, faces.t, (counts.copy() for counts in frame)
+    size = min(len(waiting), _AT_ONCE)
+    rows, near = np.empty((size + 1, N_COLUMN), dtype=np.int64), np.empty(1024 + size // 16, int)
+    for first in range(0, len(waiting), _AT_ONCE):
+        part = waiting[first : first + _AT_ONCE]
+        pairs_of_part = pairs.take(part, axis=0)
+        # Room for near pairs is guessed; a second call has room for all.
+        n, n_near = meet_pairs(x, t, pairs_of_part, m, w, slip, rows, near)
+        if n_near > len(near):
+            near = np.empty(n_near, dtype=np.int64)
+            n, n_near = meet_pairs(x, t, pairs_of_part, m, w, slip, rows, near)
+        codes[part] = settled(pairs_of_part, pack_contacts(rows[:n]), near[:n_near])

@@ -1,26 +1,21 @@
 """Find all contacts of surfaces: candidate pairs, exact signs, named points.
 
-`find_contacts` is what `intersect`, `rebuild` and the certificate all depend on. Only faces that
-are candidates somewhere are copied (welded, in the local frame), and only those in contact
-are kept; all that comes later costs what they cost.
+`find_contacts` is what `intersect`, `rebuild` and the certificate all depend on. Surfaces pass one
+room after the other: `trees` checks them, `candidates` lists the pairs of triangles that may meet,
+`gather` copies their faces (welded, in the local frame) and decides how they meet, and here the
+points get names. Only faces in contact are kept: all that comes later costs what they cost.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from geosurf.arrangement.candidates import (
-    Known,
-    KnownPairs,
-    candidate_pairs,
-    find_candidates,
-    fit_voxels,
-)
-from geosurf.arrangement.gather import Faces, gather, name_contacts
+from geosurf.arrangement.candidates import KnownPairs, find_candidates, is_torn
+from geosurf.arrangement.gather import Faces, gather, settle
 from geosurf.arrangement.threads import (
     CONTACT,
     IN_PLANE,
@@ -30,117 +25,35 @@ from geosurf.arrangement.threads import (
     refusal,
     shortened,
 )
-from geosurf.arrangement.torn_trees import look_at_torn
-from geosurf.arrangement.tree import look_at_list
-from geosurf.conventions import check_word, frame_origin, is_number, place
-from geosurf.errors import InputError, InvariantError, SurfaceError
-from geosurf.kernels.contacts.naming import write_records
-from geosurf.kernels.contacts.triangle_contact import (
-    N_COLUMN,
-    in_plane,
-    meet_pairs,
-    n_corners,
-    of_settled,
-    pack_contacts,
-    settled,
+from geosurf.arrangement.trees import check_surfaces
+from geosurf.arrangement.voxels import check_voxel_size
+from geosurf.conventions import check_word, frame_origin, place
+from geosurf.errors import InvariantError, SurfaceError
+from geosurf.kernels.contacts.naming import (
+    close_up_points,
+    find_suspects,
+    merge_suspects,
+    name_corners,
+    place_points,
+    write_records,
 )
+from geosurf.kernels.contacts.triangle_contact import in_plane, n_corners, of_settled
 from geosurf.kernels.exact.constructed_points import FULL
-from geosurf.kernels.exact.exact_signs import N_EDGE_PLANE, SCALE
-from geosurf.kernels.exact.predicates import (
-    MAX_BITS,
-    MAX_COORDINATE,
-    MAX_SCALE,
-    VALID_SIZES,
-    flat_triangles,
-    frame_of,
+from geosurf.kernels.exact.exact_signs import (
+    EXACT_ORIENT2D,
+    N_EDGE_PLANE,
+    N_NAME,
+    N_POINT,
+    N_VERTEX,
+    SCALE,
 )
-from geosurf.kernels.search.tree import fill_voxels, triangle_boxes
-from geosurf.model import TriSurface, VoxelSearch
-from geosurf.model.expected import flag_of, listed
-
-# ---- checked ----------------------------------------
-# Check surfaces before the search: what exact geometry has no answer for is refused.
-
-
-# a number has 53 digits from its first one on: all numbers together need fewer than MAX_BITS
-_FEW_DIGITS = 2.0 ** (MAX_BITS - 60)
-
-
-def check_surfaces(surfaces: Sequence[TriSurface], least: int = 1) -> tuple[TriSurface, ...]:
-    """Return the surfaces as a tuple, or raise an error that names the wrong one."""
-    surfaces = tuple(listed(surfaces, "surfaces are expected", "give a list of TriSurface"))
-    if len(surfaces) < least:
-        raise InputError(f"{len(surfaces)} surfaces were passed; at least {least} are needed.")
-    for i, surface in enumerate(surfaces):
-        if not isinstance(surface, TriSurface):
-            raise InputError(
-                f"surface {i} is a {type(surface).__name__}, not a TriSurface. Convert it with "
-                "triangulate_horizon or triangulate_fault."
-            )
-        # Checked once for each surface; surfaces are immutable.
-        if not surface.checked:
-            if surface.n_triangle == 0:
-                raise SurfaceError(f"surface {surface.name!r} has no triangles; leave it out.")
-            _check_triangles(surface)
-            surface.checked = True
-    return surfaces
-
-
-def _check_triangles(surface: TriSurface) -> None:
-    """Refuse what exact geometry has no answer for."""
-    lattice = surface.lattice
-    doubted, small = None, 0.0
-    if lattice is not None:
-        large = float(np.abs(lattice.survey.box).max())
-    else:
-        doubted, small, large = look_at_torn(surface) or look_at_list(surface)
-    if large > MAX_COORDINATE:
-        raise SurfaceError(
-            f"surface {surface.name!r} has a coordinate of {large:g} m; the limit is "
-            f"{MAX_COORDINATE:g} m. Replace undefined values by NaN."
-        )
-
-    # A lattice over the map has no vertical triangles and needs no exact test.
-    if lattice is not None and lattice.is_graph:
-        return  # no triangle stands upright; whether digits suffice is seen where it is used
-
-    # No triangle is nearly flat, and the digits of all numbers fit: nothing is left to decide.
-    if doubted is not None and len(doubted) == 0 and large < small * _FEW_DIGITS:
-        return
-    _refuse_flat(surface, doubted)
-
-
-def _refuse_flat(surface: TriSurface, doubted: np.ndarray | None) -> None:
-    """Refuse triangles without area among some rows (None: all), decided exactly."""
-    x, t = surface.vertices, surface.triangles
-    try:
-        m, w = frame_of(x)
-    except SurfaceError as error:
-        raise SurfaceError(f"surface {surface.name!r}: {error}") from error
-    if doubted is None:
-        flat = flat_triangles(x, t, m, w)
-    else:
-        flat = doubted[flat_triangles(x, t[doubted], m, w)]
-
-    if len(flat):
-        where = place(x[t[flat[0], 0]])
-        raise SurfaceError(
-            f"surface {surface.name!r}: {len(flat)} of {surface.n_triangle} triangles have no "
-            f"area, the first is triangle {flat[0]} at {where}. Remove them from the surface."
-        )
-
-
-def check_voxel_size(voxel_size: Any) -> None:
-    """Refuse an edge of the search voxels that is not a length."""
-    if voxel_size is not None and not (is_number(voxel_size) and voxel_size > 0):
-        raise InputError(f"voxel_size is {voxel_size!r}; give a length in metres above 0.")
-
+from geosurf.kernels.exact.predicates import MAX_SCALE, VALID_SIZES, frame_of
+from geosurf.model import TriSurface
+from geosurf.model.expected import flag_of
 
 METHODS = ("auto", "tree", "voxels")
-ULP = 2.0**-52
-_MANY = 1 << 20  # pairs; many more than the usual scene has
-_AT_ONCE = 1 << 15  # pairs: room for their contacts, 3 MB, is used again and again
-_PAIRS_OF_A_THREAD = 7_000  # 0.7 ms of work; a thread costs a tenth of one
+_MANY_PAIRS = 1 << 20  # many more than the usual scene has
+_POINTS_OF_A_THREAD, _SUSPECTS_OF_A_THREAD = 20_000, 4_000  # a millisecond of work each
 _CONTACTS_OF_A_THREAD = 25_000  # 2 ms of work
 
 
@@ -178,6 +91,10 @@ class Contacts:
         By how much rounding may move a coordinate [m], of all faces that were candidates.
     filed : ndarray of int64, shape (n_record, 4), or None
         `records`, once they are made.
+    cost : dict of str to int
+        Of the search, by what was done.
+    options : dict
+        Of the search.
     """
 
     surfaces: tuple[TriSurface, ...]
@@ -263,30 +180,21 @@ def find_contacts(
 
     # The local frame: floats near 0 have more digits to spare.
     if origin is None:
-        origin = frame_origin(*(s.extent for s in surfaces))
-
+        origin = frame_origin(*(surface.extent for surface in surfaces))
     if pairs is None:
         pairs = pairs_of(surfaces, self_intersections)
+    voxels = method == "voxels" or (method == "auto" and voxel_size is not None)
+    search = (voxels, voxel_size, origin.tobytes())
+    stored = {} if known is None else known.among(pairs, *search)
 
     # Candidates by boxes, then their faces with common vertices, then exact signs and names.
-    voxels = method == "voxels" or (method == "auto" and voxel_size is not None)
-    how = (voxels, voxel_size, origin.tobytes())
-    before = {} if known is None else {(i, j): known.of(i, j, *how) for i, j in pairs}
-    held = {pair: one for pair, one in before.items() if one is not None}
-    found, costs, cost = find_candidates(surfaces, pairs, voxels, voxel_size, origin, held)
-    faces, candidates = gather(surfaces, found, origin)
-    cost["candidate_faces"] = len(faces.t)
-
-    codes, slip = _settle(faces, candidates, found, held)
-    start = 0
-    for i, j, rows in found:
-        part = codes[start : start + len(rows)]
-        was = held.get((i, j))
-        if known is not None and (was is None or was.slip != slip):
-            known.add(i, j, Known(rows, costs[i, j], slip, part.copy()), *how)
-        start += len(rows)
-    contacts = _name(surfaces, origin, faces, candidates, codes, slip)
-    contacts.cost = {**cost, "pairs_meeting": len(contacts.rows)}
+    candidates, cost = find_candidates(surfaces, pairs, voxels, voxel_size, origin, stored)
+    faces, face_pairs = gather(surfaces, candidates, origin)
+    codes, slip = settle(faces, face_pairs, candidates)
+    if known is not None:
+        known.add(candidates, codes, slip, *search)
+    contacts = _name_contacts(surfaces, origin, faces, face_pairs, codes, slip)
+    contacts.cost = {**cost, "candidate_faces": len(faces.t), "pairs_meeting": len(contacts.rows)}
     contacts.options = {
         "method": method, "voxel_size": voxel_size, "pairs": pairs, "origin": origin
     }  # fmt: skip
@@ -297,65 +205,17 @@ def pairs_of(surfaces: Sequence[TriSurface], self_intersections: bool) -> list[t
     """All pairs of surfaces, and each with itself where that is requested or it is torn."""
     n = len(surfaces)
     # a torn sheet is carried on past its faults, where its own walls may cross
-    own = [self_intersections or "ghost" in s.vertex_data for s in surfaces]
-    return [(i, j) for i in range(n) for j in range(i, n) if i < j or own[i]]
+    with_itself = [self_intersections or is_torn(surface) for surface in surfaces]
+    return [(i, j) for i in range(n) for j in range(i, n) if i < j or with_itself[i]]
 
 
-def table_size(n: int) -> int:
-    """A power of two above twice the number of entries."""
-    return 1 << max(4, int(2 * n + 2).bit_length())
+# ---- names ----------------------------------------
+# Equal names are one point, whatever it is constructed from. They are numbered in the order of
+# contacts, in one thread. All that follows is by ranges of points, or by parts of those that may be
+# equal, in threads, with the results of one.
 
 
-def _settle(
-    faces: Faces,
-    pairs: np.ndarray,
-    found: Sequence[tuple[int, int, np.ndarray]],
-    held: Mapping[tuple[int, int], Known],
-) -> tuple[np.ndarray, float]:
-    """How each candidate pair meets, and by how much coordinates could move by rounding [m]."""
-    # One unit in the last place of the largest coordinate: closer pairs are listed as near.
-    slip = ULP * float(np.abs(faces.x).max(initial=0.0))
-    codes = np.empty(len(pairs), dtype=np.int64)
-    is_new = np.ones(len(pairs), dtype=bool)
-    start = 0
-    for i, j, rows in found:
-        one, part = held.get((i, j)), slice(start, start + len(rows))
-        if one is not None and one.slip == slip:
-            codes[part], is_new[part] = one.codes, False
-        start += len(rows)
-
-    waiting = np.flatnonzero(is_new)
-    if len(waiting):
-        scale = frame_of(faces.x, len(faces.t))
-        ranges = in_ranges(len(waiting), _PAIRS_OF_A_THREAD)
-        map_threads(_meet, [(faces, pairs, waiting[i:j], scale, slip, codes) for i, j in ranges])
-    return codes, slip
-
-
-def _meet(
-    faces: Faces,
-    pairs: np.ndarray,
-    waiting: np.ndarray,
-    frame: tuple[np.ndarray, np.ndarray],
-    slip: float,
-    codes: np.ndarray,
-) -> None:
-    """Write how some candidate pairs meet, see `settled`."""
-    x, t, (m, w) = faces.x, faces.t, (one.copy() for one in frame)
-    size = min(len(waiting), _AT_ONCE)
-    rows, near = np.empty((size + 1, N_COLUMN), dtype=np.int64), np.empty(1024 + size // 16, int)
-    for first in range(0, len(waiting), _AT_ONCE):
-        part = waiting[first : first + _AT_ONCE]
-        some = pairs.take(part, axis=0)
-        # Room for near pairs is guessed; a second call has room for all.
-        n, n_near = meet_pairs(x, t, some, m, w, slip, rows, near)
-        if n_near > len(near):
-            near = np.empty(n_near, dtype=np.int64)
-            n, n_near = meet_pairs(x, t, some, m, w, slip, rows, near)
-        codes[part] = settled(some, pack_contacts(rows[:n]), near[:n_near])
-
-
-def _name(
+def _name_contacts(
     surfaces: tuple[TriSurface, ...],
     origin: np.ndarray,
     faces: Faces,
@@ -363,9 +223,11 @@ def _name(
     codes: np.ndarray,
     slip: float,
 ) -> Contacts:
-    """Names, for the faces in contact (and near) only."""
+    """The contacts of pairs of faces, with names for the faces in contact (and near) only."""
     # By faces, not as the search came across them: numbers are the same for any search.
-    rows, near = (one[np.lexsort((one[:, 1], one[:, 0]))] for one in of_settled(pairs, codes))
+    rows, near = (
+        found[np.lexsort((found[:, 1], found[:, 0]))] for found in of_settled(pairs, codes)
+    )
     # Faces that meet nothing are dropped: what follows costs what curves need.
     if len(rows) < len(pairs):
         faces = faces.in_contact(rows, near)
@@ -374,7 +236,7 @@ def _name(
     x, t = faces.x, faces.t
     corners, flat = n_corners(rows), in_plane(rows)
     n_corner, n_coplanar = int(corners.sum()), int(np.count_nonzero(flat))
-    n_area = int(np.count_nonzero(corners[flat] >= 3)) if len(rows) > _MANY else 0
+    n_area = int(np.count_nonzero(corners[flat] >= 3)) if len(rows) > _MANY_PAIRS else 0
     size = CONTACT + (IN_PLANE - CONTACT) * n_area // max(len(rows), 1)
     if lack_of_room(len(rows) * size) is not None:
         names = [surface.name for surface in surfaces]
@@ -393,7 +255,7 @@ def _name(
     ids = np.full((len(rows), 6 if n_coplanar else 2), -1, dtype=np.int64)
 
     # Names are found and points constructed in one pass; equal names are one point.
-    n_point = name_contacts(space, t, e, d, m, w, rows, ids)
+    n_point = name_points(space, t, e, d, m, w, rows, ids)
     _refuse_full(n_point)
     space, d = shortened(space, len(x) + n_point), shortened(d, n_point)
     # without coplanar faces, records need no more planes and are made when they are asked for
@@ -402,6 +264,71 @@ def _name(
         surfaces, origin, space, len(x), t, faces.surface, faces.key, faces.nodes, rows, near, ids,
         e[: int(m[N_EDGE_PLANE])], d, m, w, slip, records,
     )  # fmt: skip
+
+
+def name_points(
+    x: np.ndarray,
+    t: np.ndarray,
+    e: np.ndarray,
+    d: np.ndarray,
+    m: np.ndarray,
+    w: np.ndarray,
+    rows: np.ndarray,
+    ids: np.ndarray,
+) -> int:
+    """
+    Write the ids of all points of contact to rows of `ids`.
+
+    Letters are those of `geosurf.kernels.contacts.naming`.
+
+    Parameters
+    ----------
+    x, d : ndarray
+        With room for one point per corner behind the vertices.
+    t, e, m, w, rows, ids : ndarray
+
+    Returns
+    -------
+    int
+        The number of points, or FULL.
+    """
+    n = int(name_corners(x, t, e, d, m, w, rows, ids))
+    if n in (FULL, 0):
+        return n
+    parts = in_ranges(n, _POINTS_OF_A_THREAD)
+    _in_threads(place_points, (x, t, e, d), m, w, parts)
+
+    # Corners alone: no point shares a bit with another point or with a corner.
+    suspects, n_corner = find_suspects(x, t, m, rows)
+    if len(suspects) == n_corner:
+        return n
+    same = m[N_VERTEX] + np.arange(n)
+    n_part = len(in_ranges(len(suspects), _SUSPECTS_OF_A_THREAD))
+    shares = [(suspects, k, n_part, same) for k in range(n_part)]
+    if not any(_in_threads(merge_suspects, (x, t, e, d), m, w, shares)):
+        return n
+    close_up_points(x, d, m, same)
+    flat = ids.reshape(-1)
+    points = np.flatnonzero(flat >= m[N_VERTEX])
+    flat[points] = same[flat[points] - m[N_VERTEX]]
+    return int(m[N_POINT])
+
+
+def _in_threads(
+    work: Callable[..., Any],
+    arrays: tuple[np.ndarray, ...],
+    m: np.ndarray,
+    w: np.ndarray,
+    parts: Sequence[tuple],
+) -> list[Any]:
+    """Work on parts in threads, each with a frame of its own; add up what these have counted."""
+    frames = [(m.copy(), w.copy()) for _ in parts]
+    results = map_threads(
+        work, [(*arrays, *frame, *part) for frame, part in zip(frames, parts, strict=True)]
+    )
+    counts = slice(EXACT_ORIENT2D, N_NAME)
+    m[counts] += sum(counted[counts] - m[counts] for counted, _ in frames)
+    return results
 
 
 def _refuse_tiny(surfaces: Sequence[TriSurface], origin: np.ndarray, faces: Faces) -> None:
@@ -455,45 +382,3 @@ def _records(
 def _refuse_full(n: int) -> None:
     if n == FULL:
         raise InvariantError("the tables of named points are too small; please report this.")
-
-
-def search_voxels(
-    first: TriSurface, second: TriSurface, voxel_size: float | None = None
-) -> VoxelSearch | None:
-    """What the voxels find for two surfaces, for the picture that explains the search.
-
-    Parameters
-    ----------
-    first, second : TriSurface
-    voxel_size : float, optional
-        Edge of the voxels [m]; fitted to the data if left out.
-
-    Returns
-    -------
-    VoxelSearch or None
-        None where the boxes of the surfaces do not meet.
-    """
-    surfaces = check_surfaces((first, second))
-
-    # The same steps as in the search, but the filled voxels are handed out as well.
-    origin = frame_origin(*(s.extent for s in surfaces))
-    boxes = [triangle_boxes(s.vertices - origin, s.triangles) for s in surfaces]
-    grid = fit_voxels(boxes[0], boxes[1], voxel_size)
-    if grid is None:
-        return None
-    pairs, _ = candidate_pairs(boxes[0], boxes[1], size=voxel_size)
-
-    held = []
-    for rows, box in ((grid.rows_a, boxes[0]), (grid.rows_b, boxes[1])):
-        offsets, _ = fill_voxels(box, rows, grid.bounds, grid.size, grid.shape)
-        held.append(np.diff(offsets) > 0)
-    occupied = np.stack(np.unravel_index(np.flatnonzero(held[0] & held[1]), grid.shape), axis=1)
-    return VoxelSearch(
-        lower=grid.bounds[:3] + origin,
-        upper=grid.bounds[3:] + origin,
-        n_cell=grid.shape,
-        size=grid.size,
-        occupied=occupied,
-        faces_a=np.unique(pairs[:, 0]),
-        faces_b=np.unique(pairs[:, 1]),
-    )

@@ -6,9 +6,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from geosurf.arrangement.gather import name_contacts
+from geosurf.arrangement.search import name_points
 from geosurf.arrangement.threads import in_ranges, map_threads
-from geosurf.arrangement.tree import Tree, tree_of_boxes
+from geosurf.arrangement.trees import Tree, tree_of_list
 from geosurf.conventions import real_numbers
 from geosurf.errors import SurfaceError
 from geosurf.kernels.contacts.triangle_contact import (
@@ -27,9 +27,9 @@ from geosurf.kernels.exact.predicates import (
     frame_of,
     orient3d_rows,
 )
-from geosurf.kernels.lattices.lattice_corners import survey_list
 from geosurf.kernels.meshes.mesh import renumbered, weld
 from geosurf.kernels.search.separation import planes_of_surfaces, undecided_pairs
+from geosurf.kernels.search.tree import triangle_boxes
 from geosurf.model import TriangleContact, TriangleSteps, frozen
 from geosurf.model.expected import flag_of
 
@@ -192,7 +192,7 @@ def _points(
     space = np.concatenate([x, np.empty((12, 3))])
     e, d = np.zeros((12, 3), dtype=np.int64), np.zeros((12, 4), dtype=np.int64)
     ids = np.empty((1, 6), dtype=np.int64)
-    name_contacts(space, t, e, d, m, w, pack_contacts(rows), ids)
+    name_points(space, t, e, d, m, w, pack_contacts(rows), ids)
     return space[ids[0, : rows[0, N_CORNER]]]
 
 
@@ -263,9 +263,9 @@ class Group(NamedTuple):
 def group_of(x: np.ndarray, triangles: np.ndarray, rows: np.ndarray) -> Group:
     """The triangles in some rows."""
     part = triangles.take(rows, axis=0)
-    boxes, codes, _, _ = survey_list(x, part)
-    tree = tree_of_boxes(x, part, boxes, codes)
-    return Group(tree, rows.take(tree.order), boxes.take(tree.order, axis=0))
+    tree = tree_of_list(x, part)
+    boxes = triangle_boxes(x, part.take(tree.order, axis=0))
+    return Group(tree, rows.take(tree.order), boxes)
 
 
 def crossing_between(

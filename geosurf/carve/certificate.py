@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from geosurf.arrangement.threads import gigabytes, in_turn, lack_of_room, map_threads, spare_threads
-from geosurf.arrangement.tree import Tree, apart, candidate_pairs, of_one_map, pairs_of_one_map
+from geosurf.arrangement.tree_pairs import apart, candidate_pairs, pairs_of_one_map
+from geosurf.arrangement.trees import Tree
 from geosurf.arrangement.triangles import Group, are_graphs, crossing_between, group_of
 from geosurf.carve.certificate_facts import Facts
 from geosurf.carve.certificate_lines import (
@@ -202,8 +203,8 @@ def candidates(facts: Facts, groups: list[Group]) -> tuple[np.ndarray, np.ndarra
 
     def between(i: int, j: int) -> None:
         """Mark the triangles of two lattices that are near each other."""
-        one, two = (facts.sources[lattices[k].surface] for k in (i, j))
-        if of_one_map(one, two):
+        first, second = (facts.sources[lattices[k].surface].lattice for k in (i, j))
+        if first is not None and second is not None and first.shares_map(second):
             both = lattices[i].lattice, lattices[j].lattice
             p, q = pairs_of_one_map(both, (trees[i], trees[j]))[0].T
         else:

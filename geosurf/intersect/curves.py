@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from geosurf.arrangement.arrange import Children, cut_contacts
-from geosurf.arrangement.search import Contacts, check_surfaces, find_contacts
+from geosurf.arrangement.search import Contacts, find_contacts
+from geosurf.arrangement.trees import check_surfaces
 from geosurf.errors import InvariantError
 from geosurf.intersect.link import (
     canonical,

@@ -12,8 +12,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from geosurf.arrangement.search import ULP, Contacts
+from geosurf.arrangement.search import Contacts
 from geosurf.arrangement.threads import lack_of_room, refusal
+from geosurf.arrangement.tree_pairs import ULP
 from geosurf.errors import InputError
 from geosurf.kernels.contacts.aligned_grids import points_near_segments
 from geosurf.kernels.contacts.triangle_contact import in_plane, n_corners
@@ -21,7 +22,7 @@ from geosurf.kernels.exact.predicates import inside_segments
 from geosurf.kernels.lattices.sets import distinct, is_among, ranges
 from geosurf.kernels.meshes.linking import link_segments
 from geosurf.kernels.meshes.mesh import number_keys, weld
-from geosurf.model import Curves, Patches, TriSurface, frozen
+from geosurf.model import Curves, Patches, frozen
 
 
 def pairs_of_rows(contacts: Contacts) -> np.ndarray:
@@ -221,11 +222,6 @@ def total_cost(costs: Iterable[Mapping[str, int]]) -> dict[str, int]:
 
 # ---- shared ----------------------------------------
 # Read the curves of two rebuilt surfaces from their common edges.
-
-
-def is_torn(surface: TriSurface) -> bool:
-    """Whether a surface is a sheet that was continued beyond its faults to be cut there."""
-    return "ghost" in surface.vertex_data
 
 
 def shared_curves(patches: Patches, first: str, second: str) -> Curves:

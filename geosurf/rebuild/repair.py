@@ -22,8 +22,9 @@ from typing import TypeVar
 import numpy as np
 
 from geosurf.arrangement.arrange import Children, cut_contacts
-from geosurf.arrangement.search import ULP, Contacts, find_contacts
+from geosurf.arrangement.search import Contacts, find_contacts
 from geosurf.arrangement.threads import map_threads, n_threads
+from geosurf.arrangement.tree_pairs import ULP
 from geosurf.arrangement.triangles import crossing_pairs
 from geosurf.conventions import place
 from geosurf.errors import GeosurfError, RoundingError, SurfaceError

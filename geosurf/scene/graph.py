@@ -35,6 +35,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.arrangement import KnownPairs, find_contacts
+from geosurf.arrangement.candidates import is_torn
 from geosurf.carve import carve_cells, find_cells
 from geosurf.carve.cells import Cells
 from geosurf.carve.column import reservoir_of
@@ -45,7 +46,7 @@ from geosurf.conventions.axes import vertical_axis
 from geosurf.errors import GeosurfWarning
 from geosurf.faults.distance import lies_beside, warning_of_fault, warnings_of_rims
 from geosurf.intersect import curves_of, merge_curves
-from geosurf.intersect.link import is_torn, shared_curves
+from geosurf.intersect.link import shared_curves
 from geosurf.model import Curves, FluidContact, Patches, Sheet, TriSurface, Units, check_column
 from geosurf.model.base import in_crs_of
 from geosurf.model.column import VirtualWall, fault_of, names_of_zones

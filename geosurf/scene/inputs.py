@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, NoReturn, TypeVar
 
-from geosurf.arrangement.search import check_voxel_size
+from geosurf.arrangement.voxels import check_voxel_size
 from geosurf.carve.column import reservoir_of
 from geosurf.conventions import (
     check_word,

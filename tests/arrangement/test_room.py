@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.growth import grid, seam
 from geosurf import TriSurface, intersect_surfaces, intersect_triangles, rebuild_surfaces
-from geosurf.arrangement import search, threads
+from geosurf.arrangement import gather, threads
 from geosurf.errors import InputError, SurfaceError
 from geosurf.kernels.exact.predicates import MAX_COORDINATE, MIN_COORDINATE
 from tests import laws
@@ -74,7 +74,7 @@ def test_points_along_a_line_beyond_what_is_free_are_an_error(monkeypatch):
 
 def test_parts_of_the_pairs_make_one_answer(monkeypatch):
     whole = intersect_surfaces([crossing(60)], self_intersections=True)
-    monkeypatch.setattr(search, "_AT_ONCE", 7)
+    monkeypatch.setattr(gather, "_AT_ONCE", 7)
     assert laws.curve_bytes(
         intersect_surfaces([crossing(60)], self_intersections=True)
     ) == laws.curve_bytes(whole)

@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 
 import geosurf as gs
 from geosurf import TriSurface, intersect_surfaces, rebuild_surfaces
-from geosurf.arrangement.candidates import over_itself, pairs_with_itself
-from geosurf.arrangement.search import ULP, find_contacts
-from geosurf.arrangement.tree import needed, pairs_of_one_map, tree_of
+from geosurf.arrangement.candidates import pairs_with_itself
+from geosurf.arrangement.search import find_contacts
+from geosurf.arrangement.tree_pairs import ULP, needed, pairs_of_one_map
+from geosurf.arrangement.trees import tree_of
 from geosurf.model import Lattice
 from geosurf.model.surfaces import torn_sheet
 from geosurf.triangulate.outline import off_the_rims
@@ -96,7 +97,6 @@ def test_all_crossings_of_a_sheet_with_itself_are_found(sheet):
         assert len(found) == len(rows)
         assert expected <= found
         assert all(a < b for a, b in found)
-    assert over_itself(plain, rows, ORIGIN).all()
 
 
 @given(torn_sheets(), st.integers(0, 2))

@@ -7,9 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from geosurf.arrangement import KnownPairs, candidates, find_contacts, search_voxels
-from geosurf.arrangement.candidates import fit_voxels
-from geosurf.arrangement.tree import candidate_pairs, tree_of
+from geosurf.arrangement import KnownPairs, find_contacts, search_voxels
+from geosurf.arrangement.tree_pairs import candidate_pairs
+from geosurf.arrangement.trees import tree_of
+from geosurf.arrangement.voxels import fit_voxels, pairs_by_voxels
 from geosurf.errors import InputError, SurfaceError
 from geosurf.kernels.search.tree import triangle_boxes
 from tests.strategies import grid, relief, sheet, soup, soups
@@ -78,7 +79,7 @@ def all_pairs(a, b, same=False):
 
 
 def assert_all_once(a, b, size, same=False):
-    pairs, cost = candidates.candidate_pairs(a, b, size=size, same=same)
+    pairs, cost = pairs_by_voxels(a, b, size=size, same=same)
     found = pairs[np.lexsort(pairs.T[::-1])]
     np.testing.assert_array_equal(found, all_pairs(a, b, same))
     assert cost["pairs"] == len(pairs)
@@ -128,7 +129,7 @@ def test_search_for_the_picture(rng):
 
 def test_the_size_that_is_chosen_is_never_refused(monkeypatch):
     """Large models have more faces than voxels may be; flat ones round an axis up."""
-    monkeypatch.setattr("geosurf.arrangement.candidates._MOST_VOXELS", 1000)
+    monkeypatch.setattr("geosurf.arrangement.voxels._MOST_VOXELS", 1000)
     rng = np.random.default_rng(3)
     for height in (1e-3, 1.0, 30.0, 1000.0):
         low = rng.random((5000, 3)) * (1000.0, 1000.0, height)

@@ -95,10 +95,9 @@ def fault(rng, coarse):
 LEAST = [
     (arrange, "_RECORDS_OF_A_THREAD"),
     (gather, "_PAIRS_IN_THREADS"),
-    (gather, "_POINTS"),
-    (gather, "_SUSPECTS"),
-    (gather, "_CONTACTS"),
-    (search, "_PAIRS_OF_A_THREAD"),
+    (gather, "_PAIRS_OF_A_THREAD"),
+    (search, "_POINTS_OF_A_THREAD"),
+    (search, "_SUSPECTS_OF_A_THREAD"),
     (search, "_CONTACTS_OF_A_THREAD"),
     (assemble, "_MANY"),
     (repair, "_MANY"),
