@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 from pathlib import Path
@@ -18,10 +19,19 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.dont_write_bytecode = False
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
+# No test cuts the power: to wait for the disk at each file would take a tenth of a run.
+os.fsync = lambda handle: None
+
 # The first example may compile a kernel, so no example has a deadline of its own.
 settings.register_profile("quick", max_examples=20, deadline=None, derandomize=True)
 settings.register_profile("thorough", max_examples=2000, deadline=None)
 settings.load_profile(os.environ.get("GEOSURF_HYPOTHESIS", "quick"))
+
+
+def pytest_collection_finish() -> None:
+    """What is loaded now stays: garbage is looked for among what the tests make."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(scope="session")

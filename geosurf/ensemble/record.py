@@ -210,8 +210,7 @@ class PairAreas:
 
     def write(self, batch: int, at: slice, records: list[Record]) -> None:
         """Write the areas of a batch: NaN where a realisation failed, 0 for an absent pair."""
-        for record in records:
-            self._add(record.juxtaposed)
+        self._add(dict.fromkeys(key for record in records for key in record.juxtaposed))
         if self.keys:
             self.group[AREA][at] = np.array(
                 [

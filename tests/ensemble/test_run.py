@@ -9,7 +9,6 @@ import signal
 import subprocess
 import sys
 import textwrap
-import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -32,13 +31,20 @@ from geosurf.sheets import tear
 from tests.ensemble.worlds import bytes_of, fault, layer_cake, plane
 from tests.messages import refused
 
-N = 25  # more than one batch
+N, BATCH = 9, 4  # more than one batch
 POINTS = (70, 130, 186, 10_000)  # writes that fail
 UNCERTAIN = [
     DepthShift("Top", Normal(0.0, 10.0)),
     DepthError("Base", sd=5.0, range=900.0),
     ContactLevel("OWC", elevation=Uniform(-1120.0, -1000.0)),
 ]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def small_batches():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(store_room, "BATCH", BATCH)
+        yield
 
 
 def scene():
@@ -114,12 +120,13 @@ def test_workers_of_long_ensembles_start_with_the_base_case_and_end_with_the_cal
     monkeypatch.setattr(Plan, "start", long)
     if not sent:  # threads do not need it
         monkeypatch.setattr(on_dask, "dumps", unsent)
+        monkeypatch.setattr(on_dask, "_CODE", "input()")  # the process has nothing to do
     run(store=tmp_path / "e.zarr", workers=2)
     assert bytes_of(tmp_path / "e.zarr") == truth
     assert (before, len(started)) == ([1], 1)  # this process is the second worker
     assert all(process.poll() is not None for process in started)
     with pytest.warns(gs.GeosurfWarning):  # a function may have effects: it stays in threads
-        gs.run_ensemble(sometimes, 24, workers=2)
+        gs.run_ensemble(sometimes, N, workers=2)
     assert len(started) == 1
 
 
@@ -198,21 +205,24 @@ def test_a_store_of_other_inputs_is_refused_and_stays(tmp_path):
 
 
 def test_a_killed_ensemble_continues_to_the_same_bytes(tmp_path, truth):
+    """A batch is whole then, and two realisations of the next one are files."""
     store, root = tmp_path / "e.zarr", Path(__file__).resolve().parents[2]
     code = f"""
+    import os, signal
+    from geosurf.ensemble import store
     from tests.ensemble.test_run import run
-    run(store={str(store)!r}, workers=1)
+    def killed(line):
+        if line.startswith("6 "):
+            os.kill(os.getpid(), signal.SIGKILL)
+    store.BATCH = {BATCH}
+    run(store={str(store)!r}, workers=1, progress=killed)
     """
-    child = subprocess.Popen([sys.executable, "-c", textwrap.dedent(code)], cwd=root)
-    records = store / store_room.RECORDS
-    while child.poll() is None and len(list(records.glob("*.npz"))) < 4:
-        time.sleep(0.005)
-    child.send_signal(signal.SIGKILL)
-    assert child.wait() == -signal.SIGKILL
-    done = len(list(records.glob("*.npz")))
+    command = [sys.executable, "-c", textwrap.dedent(code)]
+    assert subprocess.run(command, cwd=root, check=False).returncode == -signal.SIGKILL
+    assert len([*(store / store_room.RECORDS).iterdir()]) == 2
     lines = []
     run(store=store, progress=lines.append)
-    assert int(lines[0].split()[0]) > done >= 4  # these did not run again
+    assert lines[0].startswith("7 ")  # the others did not run again
     assert bytes_of(store) == truth
 
 
@@ -325,7 +335,7 @@ def test_an_ensemble_that_always_fails_stops_early():
             raise GeometryError("it folds.")
         return layer_cake()
 
-    with pytest.raises(GeometryError, match=r"none of the first 20 .* can be built.*folds"):
+    with pytest.raises(GeometryError, match=rf"none of the first {BATCH} .* can be built.*folds"):
         gs.run_ensemble(never, 500, workers=1)
     assert len(calls) < 30
     with pytest.raises(GeometryError, match="it folds"):  # the base case
