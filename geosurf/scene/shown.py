@@ -161,10 +161,10 @@ def data_of(sheet: Any, data: Any, name: str, options: dict[str, Any]) -> dict[s
             f"the scene has the sheet of horizon {name!r}, and not the data that it was made of. "
             "Pass them: data=gs.read_horizon(path), or data=gs.read_points(path)."
         )
-    from geosurf.sheets.lattice.data import picks_or_points  # loaded by those who tear
+    from geosurf.sheets.lattice.data import read_data  # loaded by those who tear
 
     words = {key: options.get(key) for key in ("positive", "length_unit")}
-    picks = picks_or_points(data, name, words["positive"], words["length_unit"], None)
+    picks = read_data(data, name, words["positive"], words["length_unit"]).picks
     places, ignored = picks.places(np.arange(len(picks.z))), sheet.plan.use.ignored
     if len(ignored) != len(places):  # wrong picks were left out, or the data are others
         return {USED: places}

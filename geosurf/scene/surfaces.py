@@ -27,22 +27,16 @@ from geosurf.scene.inputs import Box, SceneInputs, are_one, changing, undeclared
 from geosurf.scene.memory import Memory, known_fingerprint
 from geosurf.triangulate import build_contacts, orient_fault, triangulate_fault, triangulate_horizon
 from geosurf.triangulate.decimate import can_be_decimated, decimate_frame, strides_of
+from geosurf.triangulate.grids import cropped, is_stored, lack_of_memory, read_stored, refusal
 from geosurf.triangulate.horizon import (
     EXTRAPOLATED,
     decimated_horizons,
     horizon_over,
     never_changes,
 )
+from geosurf.triangulate.mesh import check_horizon_mesh
 from geosurf.triangulate.outline import check_outline
 from geosurf.triangulate.spikes import check_spikes
-from geosurf.triangulate.stored import (
-    check_horizon_mesh,
-    cropped,
-    is_stored,
-    lack_of_memory,
-    read_stored,
-    refusal,
-)
 from geosurf.warning import collected, warn
 
 # ---- footprint ----------------------------------------
@@ -79,9 +73,9 @@ def footprint(name: str, data: Any, words: Mapping[str, Any]) -> TriSurface:
     """
     from scipy.ndimage import binary_closing, binary_fill_holes, distance_transform_edt
 
-    from geosurf.sheets.lattice.data import picks_or_points
+    from geosurf.sheets.lattice.data import read_data
 
-    picks = picks_or_points(data, name, words.get("positive"), words.get("length_unit"), None)
+    picks = read_data(data, name, words.get("positive"), words.get("length_unit")).picks
 
     # one value per cell of the grid, NaN where there are no data
     z = picks.means.reshape(picks.frame.shape)

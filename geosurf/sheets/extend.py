@@ -24,7 +24,7 @@ from geosurf.sheets.faults.network import Network
 from geosurf.sheets.faults.traces import mesh_in_frame
 from geosurf.sheets.lattice.picks import Frame, frame_of_lattice
 from geosurf.sheets.lattice.solve import Graph, grounded, lattice_graph, smoothest, steps_to_known
-from geosurf.sheets.mesh.finish import crs_among, fault_surfaces
+from geosurf.sheets.mesh.finish import check_crs, fault_surfaces
 from geosurf.triangulate import triangulate_horizon
 from geosurf.triangulate.horizon import EXTRAPOLATED
 from geosurf.triangulate.outline import check_outline
@@ -112,7 +112,7 @@ def extend_horizon(
             "that it was made from."
         )
     walls = fault_surfaces(faults)
-    crs = crs_among(surface.name, horizon, walls)
+    check_crs(surface.name, surface.crs, walls)
     frame, z = frame_of_lattice(surface.lattice, f"horizon {surface.name!r}")
     corners = None if area is None else _corners(area)
 
@@ -123,7 +123,7 @@ def extend_horizon(
 
     # nodes that no link ties to data got no value
     new &= np.isfinite(z)
-    return _as_array(surface.name, frame, z, new, crs)
+    return _as_array(surface.name, frame, z, new, surface.crs)
 
 
 def warning_of_extrapolation(horizon: TriSurface) -> GeosurfWarning | None:

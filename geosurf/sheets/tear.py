@@ -13,7 +13,6 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt
 
 from geosurf.conventions import area_text, did_you_mean, is_number, place
-from geosurf.conventions.checks import are_points
 from geosurf.conventions.running import running
 from geosurf.errors import GeometryError, GeosurfError, GeosurfWarning, InputError
 from geosurf.model import FaultCut, Sheet, SheetReport, TriSurface
@@ -22,10 +21,11 @@ from geosurf.model.lattice import Lattice
 from geosurf.model.sheets import DataUse, TearPlan
 from geosurf.model.surfaces import cutoffs_among
 from geosurf.sheets.faults.network import faults_in_words
+from geosurf.sheets.faults.traces import FaultMesh, mesh_in_frame
 from geosurf.sheets.heights.missing import StandIn, parts_of
 from geosurf.sheets.heights.state import Trims, data_moved
 from geosurf.sheets.heights.wrong_side import warning_of, without_wrong_picks
-from geosurf.sheets.lattice.data import Scattered, has_fewer_nodes, picks_or_points
+from geosurf.sheets.lattice.data import Scattered, read_data
 from geosurf.sheets.lattice.picks import Picks, frame_of_lattice
 from geosurf.sheets.mesh.close import (
     MOST_ROUNDS,
@@ -39,8 +39,8 @@ from geosurf.sheets.mesh.close import (
     plan_of,
 )
 from geosurf.sheets.mesh.finish import (
+    check_crs,
     close_up,
-    crs_among,
     fault_surfaces,
     faults_at,
     largest_hole,
@@ -52,9 +52,6 @@ from geosurf.sheets.mesh.finish import (
 from geosurf.sheets.mesh.tear_ends import early_parts, lost_throw
 from geosurf.sheets.report.describe import fault_cuts, make_report
 from geosurf.sheets.report.propose_trim import by_wall, shows_smear, trims_of
-from geosurf.triangulate import triangulate_horizon
-from geosurf.triangulate.horizon import EXTRAPOLATED
-from geosurf.triangulate.neighbours import own_form
 from geosurf.warning import warn
 
 TRIM_CHANGES = (1.0, -0.5, 2.0)  # cells by which trims are changed where a sheet stays open
@@ -643,17 +640,17 @@ def tear_from(
     # read horizon and faults
     surfaces = fault_surfaces(faults)
     _check_trim(trim, surfaces)
-    data = own_form(data, name or "horizon", "horizon", positive)
-    picks = picks_or_points(data, name, positive, length_unit, spacing)
-    wrong: list[dict[str, Any]] = []
-    if are_points(data) and not keep_outliers:  # a grid has been made of picks already
-        picks, wrong = without_wrong_picks(picks, surfaces, like)
-    crs = crs_among(picks.name, data, surfaces)
+    read = read_data(data, name, positive, length_unit, spacing)
+    picks, wrong = read.picks, list[dict[str, Any]]()
+    meshes = [mesh_in_frame(surface, picks.frame) for surface in surfaces]
+    if read.are_points and not keep_outliers:
+        picks, wrong = without_wrong_picks(picks, meshes, like)
+    check_crs(picks.name, read.crs, surfaces)
 
     # heights of all nodes, a torn mesh that the faults close, cut-offs and report
-    cutoffs = by_wall(picks, surfaces, cutoffs_among(surfaces, picks.name))
+    cutoffs = by_wall(picks, meshes, cutoffs_among(surfaces, picks.name))
     horizon = replace(_data(picks, noise, fill_empty_blocks), cutoffs=cutoffs, given=given)
-    torn, moved = None, _trims_like(like, faults_moved, picks, surfaces)
+    torn, moved = None, _trims_like(like, faults_moved, picks, surfaces, meshes)
     known = plan if before is None else before
     if known is not None:  # polygons that were left out stay so
         used = {name: both for name, both in cutoffs.items() if name in known.polygons}
@@ -687,8 +684,8 @@ def tear_from(
         report = replace(report, left_out=wrong, warnings=(told, *report.warnings))
     sheet = sheet_of(closed.picks, closed.built, closed.faults, cuts, report)
     sheet = replace(
-        sheet, crs=crs, extrapolated=_extrapolated(data, sheet.lattice.shape),
-        plan=plan_of(closed, torn.loss, searched), fewer_nodes=has_fewer_nodes(data),
+        sheet, crs=read.crs, extrapolated=read.extrapolated,
+        plan=plan_of(closed, torn.loss, searched), fewer_nodes=read.fewer_nodes,
     )  # fmt: skip
     if horizon.other is not None and len(closed.rebuilt.pinched):
         present = np.isfinite(picks.means)
@@ -715,6 +712,7 @@ def _trims_like(
     faults_moved: bool,
     picks: Picks | Scattered,
     faults: Sequence[TriSurface],
+    meshes: Sequence[FaultMesh],
 ) -> Trims | None:
     """Trims of sheets of as many data at the same faults, and what they made of their data."""
     names = [fault.name for fault in faults]
@@ -730,21 +728,8 @@ def _trims_like(
     trims = np.max([plan.given_trims for plan in plans], axis=0)
     uses = [plan.use for plan in plans]
     if not faults_moved:
-        uses = [data_moved(use, picks, faults, float(trims.max())) for use in uses]
+        uses = [data_moved(use, picks, meshes, float(trims.max())) for use in uses]
     return Trims(tuple(trims.tolist()), reduce(DataUse.joined, uses))
-
-
-def _extrapolated(data: Any, shape: tuple[int, int]) -> np.ndarray | None:
-    """Nodes that `extend_horizon` gave a grid, bool (n_row, n_col); None for other data."""
-    if not hasattr(data, "coords") or EXTRAPOLATED not in data.coords:
-        return None
-    surface = triangulate_horizon(data)
-    mark, lattice = surface.vertex_data.get(EXTRAPOLATED), surface.lattice
-    if mark is None or lattice is None or lattice.shape != shape or not lattice.right_handed:
-        return None
-    found = np.zeros(shape, dtype=bool)
-    found[lattice.present] = mark
-    return found
 
 
 def _check_trim(trim: Any, faults: Sequence[TriSurface]) -> None:

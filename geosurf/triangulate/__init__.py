@@ -1,15 +1,16 @@
 """Gridded data, sticks and boxes -> `TriSurface`.
 
 ==============  ==================================================
-horizon.py      a gridded horizon: checks, and one diagonal rule
-stored.py       grids in a store: read into memory, or in bands where they do not fit
+horizon.py      a horizon in any of its forms: grid, mesh; one diagonal rule
+grids.py        arrays of xarray: checked, in metres; those in a store read into memory, or in
+                bands where they do not fit
 decimate.py     every k-th node of a grid, with the error that this makes
 spikes.py       nodes that stand out from all around them
 fault.py        a fault in any of its forms: grid, sticks, mesh
                 fluid contacts: levels and grids
 fault_polygons  fault polygons of horizons: both cut-off lines, and beyond
 mesh.py         a horizon or fault from vertices and triangles
-                triangles without area, found exactly
+                triangles without area, found exactly; closed bodies and folds of horizons
                 normals of faults: into the hanging wall
 neighbours.py   surfaces and lines of other packages
                 easting and northing in another coordinate reference system

@@ -22,10 +22,10 @@ from geosurf.model import FluidContact, Lattice, TriSurface
 from geosurf.model.base import in_crs_of, with_crs
 from geosurf.model.column import ELSEWHERE
 from geosurf.model.expected import box_of_sides, name_of
+from geosurf.triangulate.grids import in_metres
 from geosurf.triangulate.horizon import triangulate_horizon
 from geosurf.triangulate.mesh import (
     fault_diagonal,
-    in_metres,
     is_mesh,
     orient_fault,
     refuse_far,

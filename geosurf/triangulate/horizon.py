@@ -15,29 +15,27 @@ from geosurf.conventions import (
     rising_diagonal,
 )
 from geosurf.conventions.crs import crs_of
-from geosurf.errors import HorizonError, InputError
+from geosurf.errors import HorizonError
 from geosurf.lazy import xarray
 from geosurf.model import Lattice, TriSurface
 from geosurf.model.base import with_crs
 from geosurf.model.expected import name_of
 from geosurf.triangulate.decimate import can_be_decimated, decimate_frame
-from geosurf.triangulate.mesh import (
+from geosurf.triangulate.grids import (
+    StoredGrid,
     check_array,
     check_axis,
     check_cells,
     check_values,
     coordinates_of,
-    refuse_flat_triangles,
-    triangulate_mesh,
-)
-from geosurf.triangulate.neighbours import own_form
-from geosurf.triangulate.stored import (
-    StoredGrid,
     decimate_stored,
     is_stored,
     lack_of_memory,
     read_stored,
+    scale_of,
 )
+from geosurf.triangulate.mesh import refuse_flat_triangles, triangulate_mesh
+from geosurf.triangulate.neighbours import own_form
 
 EXTRAPOLATED = "extrapolated"  # the coordinate of a grid that marks nodes without data
 
@@ -197,16 +195,6 @@ def _with_fewer_nodes(horizon: TriSurface, tolerance: float) -> TriSurface:
         return horizon
     found = decimate_frame([horizon], tolerance)
     return found[0] if found else horizon
-
-
-def scale_of(da: Any, what: str, positive: str | None, length_unit: str | None) -> float:
-    """Return what turns values of a grid into metres above the datum."""
-    # Attributes of the array say what its numbers mean, unless arguments do.
-    try:
-        sign = elevation_sign(first_given(positive, da.attrs.get("positive")), what)
-        return sign * metres_per_unit(first_given(length_unit, da.attrs.get("units")), what)
-    except InputError as error:
-        raise HorizonError(str(error)) from error
 
 
 def decimated_horizons(

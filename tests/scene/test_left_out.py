@@ -11,7 +11,7 @@ import pytest
 import geosurf as gs
 from geosurf import Lattice, Scene, TriSurface, synthetic, tear_horizon
 from geosurf.errors import GeometryError, GeosurfWarning, InputError, OpenUnitError, SurfaceError
-from geosurf.triangulate.stored import check_horizon_mesh
+from geosurf.triangulate.mesh import check_horizon_mesh
 from tests import laws
 from tests.grids import gridded
 from tests.grids import turned as places_of

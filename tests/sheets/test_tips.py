@@ -15,7 +15,7 @@ from geosurf.sheets.faults.traces import mesh_in_frame
 from geosurf.sheets.heights import grid_solver
 from geosurf.sheets.heights.passes import rebuild, solver_of
 from geosurf.sheets.heights.state import Heights, Trims
-from geosurf.sheets.lattice.data import picks_or_points
+from geosurf.sheets.lattice.data import read_data
 from geosurf.sheets.lattice.picks import Picks, scale_of
 from geosurf.sheets.lattice.solve import lattice_graph, smoothest
 from tests.grids import gridded
@@ -193,7 +193,7 @@ def test_law_throw_is_not_lost_in_silence_wherever_the_fault_ends(smear, gap, no
 
 def rebuilt(points: np.ndarray, faults, noise: float = 2.0) -> tuple[Picks, Heights]:
     """Both passes over noisy points on a lattice."""
-    picks = picks_or_points(points, "Top", "up", None, None)
+    picks = read_data(points, "Top", "up").picks
     assert type(picks) is Picks
     meshes = [
         mesh_in_frame(gs.triangulate_fault(f, name=k), picks.frame) for k, f in faults.items()

@@ -15,7 +15,6 @@ from geosurf.arrangement.threads import map_threads
 from geosurf.conventions import place
 from geosurf.errors import GeometryError
 from geosurf.kernels.lattices.sets import ranges
-from geosurf.model import TriSurface
 from geosurf.model.sheets import DataUse
 from geosurf.sheets.faults.cut_edges import Cuts, Part, Walls, is_torn, walls_of, within
 from geosurf.sheets.faults.fault_distance import (
@@ -27,7 +26,7 @@ from geosurf.sheets.faults.fault_distance import (
     window,
 )
 from geosurf.sheets.faults.network import Network
-from geosurf.sheets.faults.traces import FaultMesh, mesh_in_frame
+from geosurf.sheets.faults.traces import FaultMesh
 from geosurf.sheets.heights.tip_solve import Bent
 from geosurf.sheets.lattice.picks import GAIN, Frame, Noise, Picks
 from geosurf.sheets.lattice.solve import Graph, draped, on_the_way
@@ -200,7 +199,7 @@ def near_picks(
     return NearPicks(near[rows[close]], far[close], side[close])
 
 
-def data_moved(use: DataUse, picks: Picks, faults: Sequence[TriSurface], trim: float) -> DataUse:
+def data_moved(use: DataUse, picks: Picks, meshes: Sequence[FaultMesh], trim: float) -> DataUse:
     """A use, of data that have moved up or down from there: those that passed a fault are wrong.
 
     A fault that dips is elsewhere in the map at another level: what lay in its hanging wall may lie
@@ -209,7 +208,7 @@ def data_moved(use: DataUse, picks: Picks, faults: Sequence[TriSurface], trim: f
     wrong = use.wrong.copy()
     shift = float(np.abs(picks.z - use.elevation).max(initial=0.0))
     before = replace(picks, z=use.elevation)
-    for mesh in (mesh_in_frame(fault, picks.frame) for fault in faults):
+    for mesh in meshes:
         along, up = np.hypot(*mesh.across.T), np.abs(mesh.normals[:, 2])
         gentlest = float((up / np.maximum(along, 1e-9)).max(initial=0.0))
         reach = max(FIRST_TRIM, trim) + 1.0 + min(SEEN, shift / mesh.cell * gentlest)

@@ -12,9 +12,9 @@ from scipy.spatial import cKDTree
 from geosurf.arrangement.threads import map_threads
 from geosurf.conventions import counted, place
 from geosurf.errors import GeosurfWarning
-from geosurf.model import Sheet, TriSurface
+from geosurf.model import Sheet
 from geosurf.model.sheets import SheetReport
-from geosurf.sheets.faults.traces import mesh_in_frame
+from geosurf.sheets.faults.traces import FaultMesh
 from geosurf.sheets.heights.state import near_picks
 from geosurf.sheets.lattice.data import Scattered
 from geosurf.sheets.lattice.picks import Picks
@@ -34,7 +34,7 @@ Kind = TypeVar("Kind", bound=Picks)
 
 
 def without_wrong_picks(
-    picks: Kind, faults: Sequence[TriSurface], like: Sequence[Sheet]
+    picks: Kind, meshes: Sequence[FaultMesh], like: Sequence[Sheet]
 ) -> tuple[Kind, list[dict[str, Any]]]:
     """Picks without those on the wrong side of a fault, and these: see `SheetReport.left_out`.
 
@@ -47,7 +47,7 @@ def without_wrong_picks(
     if known:
         wrong = {one["row"]: one for left_out in known for one in left_out}
     else:
-        wrong = _wrong_picks(picks, points, faults)
+        wrong = _wrong_picks(picks, points, meshes)
     if not wrong:
         return picks, []
     keep = np.setdiff1d(np.arange(len(points)), list(wrong))
@@ -59,12 +59,11 @@ def without_wrong_picks(
 
 
 def _wrong_picks(
-    picks: Picks, points: np.ndarray, faults: Sequence[TriSurface]
+    picks: Picks, points: np.ndarray, meshes: Sequence[FaultMesh]
 ) -> dict[int, dict[str, Any]]:
     """Picks on the wrong side of a fault, by row."""
-    meshes = [mesh_in_frame(fault, picks.frame) for fault in faults]
     levels = float(picks.z.min()), float(picks.z.max())
-    sides = np.zeros((len(points), len(faults)), dtype=np.int8)
+    sides = np.zeros((len(points), len(meshes)), dtype=np.int8)
     far = np.full(sides.shape, np.inf)
     for k, mesh in enumerate(meshes):
         near = near_picks(picks, mesh, 2.0 * REACH[1], levels)
@@ -73,12 +72,12 @@ def _wrong_picks(
     looked = (away > REACH[0])[:, None] & (far <= REACH[1])
     tasks = [
         (points, sides, k, rows, away * picks.frame.cell)
-        for k in range(len(faults))
+        for k in range(len(meshes))
         for side in (-1, 1)
         if len(rows := np.flatnonzero(looked[:, k] & (sides[:, k] == side))) >= FEWEST
     ]
     return {
-        int(row): {"row": int(row), "fault": faults[task[2]].name, "off": off}
+        int(row): {"row": int(row), "fault": meshes[task[2]].name, "off": off}
         for task, found in zip(tasks, map_threads(_wrong, tasks), strict=True)
         for row, off in zip(*found, strict=True)
     }

@@ -15,11 +15,14 @@ from scipy.spatial import cKDTree
 from geosurf.conventions import elevation_sign, first_given, is_number, metres_per_unit, place
 from geosurf.conventions.axes import COORDINATES, points_in
 from geosurf.conventions.checks import are_points
+from geosurf.conventions.crs import crs_of
 from geosurf.errors import HorizonError, InputError
-from geosurf.model import TriSurface
+from geosurf.model import Lattice, TriSurface
 from geosurf.model.expected import name_of
 from geosurf.sheets.lattice.picks import Frame, Picks, fit_steps, frame_of_lattice
 from geosurf.triangulate import triangulate_horizon
+from geosurf.triangulate.horizon import EXTRAPOLATED
+from geosurf.triangulate.neighbours import own_form
 from geosurf.triangulate.spikes import check_marks, check_spikes
 
 # ---- scattered ----------------------------------------
@@ -157,83 +160,129 @@ def noise_of_points(picks: Scattered, used: np.ndarray) -> float:
     return float(np.sqrt(np.median((left**2).sum(axis=1)) / (NEIGHBOURS - 6)))
 
 
-def picks_of(
-    data: Any, name: str | None, positive: str | None = None, length_unit: str | None = None
-) -> Picks:
-    """Read horizon data: a DataArray, a gridded TriSurface, a table or array of points.
+# ---- read ----------------------------------------
+# Data are asked once, here; all that follows takes what they were found to be.
+
+
+@dataclass(frozen=True, eq=False)
+class Given:
+    """Horizon data as they were given.
+
+    Attributes
+    ----------
+    picks : Picks
+    crs : str or None
+        Their coordinate reference system.
+    are_points : bool
+        Whether they are points: a grid has been made of picks already.
+    extrapolated : ndarray of bool, shape (n_row, n_col), or None
+        Nodes of a grid that `extend_horizon` has continued.
+    fewer_nodes : bool
+        Whether a tolerance has left out nodes.
+    """
+
+    picks: Picks
+    crs: str | None
+    are_points: bool = False
+    extrapolated: np.ndarray | None = None
+    fewer_nodes: bool = False
+
+
+def read_data(
+    data: Any,
+    name: str | None,
+    positive: str | None = None,
+    length_unit: str | None = None,
+    spacing: float | None = None,
+) -> Given:
+    """Read horizon data: picks on a lattice, or scattered points.
+
+    Scattered are points that are on no lattice, or all of them if a spacing is given.
 
     Raises
     ------
     HorizonError
         If the data cannot be used; the message states what to do.
     """
-    if isinstance(data, TriSurface):
-        if data.lattice is None:
-            raise HorizonError(
-                f"horizon {data.name!r} is a mesh without a lattice, which cannot be torn. "
-                "Give the grid or the points that it was made from."
-            )
-        return _from_lattice(data.renamed(name or data.name))
-    if are_points(data):
-        return points_on_lattice(*points_of(data, name, positive, length_unit))
-    surface = triangulate_horizon(data, name=name, positive=positive, length_unit=length_unit)
-    check_spikes(surface)
-    return _from_lattice(surface)
-
-
-def has_fewer_nodes(data: Any) -> bool:
-    """Whether a tolerance has left out nodes of horizon data."""
-    return isinstance(data, TriSurface) and "volume_error" in data.vertex_data
-
-
-def _from_lattice(surface: TriSurface) -> Picks:
-    # no index array for a grid without holes: pick k is that of node k
-    assert surface.lattice is not None
-    frame, z = frame_of_lattice(surface.lattice, f"horizon {surface.name!r}")
-    there = np.isfinite(z)
-    if there.all():
-        return Picks(surface.name, frame, None, z.ravel())
-    node = np.flatnonzero(there)
-    return Picks(surface.name, frame, node, z.ravel()[node])
-
-
-def points_on_lattice(title: str, points: np.ndarray) -> Picks:
-    """Picks of points (n, 3) that sit on a lattice."""
-    what = f"horizon {title!r}"
-    found = find_lattice(points[:, :2], what)
-    if found is None:
-        raise HorizonError(
-            f"{what}: the points sit on no lattice of right angles. Give a grid, or points on one."
-        )
-    return Picks(title, *found, points[:, 2])
-
-
-def picks_or_points(
-    data: Any,
-    name: str | None,
-    positive: str | None,
-    length_unit: str | None,
-    spacing: float | None,
-) -> Picks:
-    """Picks on a lattice, or scattered points: those that are on none, or if a spacing is given."""
     if spacing is not None and not (is_number(spacing) and spacing > 0):
         raise InputError(f"spacing is {spacing!r}, expected metres above 0.")
+    data = own_form(data, name or "horizon", "horizon", positive)
     if not are_points(data):
         if spacing is not None:
             raise InputError(
                 f"spacing is {spacing:g} m, but the data are a grid, which has its own. "
                 "Leave it out."
             )
-        return picks_of(data, name, positive, length_unit)
+        return _read_grid(data, name, positive, length_unit)
     title, points = points_of(data, name, positive, length_unit)
 
     # without a spacing, points that sit on a lattice keep it
-    if spacing is None:
-        found = find_lattice(points[:, :2], f"horizon {title!r}")
-        if found is not None:
-            return Picks(title, *found, points[:, 2])
+    picks = None if spacing is not None else _picks_on_lattice(title, points)
+    if picks is None:
         refuse_too_few(points, f"horizon {title!r}")
-    return scattered(title, points, spacing or proposed_spacing(points))
+        picks = scattered(title, points, spacing or proposed_spacing(points))
+    return Given(picks, crs_of(data), are_points=True)
+
+
+def read_on_lattice(
+    data: Any, name: str | None, positive: str | None = None, length_unit: str | None = None
+) -> Given:
+    """Read horizon data on a lattice: a DataArray, a gridded TriSurface, or points that sit on one.
+
+    Raises
+    ------
+    HorizonError
+        If the data cannot be used; the message states what to do.
+    """
+    if not are_points(data):
+        return _read_grid(data, name, positive, length_unit)
+    title, points = points_of(data, name, positive, length_unit)
+    picks = _picks_on_lattice(title, points)
+    if picks is None:
+        raise HorizonError(
+            f"horizon {title!r}: the points sit on no lattice of right angles. Give a grid, or "
+            "points on one."
+        )
+    return Given(picks, crs_of(data), are_points=True)
+
+
+def _read_grid(data: Any, name: str | None, positive: str | None, length_unit: str | None) -> Given:
+    """Read a grid, or a surface that was made of one."""
+    if isinstance(data, TriSurface):
+        if data.lattice is None:
+            raise HorizonError(
+                f"horizon {data.name!r} is a mesh without a lattice, which cannot be torn. "
+                "Give the grid or the points that it was made from."
+            )
+        picks = _picks_of_lattice(data.lattice, name or data.name)
+        return Given(picks, data.crs, fewer_nodes="volume_error" in data.vertex_data)
+    surface = triangulate_horizon(data, name=name, positive=positive, length_unit=length_unit)
+    check_spikes(surface)
+    lattice = surface.lattice
+    assert lattice is not None
+    extrapolated = None
+    if EXTRAPOLATED in surface.vertex_data and lattice.right_handed:
+        extrapolated = np.zeros(lattice.shape, dtype=bool)
+        extrapolated[lattice.present] = surface.vertex_data[EXTRAPOLATED]
+    picks = _picks_of_lattice(lattice, surface.name)
+    return Given(picks, surface.crs, extrapolated=extrapolated)
+
+
+def _picks_of_lattice(lattice: Lattice, name: str) -> Picks:
+    """The nodes of a lattice that have values."""
+    frame, z = frame_of_lattice(lattice, f"horizon {name!r}")
+    present = np.isfinite(z)
+    # no index array for a grid without holes: pick k is that of node k
+    if present.all():
+        return Picks(name, frame, None, z.ravel())
+    node = np.flatnonzero(present)
+    return Picks(name, frame, node, z.ravel()[node])
+
+
+def _picks_on_lattice(title: str, points: np.ndarray) -> Picks | None:
+    """Picks of points (n, 3) that sit on a lattice; None if they sit on none."""
+    found = find_lattice(points[:, :2], f"horizon {title!r}")
+    return None if found is None else Picks(title, *found, points[:, 2])
 
 
 def points_of(

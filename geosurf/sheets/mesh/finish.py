@@ -11,7 +11,7 @@ from scipy.sparse import csc_array, eye_array
 from scipy.sparse.linalg import splu
 
 from geosurf.conventions import counted, place
-from geosurf.conventions.crs import crs_of, refuse_other_crs, warn_of_unclear_crs
+from geosurf.conventions.crs import refuse_other_crs, warn_of_unclear_crs
 from geosurf.errors import GeometryError, InputError
 from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.kernels.sheets.smooth_surface import energy_gradient
@@ -200,10 +200,8 @@ def fault_surfaces(faults: Mapping[str, Any] | Sequence[TriSurface]) -> tuple[Tr
     return made
 
 
-def crs_among(name: str, data: Any, faults: Sequence[TriSurface]) -> str | None:
-    """The coordinate reference system of a horizon's data; refuses faults in another one."""
-    # Data may be a surface or an array; both declare their system in their own way.
-    crs = data.crs if isinstance(data, TriSurface) else crs_of(data)
+def check_crs(name: str, crs: str | None, faults: Sequence[TriSurface]) -> None:
+    """Refuse faults in another coordinate reference system than the data of a horizon."""
     known = {} if crs is None else {name: crs}
     for fault in faults:
         # Each fault is compared with all before it.
@@ -211,7 +209,6 @@ def crs_among(name: str, data: Any, faults: Sequence[TriSurface]) -> str | None:
         if fault.crs is not None:
             known[fault.name] = fault.crs
     warn_of_unclear_crs(known)
-    return crs
 
 
 def _refuse_names(given: Mapping[str, Any]) -> None:

@@ -17,11 +17,11 @@ from geosurf.conventions.running import running
 from geosurf.errors import GeometryError
 from geosurf.model import TrimProposal, TriSurface
 from geosurf.model.surfaces import cutoffs_among
-from geosurf.sheets.faults.traces import mesh_in_frame
+from geosurf.sheets.faults.traces import FaultMesh, mesh_in_frame
 from geosurf.sheets.heights.cutoffs import drawn_by_polygons, walls_at
 from geosurf.sheets.heights.passes import ignored_misfits, picks_in_gaps, single_pass, solver_of
 from geosurf.sheets.heights.state import Cutoffs, Evidence, Trims, two_nearest
-from geosurf.sheets.lattice.data import picks_of
+from geosurf.sheets.lattice.data import read_on_lattice
 from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.mesh.finish import fault_surfaces
 from geosurf.sheets.mesh.tear_ends import tall
@@ -89,9 +89,10 @@ def propose_trim(
     3.5
     """
     surfaces = fault_surfaces(faults)
-    picks = picks_of(data, name, positive, length_unit)
+    picks = read_on_lattice(data, name, positive, length_unit).picks
     seen = _seen(picks, surfaces)
-    cutoffs = by_wall(picks, surfaces, cutoffs_among(surfaces, picks.name))
+    meshes = [mesh_in_frame(surface, picks.frame) for surface in surfaces]
+    cutoffs = by_wall(picks, meshes, cutoffs_among(surfaces, picks.name))
     shares, _ = seen.shares()
     if np.isnan(shares).any():
         raise GeometryError(
@@ -238,7 +239,7 @@ def _smears(
     return found
 
 
-def by_wall(picks: Picks, faults: Sequence[TriSurface], cutoffs: Cutoffs) -> Cutoffs:
+def by_wall(picks: Picks, meshes: list[FaultMesh], cutoffs: Cutoffs) -> Cutoffs:
     """
     Return lines of polygons by fault, that of the hanging wall first.
 
@@ -247,7 +248,6 @@ def by_wall(picks: Picks, faults: Sequence[TriSurface], cutoffs: Cutoffs) -> Cut
     """
     if not cutoffs:
         return {}
-    meshes = [mesh_in_frame(surface, picks.frame) for surface in faults]
     solver = solver_of(picks, meshes, Trims((float(WIDE),) * len(meshes)), highest=3)
     _, state = single_pass(solver, float(WIDE))
     found = dict(cutoffs)

@@ -24,11 +24,11 @@ from geosurf.sheets.faults.fault_profile import FAR_STEPS, Section, beyond, sect
 from geosurf.sheets.faults.fault_profile import SPARE as FAULT_SPARE
 from geosurf.sheets.faults.slip import Slip, slips_of
 from geosurf.sheets.heights.state import Heights
-from geosurf.sheets.lattice.data import has_fewer_nodes, picks_of
+from geosurf.sheets.lattice.data import read_on_lattice
 from geosurf.sheets.lattice.picks import Frame
 from geosurf.sheets.mesh.build import SPARE, Attempts, Built, build
 from geosurf.sheets.mesh.finish import (
-    crs_among,
+    check_crs,
     fault_surfaces,
     lost_cutoffs,
     refuse_leaks,
@@ -131,13 +131,14 @@ def throw_horizon(
     """
     # the horizon before faulting: one value per node of a lattice
     surfaces = fault_surfaces(faults)
-    picks = picks_of(horizon, name, positive, length_unit)
+    read = read_on_lattice(horizon, name, positive, length_unit)
+    picks = read.picks
     if picks.several is not None:
         raise HorizonError(
             f"horizon {picks.name!r} has several values at one node, so that it is torn already. "
             "Give it as it was before faulting, or use tear_horizon."
         )
-    crs = crs_among(picks.name, horizon, surfaces)
+    check_crs(picks.name, read.crs, surfaces)
     frame = picks.frame
     _check_names(throw, reach, hanging_wall, direction, [surface.name for surface in surfaces])
     low, high = float(picks.z.min()), float(picks.z.max())
@@ -166,7 +167,7 @@ def throw_horizon(
     across = dict.fromkeys(throw, direction) if isinstance(direction, str) else direction
     turning = [across.get(fault.name, "local") == "local" for fault in mine]
     made = _sheet(movement_of(picks, mine, slips, turning, sizes))
-    return replace(made, crs=crs, fewer_nodes=has_fewer_nodes(horizon))
+    return replace(made, crs=read.crs, fewer_nodes=read.fewer_nodes)
 
 
 def _check_names(

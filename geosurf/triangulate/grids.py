@@ -1,22 +1,19 @@
-"""Grids in a store (Zarr, NetCDF): read into memory, or in bands of rows where they do not fit.
-
-With a tolerance, each band shows how far every k-th node is from all nodes in it: the horizon of
-every k-th node has the bytes that the whole grid in memory leads to.
-"""
+"""Grids of horizons, as arrays of xarray: checked, in metres, and read from a store in parts."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from os import PathLike
 from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import place, volume_text
+from geosurf.conventions import HORIZON_DIMS, elevation_sign, first_given, metres_per_unit, place
 from geosurf.conventions.crs import crs_of
 from geosurf.conventions.machine import free_memory
-from geosurf.errors import HorizonError, SurfaceError
+from geosurf.errors import HorizonError, InputError
 from geosurf.kernels.exact.predicates import MAX_COORDINATE
 from geosurf.kernels.lattices.decimate import differences_of_rows_and_columns
 from geosurf.model import Lattice, TriSurface
@@ -28,14 +25,235 @@ from geosurf.triangulate.decimate import (
     decimate_horizon,
     strides_of,
 )
-from geosurf.triangulate.mesh import (
-    check_array,
-    check_axis,
-    coordinates_of,
-    labels_of,
-    sheets_that_agree,
-)
-from geosurf.warning import warn_of
+from geosurf.triangulate.mesh import map_turns
+
+# ---- checks ----------------------------------------
+# Refuse arrays that are no grid of a horizon: by shape, axes, values, and folded cells.
+
+
+_Corner = tuple[slice, slice]
+
+
+def check_array(da: Any, what: str) -> None:
+    """Refuse what is not a two-dimensional array of numbers."""
+    # of the class: to ask an array itself for its values would read them
+    values = hasattr(type(da), "values") or hasattr(da, "values")
+    if not (values and all(hasattr(da, key) for key in ("dims", "coords", "attrs"))):
+        if isinstance(da, str | PathLike):
+            raise HorizonError(
+                f"{what}: found the path {str(da)!r}, expected the content of the file. Read "
+                "it with geosurf.read_horizon(path)."
+            )
+        raise HorizonError(
+            f"{what}: found {type(da).__name__}, expected an xarray.DataArray over {HORIZON_DIMS}. "
+            "Make one with xr.DataArray(z, dims=('northing', 'easting'), coords={'northing': y, "
+            "'easting': x}, attrs={'units': 'm', 'positive': 'up'}). Scene(..., tear=True) grids "
+            "scattered points (n, 3), with and without faults."
+        )
+
+    # Scattered points and Datasets look like arrays, but need another step first.
+    if not hasattr(da, "dtype") and tuple(getattr(da, "sizes", ())) == ("point",):
+        raise HorizonError(
+            f"{what}: found scattered points, expected a grid. Scene(..., tear=True) grids them, "
+            "and tear_horizon(points, faults); without faults pass faults={}."
+        )
+    if not hasattr(da, "dtype"):
+        raise HorizonError(
+            f"{what}: found a {type(da).__name__} with variables {list(da)}, expected one "
+            "array. Select it with ds['name']."
+        )
+
+    if da.dtype.kind not in "fiu":
+        raise HorizonError(
+            f"{what}: values have dtype {da.dtype}, expected numbers. "
+            "Convert them with da.astype(float)."
+        )
+    if len(da.dims) != 2:
+        raise HorizonError(
+            f"{what}: dims are {tuple(da.dims)}, expected two: {HORIZON_DIMS}. "
+            "Drop others with da.isel(...) or da.squeeze()."
+        )
+
+    if min(da.shape) < 2:
+        raise HorizonError(
+            f"{what}: the grid has {da.shape[0]} x {da.shape[1]} nodes, expected 2 x 2 or "
+            "more. Read a larger part of the grid."
+        )
+
+
+def coordinates_of(da: Any, what: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return easting and northing [m], both 1-D or both 2-D."""
+    easting, northing = labels_of(da, what)
+    return in_metres(easting, f"easting of {what}"), in_metres(northing, f"northing of {what}")
+
+
+def labels_of(da: Any, what: str) -> tuple[Any, Any]:
+    """Return the coordinates of a grid, both 1-D or both over its dimensions; they are not read."""
+    # of xarray the arrays alone: labels cost more than what they label
+    coords = getattr(da.coords, "variables", da.coords)
+    missing = [key for key in ("easting", "northing") if key not in coords]
+    flat = not missing and coords["easting"].ndim == coords["northing"].ndim == 2
+    if not flat and tuple(da.dims) != HORIZON_DIMS:
+        raise HorizonError(
+            f"{what}: dims are {tuple(da.dims)}, expected {HORIZON_DIMS}. Rename them with "
+            "da.rename(...), add coordinates called x and y or with a CF standard_name, or 2-D "
+            "coordinates easting and northing if the grid is rotated."
+        )
+    if missing:
+        raise HorizonError(
+            f"{what}: coordinates {missing} are missing; the array has {list(da.coords)}. Add "
+            f"them in metres with da.assign_coords({missing[0]}=...)."
+        )
+
+    easting, northing = (
+        coords[key].transpose(*da.dims) if flat else coords[key] for key in ("easting", "northing")
+    )
+    return easting, northing
+
+
+def in_metres(coord: Any, what: str, error: type[InputError] = HorizonError) -> np.ndarray:
+    """Values of one coordinate in metres, not copied where they are."""
+    if coord.dtype.kind not in "fiu":
+        raise error(
+            f"{what}: values have dtype {coord.dtype}, expected metres. Convert them to float."
+        )
+
+    length_unit = coord.attrs.get("units")
+    try:
+        factor = 1.0 if length_unit is None else metres_per_unit(length_unit, what)
+    except InputError as reason:
+        raise error(str(reason)) from reason
+    values = np.asarray(coord.values, dtype=np.float64)
+    return values if factor == 1.0 else values * factor
+
+
+def check_axis(key: str, axis: np.ndarray, what: str) -> None:
+    """Refuse a 1-D coordinate that is not finite, or neither increases nor decreases."""
+    bad = np.flatnonzero(~np.isfinite(axis))
+    if len(bad):
+        raise HorizonError(
+            f"{what}: {key}[{bad[0]}] is {axis[bad[0]]}. Coordinates of nodes must be finite; "
+            f"drop the row or column with da.isel({key}=...)."
+        )
+
+    # Strictly increasing or strictly decreasing, by the direction of the ends.
+    way = 1.0 if axis[-1] >= axis[0] else -1.0
+    bad = np.flatnonzero(way * np.diff(axis) <= 0)
+    if len(bad):
+        i = int(bad[0])
+        verb = "decreases" if way > 0 else "increases"
+        remedy = f"Sort it with da.sortby({key!r})."
+        if axis[i + 1] == axis[i]:
+            verb, remedy = "repeats", f"Keep one with da.drop_duplicates({key!r})."
+        raise HorizonError(
+            f"{what}: {key} {verb} at index {i + 1}: {axis[i]:g} is followed by "
+            f"{axis[i + 1]:g}, expected values that only increase, or only decrease. {remedy}"
+        )
+
+
+def check_values(lattice: Lattice, what: str) -> None:
+    """Refuse infinite nodes, nodes without a place, and grids without a single node."""
+    if lattice.whole:
+        return
+
+    (x, y), elevation = lattice.horizontal(), lattice.elevation
+
+    # NaN is absence; an infinite value is a mistake in the data
+    infinite = np.isinf(elevation) | np.isinf(x) | np.isinf(y)
+    if infinite.any():
+        i, j = map(int, np.argwhere(infinite)[0])
+        raise HorizonError(
+            f"{what}: {int(infinite.sum())} nodes are infinite, the first is node ({i}, {j}) "
+            f"at {place((x[i, j], y[i, j], elevation[i, j]))}. Set missing nodes to NaN: "
+            "da.where(np.isfinite(da))."
+        )
+
+    present = np.isfinite(elevation)
+    if not present.any():
+        raise HorizonError(
+            f"{what}: all {elevation.size} nodes are NaN. Check the no-data value of the file."
+        )
+
+    lost = present & ~(np.isfinite(x) & np.isfinite(y))
+    if lost.any():
+        i, j = map(int, np.argwhere(lost)[0])
+        raise HorizonError(
+            f"{what}: {int(lost.sum())} nodes have a value but no position, the first is node "
+            f"({i}, {j}), easting {x[i, j]}, northing {y[i, j]}. Give the position, or set the "
+            "value to NaN."
+        )
+
+
+def check_cells(lattice: Lattice, what: str) -> None:
+    """Refuse a grid without triangles, and a curvilinear one that folds over itself."""
+    if lattice.n_triangle == 0:
+        n = lattice.present
+        n_node = int(n.sum())
+        raise HorizonError(
+            f"{what}: no triangle has its three nodes: only {n_node} of {n.size} nodes are "
+            "present, and they are scattered. Grid them first, or check the NaN mask."
+        )
+    # axes were found to rise strictly; only curvilinear grids can fold
+    if (
+        lattice.easting.ndim == 1
+        or lattice.is_graph
+        or _clearly_unfolded(lattice, _half_cells(lattice))
+    ):
+        return
+
+    # floats could not decide: exact signs of all triangles
+    corners = lattice.build_vertices()[lattice.build_triangles()]
+    turns = map_turns(corners)
+    bad = np.flatnonzero(turns <= 0)
+    if len(bad):
+        kind = "turned over" if turns[bad[0]] < 0 else "without area in the map"
+        raise HorizonError(
+            f"{what}: the grid is folded: {len(bad)} of {len(turns)} triangles are {kind}, the "
+            f"first at {place(corners[bad[0]].mean(axis=0))}. Check the 2-D coordinates there, "
+            "or set those nodes to NaN."
+        )
+
+
+def _half_cells(lattice: Lattice) -> tuple[tuple[_Corner, _Corner, _Corner], ...]:
+    """Corners of the two triangles of all cells, as slices of the nodes."""
+    low, high = slice(None, -1), slice(1, None)
+    a, b, c, d = (low, low), (low, high), (high, high), (high, low)
+    return ((a, b, c), (a, c, d)) if lattice.rising else ((a, b, d), (b, c, d))
+
+
+def _clearly_unfolded(
+    lattice: Lattice, halves: tuple[tuple[_Corner, _Corner, _Corner], ...]
+) -> bool:
+    """Whether floats alone show that all triangles turn one way; no triangle is built."""
+    # Both halves of all cells at once: the cross product of two sides, with a bound on its
+    # rounding.
+    x, y, n = lattice.easting, lattice.northing, lattice.present
+    sign = 1.0 if lattice.right_handed else -1.0
+    for a, b, c in halves:
+        plus = (x[b] - x[a]) * (y[c] - y[a])
+        minus = (y[b] - y[a]) * (x[c] - x[a])
+        clear = sign * (plus - minus) > 1e-12 * (np.abs(plus) + np.abs(minus))
+        if not clear[n[a] & n[b] & n[c]].all():
+            return False
+    return True
+
+
+def scale_of(da: Any, what: str, positive: str | None, length_unit: str | None) -> float:
+    """Return what turns values of a grid into metres above the datum."""
+    # Attributes of the array say what its numbers mean, unless arguments do.
+    try:
+        sign = elevation_sign(first_given(positive, da.attrs.get("positive")), what)
+        return sign * metres_per_unit(first_given(length_unit, da.attrs.get("units")), what)
+    except InputError as error:
+        raise HorizonError(str(error)) from error
+
+
+# ---- stores ----------------------------------------
+# Grids in a store (Zarr, NetCDF): read into memory, or in bands of rows where they do not fit.
+#
+# With a tolerance, each band shows how far every k-th node is from all nodes in it: the horizon of
+# every k-th node has the bytes that the whole grid in memory leads to.
+
 
 ROOM = 16  # bytes of memory for each value of a grid: as it is read, and in metres
 KEPT = 40  # bytes for each node that is kept: its elevation, and four bounds
@@ -312,95 +530,3 @@ def _differences(grid: StoredGrid, nodes: Frame, limit: float) -> Differences | 
         size = max(size, float(np.abs(z).max()))
     found = bounded_differences(few, cells, nodes, nodes.cols, nodes.wide, size, limit)
     return found if isinstance(found, Differences) else None
-
-
-# ---- horizon mesh ----------------------------------------
-# Triangulated horizons: whether "above" and "below" mean something.
-#
-# A closed body (salt, a lens) has an inside and an outside instead: it is refused. A sheet that
-# folds over itself (a recumbent fold, a flank of salt) has both sides, but what lies on its upper
-# side is not everywhere above it: that is allowed, and a warning names the share.
-
-
-def check_horizon_mesh(surface: TriSurface) -> None:
-    """
-    Refuse a horizon that is, or has in it, a closed body; warn of one that folds over itself.
-
-    Parameters
-    ----------
-    surface : TriSurface
-        A gridded one passes: it cannot fold.
-
-    Raises
-    ------
-    SurfaceError
-        For a closed body, with its volume and place; for a sheet with only one side.
-
-    Examples
-    --------
-    >>> corners = [[0, 0, 0], [9, 0, 0], [0, 9, 0], [0, 0, 9]]
-    >>> faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
-    >>> check_horizon_mesh(TriSurface("Salt", "horizon", corners, faces))
-    Traceback (most recent call last):
-    geosurf.errors.SurfaceError: horizon 'Salt' is a closed body of 122 m³ around \
-(E 2.25, N 2.25, elevation 2.25 m), so nothing is above or below it. Pass it as a \
-fault, faults={'Salt': ...}; its inside becomes a block.
-    """
-    if surface.lattice is not None or surface.n_triangle == 0:
-        return
-
-    # Relative to a corner, so that products of large coordinates do not lose digits.
-    low = surface.vertices.min(axis=0)
-    corners = (surface.vertices - low)[surface.triangles]
-    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    area = 0.5 * (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])  # in the map, with its sign
-    if (area >= 0).all() or (area <= 0).all():
-        return  # a closed body, or a fold, has triangles of both kinds
-
-    turned, sheet, neighbour = sheets_that_agree(surface)
-    sign = np.where(turned, -1.0, 1.0)
-    n_sheet = int(sheet.max()) + 1
-
-    # A sheet without a rim is closed.
-    rims = np.bincount(sheet, (neighbour < 0).any(axis=1), n_sheet)
-    for k in np.flatnonzero(rims == 0):
-        mine = sheet == k
-        # Signed volume by the divergence theorem: tetrahedra with the origin.
-        volume = np.linalg.det(corners[mine]) / 6.0
-        take = "" if n_sheet == 1 else "Remove it from the horizon. "
-        at = place(corners[mine].reshape(-1, 3)[_distinct(surface, mine)].mean(axis=0) + low)
-        raise SurfaceError(
-            f"horizon {surface.name!r} {'is' if n_sheet == 1 else 'holds'} a closed body of "
-            f"{volume_text(abs(float((sign[mine] * volume).sum())))} around {at}, so nothing "
-            f"is above or below it. {take}Pass it as a fault, faults={{{surface.name!r}: "
-            "...}; its inside becomes a block."
-        )
-    _warn_of_folds(surface, area * sign, sheet, corners + low)
-
-
-def _distinct(surface: TriSurface, mine: np.ndarray) -> np.ndarray:
-    """One corner, of those of some triangles, for each of their vertices."""
-    return np.unique(surface.triangles[mine].ravel(), return_index=True)[1]
-
-
-def _warn_of_folds(
-    surface: TriSurface, area: np.ndarray, sheet: np.ndarray, corners: np.ndarray
-) -> None:
-    """Warn of the parts of each sheet that look the other way than most of it."""
-    # Each sheet faces the way that most of its area does; the rest folds over.
-    up = np.bincount(sheet, area) >= 0
-    area = np.where(up[sheet], area, -area)
-    over = area < 0
-    if not over.any():
-        return
-
-    share = float(-area[over].sum() / np.abs(area).sum())
-    largest = int(np.argmin(area))
-    warn_of(
-        "fold",
-        surface.name,
-        f"Horizon {surface.name!r} folds over itself on {100 * share:.2g} % of its map "
-        "area. There, the zone above the horizon lies below it.",
-        "If it should not fold, simplify it there, or convert it to a grid.",
-        corners[largest].mean(axis=0),
-    )
