@@ -242,10 +242,11 @@ def raise_leak(patches: Patches, cells: Cells, surface: int, torn: np.ndarray) -
             surfaces=(name,),
         )
     whole, middle = rim
+    cut = " Or give the fault that cuts it there." if what == "horizon" else ""
     raise OpenUnitError(
         f"units leak around {what} {name!r}: {length_text(whole)} of its rim are open "
         f"inside the model box, for example at {place(middle)}.{_gap(patches, middle, surface)} "
-        f"Shrink the box to the {what}, or extend or fill the {what}.",
+        f"Shrink the box to the {what}, or extend or fill the {what}.{cut}",
         place=middle,
         surfaces=(name,),
     )

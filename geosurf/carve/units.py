@@ -151,6 +151,7 @@ def warnings_of_order(units: Units) -> Iterator[GeosurfWarning]:
     Yield a warning for each pair of conformable horizons with the older one mostly above.
 
     Pairs with a rule of the column are skipped: the rule states which horizon removes the other.
+    A zone of the reservoir whose horizons coincide everywhere has a warning, too.
 
     Examples
     --------
@@ -164,6 +165,16 @@ def warnings_of_order(units: Units) -> Iterator[GeosurfWarning]:
     ('order', 'Top', "Horizon 'Top' lies above the younger ")
     """
     clips = units.report.get("clipped", ())
+    there = {unit.zone for unit in (units.unmerged or units).values()}
+    for zone in units.reservoir:
+        if zone not in there and zone not in {f"{clip.by}/{clip.horizon}" for clip in clips}:
+            yield GeosurfWarning(
+                "order",
+                zone,
+                f"Zone {zone!r} has no rock: its horizons coincide, or are not in the model.",
+                "Check that they were not read from one file, and that the box holds them.",
+            )
+
     # areas of faces decide whether it is worth to measure what is clipped, with room for rounding
     if isinstance(clips, Clips):
         least = 0.99 * _MOST * units.footprint

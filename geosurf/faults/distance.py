@@ -397,11 +397,15 @@ to the model, enlarge the box to it, box=(0, 5750, 0, 900, -90, 0), if all horiz
         digits = max(0, 2 - math.floor(math.log10(max(box[1] - box[0], box[3] - box[2]))))
         sides = ", ".join(f"{round(value, digits):.12g}" for value in wider)
         remedy = f"enlarge the box to it, box=({sides}), if all horizons reach that far."
+    remedy = f"If it belongs to the model, {remedy}"
+    if words and words[-1].endswith(_SIDES[2]):
+        check = "Check whether its z is depth or elevation (positive=), and its unit."
+        remedy = check if aoi is not None and len(words) == 1 else f"{check} {remedy}"
     return GeosurfWarning(
         "outside",
         surface.name,
         f"Fault {surface.name!r} lies {effect} and is left out: it divides nothing.",
-        f"If it belongs to the model, {remedy}",
+        remedy,
         place,
     )
 

@@ -343,11 +343,9 @@ def _law(value: Any, name: str, base: str | None, open_map: Any) -> Law:
     if value is None or isinstance(value, bool | list | tuple) or not is_number(k):
         raise InputError(f"{what} cannot be {value!r}. {HOW}.")
     field = Field(float(value) if is_number(value) else open_map(value, what), factor)
-    if not field.smallest > 0.0:
-        raise InputError(f"{what} is {field.smallest:g} m/s; velocities are above 0. {HOW}.")
-    if field.smallest < SLOWEST:
+    if not field.smallest >= SLOWEST:
         raise InputError(
-            f"{what} is {field.smallest:g} m/s, slower than any rock or water. If this is in km/s, "
-            f"multiply it by 1000. {HOW}."
+            f"{what} is {field.smallest:g} m/s; velocities are above 0, and those of rock above "
+            f"{SLOWEST:g}. Multiply km/s by 1000. {HOW}."
         )
     return Law(field, float(k) * factor, base)

@@ -158,9 +158,10 @@ class Clipped:
     def __str__(self) -> str:
         n = len(self.places)
         count = "one place" if n == 1 else f"{n} places"
+        of_it = f"{area_text(self.area)} of it and " if self.area > 0 else ""
         return (
-            f"{self.horizon} is clipped by {self.by} ({self.rule}): {area_text(self.area)} of "
-            f"it and {volume_text(self.volume)} in {count}, up to "
+            f"{self.horizon} is clipped by {self.by} ({self.rule}): {of_it}"
+            f"{volume_text(self.volume)} in {count}, up to "
             f"{length_text(self.thickness)} thick at {place(self.place)}"
         )
 

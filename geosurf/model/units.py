@@ -415,10 +415,6 @@ class Units(Shown, Mapping[str, Unit]):
 
     def _card(self) -> Card:
         """Return a table of the reservoir with the colours of pictures, slivers summed up below."""
-        with vertical_axis(self.time):
-            return self._as_card()
-
-    def _as_card(self) -> Card:
         part = self.included()
         listed = [*part.without_slivers]
         labels = self.labels
@@ -435,24 +431,21 @@ class Units(Shown, Mapping[str, Unit]):
             (u.zone, u.region, u.block, u.contact, v) for u, v in zip(first, volumes, strict=True)
         ]
         shades = [colours[labels[unit.name]] for unit in first]
-        notes = [
-            *filter(None, [part.slivers_in_words, part.merged_in_words, left_out(self, TABLE)])
-        ]
-        title = f"{counted(len(part), 'unit')}, GRV {volume_text(part.volume)}"
+        with vertical_axis(self.time):
+            words = part.slivers_in_words, part.merged_in_words, left_out(self, TABLE)
+            title = f"{counted(len(part), 'unit')}, GRV {volume_text(part.volume)}"
+        notes = [*filter(None, words)]
         return Card(title, rows, head, shades, notes, len(listed))
 
     def __repr__(self) -> str:
-        with vertical_axis(self.time):
-            return self._in_short()
-
-    def _in_short(self) -> str:
         # Counts tell more than names: a model may have hundreds of units.
         zones, blocks = ({getattr(u, of) for u in self.values()} for of in ("zone", "block"))
         n = len(self.report.get("clipped", ()))
         clipped = f"; horizons cross ({counted(n, 'pair')}): report['clipped']" if n else ""
-        part, volume = self.included(), volume_text(self.volume)
-        if part is not self:
-            volume = f"GRV {volume_text(part.volume)} in the reservoir, {volume} in all"
+        with vertical_axis(self.time):
+            part, volume = self.included(), volume_text(self.volume)
+            if part is not self:
+                volume = f"GRV {volume_text(part.volume)} in the reservoir, {volume} in all"
         return (
             f"<Units: {len(self)}, of {counted(len(zones), 'zone')} in "
             f"{counted(len(blocks), 'block')}, {volume}{clipped}>"

@@ -23,6 +23,7 @@ from geosurf.read._common import (
     Request,
     check_name,
     chosen,
+    is_looking,
     is_number,
     noted,
     number,
@@ -44,6 +45,7 @@ from geosurf.read._table import (
 )
 from geosurf.read.features import features
 from geosurf.read.tops import Layout, layout_of
+from geosurf.warning import warn_of
 
 # ---- attributes ----------------------------------------
 # Points, polygons and sticks with attributes, as RMS and Petrel export them.
@@ -261,12 +263,46 @@ def read_xyz(path: Path, request: Request) -> xr.Dataset:
     points = _without_end(path, table)
     x, y, z = points.T
     others: dict[str, Any] = {}
+    has_header = int(table.lines[0]) > 1
+    several = several_objects(read_text(path, final_line_end=False)) if has_header else ""
+    if several:
+        noted("objects", several)
+    if several and request.columns is None and not is_looking():
+        effect = f"{path}: all points are read as one horizon, but {several}."
+        how = "Or name the columns, if these are one: columns=[x, y, z]."
+        warn_of("objects", path.name, effect, how)
     if table.labels is not None:
         others["well"] = ("point", np.array(table.labels[: len(points)], dtype=object))
     if table.names is not None:
         depths = _measured(path, table, len(points), request.decimal)
         others["md"] = ("point", abs(scale) * depths, {"units": "m"})
     return points_dataset(np.column_stack([x, y, scale * z + 0.0]), path.name, others=others)
+
+
+FEWEST = 3  # points of an object: more values than that are measurements
+OBJECT_COLUMNS = ("feature_name", "formation", "horizon", "surface", "val", "name")
+
+
+def several_objects(text: str) -> str:
+    r"""
+    Return the reason why a table holds more than one object, or nothing.
+
+    Examples
+    --------
+    >>> several_objects("X,Y,Z,val\n" + 3 * "0,0,1,60\n" + 3 * "0,9,2,250\n")
+    "its column 'val' has 2 values: write one file for each object"
+    """
+    header, *lines = text.lstrip().split("\n")
+    names = [word.strip().strip('"').lower() for word in header.split(",")]
+    for column in OBJECT_COLUMNS:
+        if column in names and {"x", "easting", "x_utme"} & set(names):
+            k = names.index(column)
+            rows = [line.split(",") for line in lines if line.strip()]
+            values = {row[k] for row in rows if len(row) > k and row[k].strip()}
+            if 1 < len(values) <= len(rows) / FEWEST:
+                n = len(values)
+                return f"its column {column!r} has {n} values: write one file for each object"
+    return ""
 
 
 def _measured(path: Path, table: Table, count: int, decimal: str) -> np.ndarray:

@@ -178,7 +178,8 @@ def draw_thickness(
     large = _large_blocks(thickness)
     regions = thickness.block.values[large].tolist() if attrs.get("by") == "region" else ()
     letters = _letter_blocks(sheet, axes, x, y, values[large], regions)
-    legend = _legend(thickness, values[large], letters, tuple(polygons))
+    drawn = tuple(horizon for horizon, rings in polygons.items() if len(rings.kind))
+    legend = _legend(thickness, values[large], letters, drawn)
     meaning = {"isochore": "vertical thickness", "isopach": "thickness normal to bedding"}
     note = f" {kind.capitalize()}: {meaning[kind]}." if kind in meaning else ""
     if cut.any():

@@ -61,15 +61,17 @@ def _closed(ring: np.ndarray) -> np.ndarray:
     return np.vstack([ring, ring[:1]])
 
 
-def _legend(overlay: PictureOverlay, detail: str = "") -> tuple[Entry, ...]:
+def _legend(overlay: PictureOverlay, near: str = "") -> tuple[Entry, ...]:
+    """Entries of a picture with all of an overlay, and their numbers; or with what is near."""
     entries = []
     if overlay.wells:
-        entries.append(Entry(counted(len(overlay.wells), "well"), WELL, detail, "line"))
+        words = "wells" if near else counted(len(overlay.wells), "well")
+        entries.append(Entry(words, WELL, near, "line"))
     for name in overlay.polygons:
         entries.append(Entry(name, POLYGON, "polygons", "line"))
     for colour, (name, parts) in zip(cycle(POINTS), overlay.points.items(), strict=False):
         count = counted(sum(map(len, parts)), "data point")
-        entries.append(Entry(name, colour, f"{count}{', ' if detail else ''}{detail}", "circle"))
+        entries.append(Entry(name, colour, near or count, "circle"))
     return tuple(entries)
 
 

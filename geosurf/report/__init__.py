@@ -313,13 +313,14 @@ def volumetrics_table(found: Any) -> Table:
         f"{one.attrs['long_name']} [{one.attrs['units']}]".replace("m3", "m³") for one in columns
     ]
     values = np.stack([one.values for one in columns], axis=1) / 1e6
+    decimals = [6 if one.attrs["units"] == "acre-ft" else 3 for one in columns]
     labels = [key for key in ("zone", "region", "fluid") if key in found.coords]
     names = list(zip(*(found[key].values.tolist() for key in labels), strict=True))
     rows = []
     for name in dict.fromkeys(names):
         sums = values[[one == name for one in names]].sum(axis=0)
-        rows.append((*(word or NOTHING for word in name), *(number(value, 3) for value in sums)))
-    foot = ("all", *[""] * (len(labels) - 1), *(number(v, 3) for v in values.sum(axis=0)))
+        rows.append((*(word or NOTHING for word in name), *map(number, sums, decimals)))
+    foot = ("all", *[""] * (len(labels) - 1), *map(number, values.sum(axis=0), decimals))
     words = (key.capitalize() for key in labels)
     return Table((*words, *head), tuple(rows), n_label=len(labels), foot=foot)
 

@@ -138,7 +138,14 @@ def _map_cells(horizons: Sequence[Footprint]) -> _MapCells:
     low = np.max([rim.min(axis=(0, 1)) for rim in rims], axis=0)
     high = np.min([rim.max(axis=(0, 1)) for rim in rims], axis=0)
     if (high - low <= 1e-9 * np.abs(high - low).max()).any():
-        raise InputError(f"the horizons have no area in common. {_HOW}")
+        where = "; ".join(
+            f"{horizon.name!r} is from {' to '.join(map(place, horizon.bounds))}"
+            for horizon in horizons
+        )
+        raise InputError(
+            f"the horizons have no area in common: {where}. Check the order of their columns, and "
+            "their coordinate systems."
+        )
 
     # rims that follow rows and columns of one lattice need no finer cells than its own
     off = max(float(np.abs(rim - np.rint(rim)).max()) for rim in rims)

@@ -247,3 +247,15 @@ def test_a_path_longer_than_its_measured_depth_is_refused(tmp_path):
     )
     with pytest.raises(GeosurfError, match=r"line 4: well 'A' goes 1500 m while .* by 275 m"):
         gs.read_wells(tmp_path / "w.csv", positive="down")
+
+
+def test_a_table_of_several_horizons_is_named(tmp_path):
+    lines = [f"{k},{k},-9,{k % 2}" for k in range(6)]
+    path = write(tmp_path, "\n".join(["X,Y,Z,val", *lines, ""]), "both.csv")
+    with pytest.warns(gs.GeosurfWarning, match="its column 'val' has 2 values") as issued:
+        assert len(points(path)) == 6
+    assert len(issued) == 1
+    assert gs.info(path).notes["objects"].startswith("its column 'val' has 2 values")
+    assert len(points(path, columns=("X", "Y", "Z"))) == 6  # who names columns knows the others
+    measured = [f"{k},{k},-9,{k}.5" for k in range(6)]  # a value for each point is no name
+    assert len(points(write(tmp_path, "\n".join(["X,Y,Z,val", *measured, ""]), "one.csv"))) == 6

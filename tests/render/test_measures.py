@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.text import Text
 
 from geosurf.conventions import palette
 from geosurf.errors import GeosurfWarning
@@ -68,6 +69,11 @@ def test_a_thickness_map_shows_all_of_the_zone_and_its_polygons(scene, tmp_path)
     red = [float((shown[:, :, 0] > shown[:, :, 2] + 0.3).mean()) for shown in (bare, image)]
     assert red[0] == 0.0
     assert red[1] > 5e-4
+    none = dict.fromkeys(polygons, polygons["Top"].isel(line=slice(0, 0)))
+    for shown in (polygons, none):
+        figure = plotted(draw_thickness, found, size=SIZE, polygons=shown)
+        words = {text.get_text() for text in figure.findobj(Text)}
+        assert ("Fault polygons" in words) == (shown is polygons)
 
 
 def test_neither_contours_nor_colours_follow_a_fault_through_a_zone(scene):

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.image import imread
+from matplotlib.text import Text
 
 from geosurf.conventions import palette
 from geosurf.errors import InputError
@@ -115,6 +116,10 @@ def test_an_overlay_is_drawn_on_views_maps_and_sections(scene, top, curves, tmp_
     assert part(pixels(path), pink, 0.1) > 5e-5
     figure = plotted(draw_map, top, curves, size=SMALL, overlay=overlay)
     assert "W" in [text.get_text() for text in figure.axes[1].texts]
+    figure = ScenePlots(scene).section([(457000, 6781000), (460000, 6781000)], overlay=overlay)
+    words = [text.get_text() for text in figure.findobj(Text)]
+    assert "within 60 m" in words  # nothing is: no numbers of what is elsewhere
+    assert not {"1 well", "1 data point, within 60 m"} & set(words)
     outline = [[0, 0, 0], [9, 0, 0], [9, 9, 0]]
     assert PictureOverlay(polygons={"A": outline}).polygons["A"][0].shape == (3, 2)
     for wrong in ({"wells": {"W": [1, 2]}}, {"points": {"P": [[0, 0, np.nan]]}}, {"points": 3}):

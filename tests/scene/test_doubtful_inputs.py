@@ -139,6 +139,14 @@ def test_horizons_turned_over_are_named_pair_by_pair(n):
     assert ruled.warnings == ()
 
 
+def test_a_horizon_that_is_given_twice_is_named_by_its_empty_zone():
+    scene = gs.Scene({"A": plane(-1800.0), "B": plane(-1800.0), "C": plane(-2000.0)}, {}, FIELD)
+    with pytest.warns(gs.GeosurfWarning, match="Zone 'A/B' has no rock: its horizons coincide"):
+        assert list(scene.units.included()) == ["B/C"]
+    (found,) = scene.warnings
+    assert (found.kind, found.subject) == ("order", "A/B")
+
+
 @pytest.mark.parametrize(
     ("below", "words"), [(0.0, "everywhere"), (36.0, "on 8[0-2] %"), (85.0, "on 5[34] %")]
 )

@@ -152,6 +152,7 @@ def test_a_fault_beside_the_box_is_named(fault, where):
         (found,) = scene.warnings
     assert len(issued) == 1
     assert (found.kind, found.subject) == ("outside", "Out")
+    assert ("depth or elevation" in found.remedy) == ("above" in where or "below" in where)
     assert len(scene.units) == 4
     assert scene.warnings == (found,)
     box = eval(re.search(r"box=(\([^)]*\))", found.remedy)[1])

@@ -205,7 +205,7 @@ TOP = {"Top": grid(plane(-2000.0), units="ms", positive="up")}
         (TOP, {"time": "two-way", "velocity": {"Top": 2000.0}}, "has nothing for"),
         (TOP, {"time": "two-way", "velocity": {"Topp": 1.0}}, "neither a zone nor a horizon"),
         (TOP, {"time": "two-way", "velocity": {"elsewhere": -5.0}}, "above 0"),
-        (TOP, {"time": "two-way", "velocity": {"elsewhere": 2.5}}, "in km/s, multiply it by 1000"),
+        (TOP, {"time": "two-way", "velocity": {"elsewhere": 2.5}}, "Multiply km/s by 1000"),
         (TOP, {"time": "two-way", "velocity": {"v0": 1800.0}}, "v0 .* and k"),
         (TOP, {"time": "two-way", "tolerance": 1.0}, "in metres"),
         (TOP, {"time": "two-way", "contacts": {"OWC": -2100.0}}, "contacts need depth"),

@@ -32,7 +32,7 @@ from geosurf.read import (
 from geosurf.read._common import collected, read_text
 from geosurf.read.file_info import kind_of_file, points_of, strange
 from geosurf.read.netcdf import holds_fault
-from geosurf.read.polylines import NAMED_LINES, fault_names
+from geosurf.read.polylines import NAMED_LINES, fault_names, several_objects
 from geosurf.read.registry import TITLES, detect
 from geosurf.read.resqml.representations import LINES, MESH, POINTS
 from geosurf.read.resqml.surfaces import surfaces_of
@@ -186,7 +186,6 @@ def mesh(path: Path, known_as: str, read: Any, name: str = "") -> Found:
 
 
 FEWEST = 20  # points of a horizon
-OBJECT_COLUMNS = ("feature_name", "formation", "horizon", "surface", "val", "name")
 
 
 def table(path: Path, function: str) -> Found:
@@ -196,7 +195,7 @@ def table(path: Path, function: str) -> Found:
     text = "" if detect(path) else read_text(path, final_line_end=False)
     header = text.lstrip().split("\n", 1)[0].strip()
     # A file with several objects would become one horizon.
-    several = _several(header, text)
+    several = several_objects(text)
     if several:
         return Found(path, OUT, "table", several)
     if function != "read_points":
@@ -233,22 +232,6 @@ def well_tops(path: Path) -> Found:
     one = Found(path, "tops", "well tops", note, points=points)
     one.states_direction = detect(path) == "petrel_tops"
     return one
-
-
-def _several(header: str, text: str) -> str:
-    """The reason why a table holds more than one object, or nothing."""
-    names = [word.strip().strip('"').lower() for word in header.split(",")]
-    for column in OBJECT_COLUMNS:
-        if column in names and {"x", "easting", "x_utme"} & set(names):
-            k = names.index(column)
-            rows = [line.split(",") for line in text.split("\n")[1:] if line.strip()]
-            values = {row[k] for row in rows if len(row) > k and row[k].strip()}
-            if len(values) > 1:
-                return (
-                    f"its column {column!r} has {len(values)} values: write one file for each "
-                    "object"
-                )
-    return ""
 
 
 def lines_of_table(path: Path, header: str) -> Found:

@@ -282,11 +282,12 @@ def _misfit_in_use(
             "If they are exact, gs.tear_horizon(..., noise=0) or noise_m = 0 in [tear] meets them. "
             "Noise then goes into the throw"
         )
+    often = f"by {found['p95']:.3g} m or more at one point in twenty, " if found["p95"] > 0 else ""
     warning = GeosurfWarning(
         "moved data",
         picks.name,
         f"Horizon {picks.name!r} does not pass through its data: it is off by {found['mean']:.3g} "
-        f"m on average, by {found['p95']:.3g} m or more at one point in twenty, and by "
+        f"m on average, {often}and by "
         f"{found['max']:.3g} m at {place(at)}. {why}",
         f"{how}. report.misfit has these figures.",
         at,
