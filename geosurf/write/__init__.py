@@ -172,7 +172,7 @@ def kind_of(obj: Any) -> str | None:
     # an object of another package exists only if the package was imported
     xr, pandas = sys.modules.get("xarray"), sys.modules.get("pandas")
     if xr is not None and isinstance(obj, xr.DataArray):
-        return "Dataset" if obj.ndim == 1 and obj.name else "horizon (DataArray)"
+        return "horizon (DataArray)" if obj.ndim == 2 else "Dataset"
     if xr is not None and isinstance(obj, xr.Dataset):
         return _kind_of_dataset(obj)
     if pandas is not None and isinstance(obj, pandas.DataFrame):
@@ -278,8 +278,8 @@ def write(
     _refuse_suffix(obj, kind, path, suffix)
     if kind != "surfaces":  # these may declare a system each
         obj, crs = _in_crs(obj, crs, path)
-    if kind == "Dataset" and hasattr(obj, "to_dataset"):  # one column, such as scene.volumes
-        obj = obj.to_dataset(promote_attrs=True)
+    if kind == "Dataset" and hasattr(obj, "to_dataset"):  # scene.volumes, scene.thickness(...)
+        obj = obj.to_dataset(name=name or obj.name or path.stem, promote_attrs=True)
 
     # writers are loaded when needed: meshio and xarray cost time
     module, function = WRITERS[kind][suffix]
@@ -308,12 +308,6 @@ def write(
 
 def _refuse_suffix(obj: Any, kind: str, path: Path, suffix: str) -> None:
     """Refuse a suffix that the kind of object is not written to, with those that it is."""
-    # a DataArray over other dimensions is a table, and no grid format holds it
-    if kind == "horizon (DataArray)" and getattr(obj, "ndim", 2) != 2:
-        raise OutputError(
-            f"{path}: a DataArray over {tuple(obj.dims)} is not a horizon and cannot be written. "
-            "Write scene.units (.csv, .nc) for the table of volumes, or da.to_dataset() (.nc)."
-        )
     known = WRITERS[kind]
     if suffix not in known:
         raise OutputError(

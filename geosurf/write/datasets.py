@@ -396,7 +396,7 @@ def _with_ends_as_columns(table: xr.Dataset) -> xr.Dataset:
 def _head(table: xr.Dataset, key: str) -> str:
     """Name of a column with its unit of measure."""
     unit = table[key].attrs.get("units", "")
-    return f"{key}_{unit}".rstrip("_")
+    return str(key) if unit in ("", "1") else f"{key}_{unit}"
 
 
 def csv_of_rows(header: Sequence[str], rows: Iterable[Sequence[Any]]) -> tuple[bytes, list[Loss]]:

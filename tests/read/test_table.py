@@ -73,10 +73,10 @@ def test_law_only_three_columns_of_numbers_are_coordinates(tmp_path_factory, kin
             assert points(path, columns=[k + 1 for k in chosen]) == wanted
 
 
-@given(
-    st.lists(st.tuples(*[st.decimals(-999, 9e6, places=2)] * 3), min_size=1, max_size=4),
-    st.sampled_from([" ", "\t", ";", "; "]),
-)
+PLACE = (*[st.decimals(-999, 9e6, places=2)] * 2, st.decimals(-999, 9e5, places=2))
+
+
+@given(st.lists(st.tuples(*PLACE), min_size=1, max_size=4), st.sampled_from([" ", "\t", ";", "; "]))
 def test_law_decimal_commas_are_refused_or_read(tmp_path_factory, rows, sign):
     folder = tmp_path_factory.mktemp("a")
     text = "".join(sign.join(map(str, row)) + "\n" for row in rows)
@@ -259,3 +259,10 @@ def test_a_table_of_several_horizons_is_named(tmp_path):
     assert len(points(path, columns=("X", "Y", "Z"))) == 6  # who names columns knows the others
     measured = [f"{k},{k},-9,{k}.5" for k in range(6)]  # a value for each point is no name
     assert len(points(write(tmp_path, "\n".join(["X,Y,Z,val", *measured, ""]), "one.csv"))) == 6
+
+
+def test_columns_in_another_order_are_refused(tmp_path):
+    path = write(tmp_path, "1600 460000 5930000\n1700 460050 5930000\n")
+    with pytest.raises(FormatError, match=r"z is around 5930000.*columns=\[2, 3, 1\]"):
+        points(path)
+    assert points(path, columns=(2, 3, 1))[0] == [460000.0, 5930000.0, 1600.0]

@@ -14,8 +14,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import geosurf as gs
+from geosurf.conventions.axes import COORDINATES
 from geosurf.errors import InputError
-from geosurf.write import AXES, WRITERS
+from geosurf.write import WRITERS
 from geosurf.write.datasets import FORMULA, csv_of_rows
 from tests.measure.worlds import tops_at
 from tests.messages import refused
@@ -44,7 +45,7 @@ def results(scene):
         object.__setattr__(made, "crs", CRS)
     wall = gs.TriSurface("F2", "fault", corners, [[0, 1, 2]])
     top = gs.synthetic.tilted_planes().horizons["Top"].assign_attrs(crs=CRS)
-    place = {axis: ("point", corners[:, k]) for k, axis in enumerate(AXES)}
+    place = {axis: ("point", corners[:, k]) for k, axis in enumerate(COORDINATES)}
     scatter = xr.Dataset(place | {"pick": ("point", [*"abcd"])})
     return {
         "TriSurface": scene.surface("Top"),

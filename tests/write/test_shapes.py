@@ -11,8 +11,8 @@ import pytest
 import xarray as xr
 
 import geosurf as gs
+from geosurf.conventions.axes import COORDINATES
 from geosurf.errors import DependencyError, OutputError
-from geosurf.write import AXES
 from tests.grids import lines_of
 
 CRS = "EPSG:23031"
@@ -27,7 +27,7 @@ def scene():
 def points(**more):
     rng = np.random.default_rng(1)
     place = np.array([461000.0, 5932000.0, -1700.0]) + rng.normal(0, 100, (7, 3))
-    data = {axis: ("point", place[:, k]) for k, axis in enumerate(AXES)}
+    data = {axis: ("point", place[:, k]) for k, axis in enumerate(COORDINATES)}
     return xr.Dataset(data | {key: ("point", value) for key, value in more.items()})
 
 
@@ -37,7 +37,7 @@ def test_law_points_come_back(tmp_path, suffix):
     written = gs.write(cloud, tmp_path / f"a{suffix}", crs=CRS)
     stated = suffix in (".vs", ".geojson")
     back = gs.read_points(written[0], positive=None if stated else "up")
-    for axis in AXES:
+    for axis in COORDINATES:
         np.testing.assert_array_equal(back[axis], cloud[axis])
     assert stated != ("direction" in [one.what for one in written.lost])
     assert ("data" in [one.what for one in written.lost]) == (suffix in (".xyz", ".poi", ".vs"))
@@ -45,7 +45,7 @@ def test_law_points_come_back(tmp_path, suffix):
 
 def test_points_that_files_do_not_hold(tmp_path):
     end = points()
-    for axis in AXES:
+    for axis in COORDINATES:
         end[axis][3] = 999.0
     with pytest.raises(OutputError, match=r"\(999, 999, 999\), which ends.*Write .csv"):
         gs.write(end, tmp_path / "a.xyz")
@@ -120,6 +120,11 @@ def test_tables(scene, tmp_path):
     (path,) = gs.write(scene.volumes, tmp_path / "d.csv")
     assert path.read_text().startswith("unit,zone,block,")
     assert path.read_text().split("\n")[0].endswith("volume_m3")
+    thickness = scene.thickness(scene.reservoir[0], 500.0)
+    (path,) = gs.write(thickness, tmp_path / "e.nc")
+    np.testing.assert_array_equal(xr.load_dataset(path).thickness, thickness)
+    (path,) = gs.write(thickness.rename(None), tmp_path / "e.nc")
+    np.testing.assert_array_equal(xr.load_dataset(path).e, thickness)
     with pytest.raises(OutputError, match=r"a table has one dimension. Write .nc"):
         gs.write(xr.Dataset({"a": (("x", "y"), [[1.0]])}), tmp_path / "c.csv")
 
@@ -161,7 +166,7 @@ def test_fault_polygons_come_back_from_pol_and_csv(scene_lines, tmp_path):
         written = gs.write(lines, tmp_path / name)
         found = gs.read_polygons(written[0], positive="up")
         assert len(found) == lines.sizes["line"] == 2
-        for ring, part in zip(found, lines_of(lines, *AXES), strict=True):
+        for ring, part in zip(found, lines_of(lines, *COORDINATES), strict=True):
             np.testing.assert_array_equal(ring, np.concatenate([part, part[:1]]))
     with (tmp_path / "a.csv").open() as file:
         rows = list(csv.DictReader(file))
