@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from fractions import Fraction
+from functools import reduce
 from itertools import pairwise, product
 from typing import Any, NamedTuple
 
@@ -25,6 +26,7 @@ from geosurf.synthetic.polyhedra import (
     box_polyhedron,
     chord,
     clip,
+    clip_ring,
     section,
     volume,
 )
@@ -485,10 +487,10 @@ def _juxtaposition(
 
         # the two sectors share these sides: only the fault between them differs
         others = [side for side in {*hanging, *foot} if side[:-1] != fault]
-        block = _clipped(solid, _walls(planes, others))
+        face = section(_clipped(solid, _walls(planes, others)), planes[fault])
         of_hanging, of_foot = (_zones(faults, horizons, sides) for sides in (hanging, foot))
         for (a, planes_a), (b, planes_b) in product(of_hanging.items(), of_foot.items()):
-            ring = section(_clipped(block, planes_a + planes_b), planes[fault])
+            ring = reduce(clip_ring, planes_a + planes_b, face)
             areas[fault, a, b] = areas.get((fault, a, b), 0.0) + area(ring)
     return {key: value for key, value in areas.items() if value > 0}
 
@@ -508,6 +510,4 @@ def _walls(planes: dict[str, Plane], sides: Iterable[str]) -> list[Plane]:
 
 def _clipped(solid: Polyhedron, half_spaces: list[Plane]) -> Polyhedron:
     """The part of a solid in all half-spaces."""
-    for plane in half_spaces:
-        solid = clip(solid, plane)
-    return solid
+    return reduce(clip, half_spaces, solid)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from fractions import Fraction
-from itertools import pairwise, product
+from itertools import chain, pairwise, product
 
 Point = tuple[Fraction, Fraction, Fraction]
 Plane = tuple[Fraction, Fraction, Fraction, Fraction]  # a x + b y + c z + d >= 0 stays
@@ -41,16 +41,32 @@ def clip(solid: Polyhedron, plane: Plane) -> Polyhedron:
     >>> volume(half), volume(clip(half, (1, 1, 0, -2)))
     (Fraction(4, 1), Fraction(4, 1))
     """
-    is_inside = any(_side(point, plane) > 0 for face in solid for point in face)
-    if not is_inside:
-        return []
-
     # Clip each face; the section closes the solid unless a face lies in the plane.
-    faces = [ring for face in solid if len(ring := _clip_ring(face, plane)) >= 3]
-    if any(all(_side(point, plane) == 0 for point in face) for face in faces):
+    faces = [ring for face in solid if len(ring := clip_ring(face, plane)) >= 3]
+    sides = [[_side(point, plane) for point in face] for face in faces]
+    if not any(map(any, sides)):
+        return []  # nothing is above the plane
+    if not all(map(any, sides)):
         return faces  # it only touches the plane: the lid is there
-    lid = section(solid, plane)
+    corners = zip(chain(*faces), chain(*sides), strict=True)
+    lid = _convex_ring({point for point, side in corners if side == 0}, plane)
     return [*faces, lid] if len(lid) >= 3 else faces
+
+
+def clip_ring(ring: list[Point], plane: Plane) -> list[Point]:
+    """Return the part of a convex ring on the positive side of a plane."""
+    clipped: list[Point] = []
+    sides = [_side(point, plane) for point in ring]
+    for k, (q, at_q) in enumerate(zip(ring, sides, strict=True)):
+        # Corners on the positive side stay; edges across the plane get a new corner.
+        p, at_p = ring[k - 1], sides[k - 1]
+        if at_p * at_q < 0:
+            t = at_p / (at_p - at_q)
+            x, y, z = (u + t * (v - u) for u, v in zip(p, q, strict=True))
+            clipped.append((x, y, z))
+        if at_q >= 0:
+            clipped.append(q)
+    return clipped
 
 
 def section(solid: Polyhedron, plane: Plane) -> list[Point]:
@@ -101,22 +117,7 @@ def _side(point: Point, plane: Plane) -> Fraction:
 
 def _on_plane(ring: list[Point], plane: Plane) -> list[Point]:
     """Points where the rim of a ring meets a plane."""
-    return [point for point in _clip_ring(ring, plane) if _side(point, plane) == 0]
-
-
-def _clip_ring(ring: list[Point], plane: Plane) -> list[Point]:
-    """The part of a convex ring on the positive side of a plane."""
-    clipped: list[Point] = []
-    for p, q in zip(ring, ring[1:] + ring[:1], strict=True):
-        # Corners on the positive side stay; edges across the plane get a new corner.
-        at_p, at_q = _side(p, plane), _side(q, plane)
-        if at_p >= 0:
-            clipped.append(p)
-        if at_p * at_q < 0:
-            t = at_p / (at_p - at_q)
-            x, y, z = (u + t * (v - u) for u, v in zip(p, q, strict=True))
-            clipped.append((x, y, z))
-    return clipped
+    return [point for point in clip_ring(ring, plane) if _side(point, plane) == 0]
 
 
 def _convex_ring(points: set[Point], plane: Plane) -> list[Point]:
