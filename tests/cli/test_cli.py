@@ -18,6 +18,7 @@ import geosurf as gs
 from geosurf import cli
 from geosurf.conventions import length_text
 from geosurf.errors import InvariantError
+from geosurf.kernels.compile import warmup
 from geosurf.model import Certificate, Check
 from tests.planes import scenario_tables
 from tests.processes import told_by
@@ -205,13 +206,15 @@ def test_a_run_without_pictures_loads_only_what_it_needs(tmp_path):
     }
 
 
-def test_doctor_and_warmup(capsys):
+def test_doctor_and_warmup(capsys, monkeypatch):
     assert cli.main(["doctor"]) in (0, 2)
     said = capsys.readouterr().out
     assert [line.split()[1] for line in said.splitlines()][:2] == ["python", "numpy"]
     assert re.search(
         "^ok +kernels +kernels (are (frozen|compiled)|run as plain)", said, re.MULTILINE
     )
+    few = warmup.kernel_files(warmup.ROOT)[:2]
+    monkeypatch.setattr(warmup, "kernel_files", lambda _: few)
     assert cli.main(["warmup"]) == 0
     said = capsys.readouterr().out
     assert re.match(
@@ -290,8 +293,8 @@ def test_only_the_process_of_a_command_leaves_out_dask(process: bool) -> None:
     """xarray loads Dask for any array, where it is installed; a library never hides it."""
     pytest.importorskip("dask")
     code = (
-        "import sys; from geosurf.cli import main; sys.argv = ['geosurf', 'check', 'missing.toml']; "
+        "import sys; from geosurf.cli import main; sys.argv = ['geosurf', 'completion', 'bash']; "
         f"main({'' if process else 'sys.argv[1:]'}); import xarray; xarray.DataArray([1.0]); "
         "print(sys.modules.get('dask') is not None)"
     )
-    assert told_by("-c", code).strip() == str(not process)
+    assert told_by("-c", code).split()[-1] == str(not process)

@@ -52,18 +52,6 @@ def test_the_page_has_all_quantiles_parameters_and_maps(result, tmp_path):
     assert "Failed realisations" not in page
 
 
-def test_the_page_lists_distributions_and_files(result, tmp_path):
-    (tmp_path / "top.txt").write_text("1 2 3")
-    files = {"Top": tmp_path / "top.txt", "gone": tmp_path / "gone.txt"}
-    page = Ensemble(without_maps(result)).report(tmp_path, inputs=files, relative_to=tmp_path)
-    text = page.read_text(encoding="utf-8")
-    for words in result.parameter_distribution.values.tolist():
-        assert words in text
-    assert "uniform: \N{MINUS SIGN}9 to 9 m" in text
-    digest = hashlib.sha256(b"1 2 3").hexdigest()[:16]
-    assert all(words in text for words in ("top.txt", digest, "gone.txt", "not found"))
-
-
 def test_every_distribution_has_words_with_its_unit():
     assert words_of_distribution(5.0, "m") == "certain: 5 m"
     assert words_of_distribution(Triangular(0.0, 1.5, 4.0), "1") == (
@@ -82,15 +70,22 @@ def test_base_cases_of_sums_add_up(result):
         )
 
 
-def test_failures_are_listed_and_what_has_not_run_is_counted(result, tmp_path):
+def test_failures_and_files_are_listed_and_what_has_not_run_is_counted(result, tmp_path):
     broken = without_maps(result).copy(deep=True)
     broken.status[2], broken.status[5], broken.reason[2] = 2, 0, "horizons cross & <leak>"
     broken.bulk[[2, 5]] = np.nan
-    page = Ensemble(broken).report(tmp_path).read_text(encoding="utf-8")
-    assert Ensemble(broken).report(tmp_path).read_text(encoding="utf-8") == page
+    (tmp_path / "top.txt").write_text("1 2 3")
+    words = {"inputs": {"Top": tmp_path / "top.txt", "gone": tmp_path / "gone.txt"}}
+    words["relative_to"] = tmp_path
+    page = Ensemble(broken).report(tmp_path, **words).read_text(encoding="utf-8")
+    assert Ensemble(broken).report(tmp_path, **words).read_text(encoding="utf-8") == page
     assert "6 realisations built, 1 failed; seed 0. 1 have not run yet." in page
     assert "horizons cross &amp; &lt;leak&gt;" in page
     assert "Maps" not in page
+    assert all(words in page for words in result.parameter_distribution.values.tolist())
+    assert "uniform: \N{MINUS SIGN}9 to 9 m" in page
+    digest = hashlib.sha256(b"1 2 3").hexdigest()[:16]
+    assert all(words in page for words in ("top.txt", digest, "gone.txt", "not found"))
 
 
 def test_what_is_no_ensemble_is_refused(result, tmp_path):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import pickle
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 
 import numpy as np
 import pandas as pd
@@ -61,6 +62,7 @@ class Area:
         self.__geo_interface__ = {"type": "Polygon", "coordinates": [ring]}
 
 
+@cache
 def inputs_of_kinds():
     """Inputs of a graben in the forms that users have, by name."""
     world = gs.synthetic.graben(n=9)
@@ -92,7 +94,7 @@ def print_nothing(*_):
 @pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
 def test_scenes_of_any_inputs_travel_with_their_results(kind):
     world = gs.synthetic.graben(n=9)
-    given = inputs_of_kinds()[kind]
+    given = dict(inputs_of_kinds()[kind])
     faults = given.pop("faults", world.faults)
     scene = gs.Scene(world.horizons, faults, **given)
     assert scene.check().ok

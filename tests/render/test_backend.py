@@ -57,16 +57,6 @@ def test_a_machine_without_a_driver_gets_a_sentence_and_no_segfault(tmp_path, br
     assert not (tmp_path / "no.png").exists()
 
 
-def test_importing_render_loads_neither_pyvista_nor_vtk_nor_matplotlib():
-    heavy = "{'pyvista', 'vtk', 'vtkmodules', 'matplotlib', 'xarray'}"
-    done = run(
-        "import sys, geosurf.render, geosurf.report\n"
-        "from geosurf.cli.info_commands import installation; installation()\n"
-        f"print(sorted({heavy} & set(sys.modules)))"
-    )
-    assert done.stdout.strip() == "[]", done.stderr
-
-
 def test_a_choice_of_the_user_is_the_only_one_tried(monkeypatch, forgetful):
     tried = []
 

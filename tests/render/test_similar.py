@@ -126,6 +126,7 @@ def drawn_again(tmp_path, monkeypatch):
     sys.modules.pop("field", None)
 
 
+@pytest.mark.long
 def test_the_gallery_shows_what_is_drawn_today(drawn_again):
     """`make gallery` draws them again, after a change that was meant."""
     shares = {name: changed(*drawn_again(name, picture)) for name, picture in PICTURES.items()}

@@ -13,7 +13,6 @@ from geosurf.cli import main
 from geosurf.errors import GeosurfWarning, InputError, ScenarioError
 from geosurf.read import netcdf
 from geosurf.scenario import output, read_scenario, run
-from geosurf.scene import plots
 from geosurf.scene import scene as scenes
 from geosurf.scene.result_cache import ResultCache
 from geosurf.sheets import tear
@@ -130,7 +129,7 @@ TITLE = 'title = "Planes"\n'
 
 
 def files(out: Path) -> dict[str, bytes]:
-    """All results but the page, which has the log of the run and its pictures."""
+    """All results but the page, which has the log of the run."""
     return {
         path.relative_to(out).as_posix(): path.read_bytes()
         for path in sorted(out.rglob("*"))
@@ -141,7 +140,7 @@ def files(out: Path) -> dict[str, bytes]:
 @pytest.fixture
 def counts(monkeypatch):
     """How often each of these was done."""
-    done = dict.fromkeys(("tear", "check", "map", "thickness", "throw"), 0)
+    done = dict.fromkeys(("tear", "check"), 0)
 
     def count(name, module, function):
         inner = getattr(module, function)
@@ -154,8 +153,6 @@ def counts(monkeypatch):
 
     count("tear", tear, "tear_from")
     count("check", scenes, "certify_repeated")
-    for name, module in (("map", plots), ("thickness", plots), ("throw", plots)):
-        count(name, module, f"draw_{name}")
     return done
 
 
@@ -165,23 +162,20 @@ def test_a_second_run_redoes_only_what_changed(inputs, tmp_path, counts):
         counts.update(dict.fromkeys(counts, 0))
         (inputs / "scenario.toml").write_text(body)
         out = tmp_path / "out"
-        assert run(read_scenario(inputs / "scenario.toml"), out, cache_dir=cache).certificate.ok
+        scenario = read_scenario(inputs / "scenario.toml")
+        assert run(scenario, out, pictures=False, cache_dir=cache).certificate.ok
         return files(out), dict(counts)
 
     base, cache = TITLE + INPUTS + OUTPUT, tmp_path / "cache"
     plain = results(base, None)
-    assert plain[1] == {"tear": 2, "check": 1, "map": 2, "thickness": 1, "throw": 1}
+    assert plain[1] == {"tear": 2, "check": 1}
     assert results(base, cache) == plain
-    assert results(base, cache) == (plain[0], {**plain[1], "tear": 0, "check": 0})
+    assert results(base, cache) == (plain[0], {"tear": 0, "check": 0})
 
     # another contact: horizons stay
     moved = base.replace("-2050.0", "-2040.0")
-    assert results(moved, cache) == (results(moved, None)[0], {**plain[1], "tear": 0})
-
-    # a title is in no picture
-    retitled = results(base.replace("Planes", "Ramps"), cache)
-    assert retitled[1] == {**plain[1], "tear": 0, "check": 0}
-    assert retitled[0]["pictures/map_00_Top.png"] == plain[0]["pictures/map_00_Top.png"]
+    assert results(moved, cache) == (results(moved, None)[0], {"tear": 0, "check": 1})
+    assert results(base.replace("Planes", "Ramps"), cache)[1] == {"tear": 0, "check": 0}
 
 
 def test_commands_share_a_folder(inputs, tmp_path, counts, capsys):

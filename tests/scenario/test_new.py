@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -19,11 +21,10 @@ from tests.grids import gridded
 
 
 @pytest.fixture(scope="module")
-def exports(tmp_path_factory: pytest.TempPathFactory) -> dict[str, FieldTruth]:
-    """The synthetic field in its variants."""
+def export(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], FieldTruth]:
+    """The synthetic field in one of its variants."""
     folder = tmp_path_factory.mktemp("exports")
-    variants = ("grids", "points", "network")
-    return {variant: field_export(folder / variant, variant) for variant in variants}
+    return cache(lambda variant: field_export(folder / variant, variant))
 
 
 def files_of(truth: FieldTruth) -> list[Path]:
@@ -37,13 +38,13 @@ def kinds(new: NewScenario) -> dict[str, str]:
 
 
 def test_a_field_is_recognised_and_its_volumes_are_true(
-    exports: dict[str, FieldTruth], tmp_path: Path
+    export: Callable[[str], FieldTruth], tmp_path: Path
 ) -> None:
     """Order, direction and the unit of one file follow from the files; volumes are true.
 
     The network has grids, points and all faults of the other two.
     """
-    truth = exports["network"]
+    truth = export("network")
     new = new_scenario(tmp_path / "field", list(reversed(files_of(truth))))
     assert new.runs
     found = {one.name: one for one in new.found if one.kind in ("horizon", "fault")}
@@ -117,9 +118,9 @@ def test_files_of_every_kind(tmp_path: Path) -> None:
     assert scenario.tops is not None
 
 
-def test_faults_in_feet_meet_the_horizons(exports: dict[str, FieldTruth]) -> None:
+def test_faults_in_feet_meet_the_horizons(export: Callable[[str], FieldTruth]) -> None:
     """The network is found with elevations in metres, whatever the files have."""
-    path = exports["grids"].files["F1"]
+    path = export("grids").files["F1"]
     metres = Found(path, "fault", data=gs.read_fault(path, positive="up"), positive="down")
     feet = replace(metres, length_unit="ft")
     z = [surface_of(one).vertices[:, 2] for one in (metres, feet)]
@@ -128,10 +129,10 @@ def test_faults_in_feet_meet_the_horizons(exports: dict[str, FieldTruth]) -> Non
 
 
 def test_pieces_tables_and_polygons_are_proposed_as_faults(
-    exports: dict[str, FieldTruth], tmp_path: Path
+    export: Callable[[str], FieldTruth], tmp_path: Path
 ) -> None:
     """A mesh in two pieces, points as csv; polygons only where there are no fault surfaces."""
-    truth = exports["points"]
+    truth = export("points")
     points = np.loadtxt(truth.files["Top"])[:-1]
     np.savetxt(tmp_path / "Top.csv", points, "%.2f", ",", header="X,Y,Z", comments="")
     mesh = gs.read_fault(truth.files["F3"])
@@ -151,7 +152,7 @@ def test_pieces_tables_and_polygons_are_proposed_as_faults(
     assert [(one.name, one.piece) for one in faults] == [("F3 (1)", 1), ("F3 (2)", 2)]
     assert kinds(both)["gaps.pol"] == "left out"
 
-    files = [truth.files["F3"].parent.parent / "grids" / "Top.gri", tmp_path / "gaps.pol"]
+    files = [export("grids").files["Top"], tmp_path / "gaps.pol"]
     new = new_scenario(tmp_path / "gaps", [*files, tmp_path / "again.dat"], positive="down")
     assert kinds(new)["again.dat"] == "left out"
     (asked,) = new.questions

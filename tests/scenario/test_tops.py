@@ -139,7 +139,7 @@ def in_time(tmp_path_factory):
 
 def test_a_scenario_in_time_is_the_scene_in_depth_and_its_ensemble(in_time):
     (in_time / "s.toml").write_text(TOML.format(velocity=VELOCITY))
-    scene = gs.run_scenario(in_time / "s.toml", in_time / "out")
+    scene = gs.run_scenario(in_time / "s.toml", in_time / "out", pictures=False)
     points = gs.read_points(in_time / "top.poi", positive="down", length_unit="m")
     fault = gs.read_fault(in_time / "F1.ts", positive="down", length_unit="m")
     found = points.elevation.values
@@ -168,5 +168,5 @@ def test_tops_of_a_scenario_give_its_velocities(in_time):
     velocity = '[tops]\nfile = "tops.csv"\npositive = "up"\nlength_unit = "m"\n'
     velocity += '[velocity]\nwells = "tops"\nelsewhere = 2500.0'
     (in_time / "t.toml").write_text(TOML.partition("[[uncertain]]")[0].format(velocity=velocity))
-    scene = gs.run_scenario(in_time / "t.toml", in_time / "out_t")
+    scene = gs.run_scenario(in_time / "t.toml", in_time / "out_t", pictures=False)
     np.testing.assert_allclose(scene.misfit().misfit.values, np.zeros(2), atol=1e-6)

@@ -168,7 +168,7 @@ def test_random_networks_are_not_named_where_they_are_right(family, smear):
 
 
 def test_a_scene_lists_the_throw_of_model_and_data():
-    world = gs.synthetic.torn("X", 81, smear=2)
+    world = gs.synthetic.torn("normal", 61, smear=2)
     for trim, differs in (("auto", False), (1.5, True)):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", gs.errors.GeosurfWarning)
