@@ -651,6 +651,7 @@ def tear_from(
     cutoffs = by_wall(picks, meshes, cutoffs_among(surfaces, picks.name))
     horizon = replace(_data(picks, noise, fill_empty_blocks), cutoffs=cutoffs, given=given)
     torn, moved = None, _trims_like(like, faults_moved, picks, surfaces, meshes)
+    plan_fits = plan is not None and fits(plan, picks, surfaces)
     known = plan if before is None else before
     if known is not None:  # polygons that were left out stay so
         used = {name: both for name, both in cutoffs.items() if name in known.polygons}
@@ -658,7 +659,7 @@ def tear_from(
         again = partial(close_again, use=None if moved is None else moved.use)
         how = close_as_planned if before is None else again
         torn = torn_as_planned(as_known, surfaces, known, how)
-        horizon = as_known if before is not None or fits(known, picks, surfaces) else horizon
+        horizon = as_known if before is not None or plan_fits else horizon
     searched = torn is None
     if torn is None:
         if before is not None:
@@ -666,7 +667,7 @@ def tear_from(
         else:
             trims = moved or trims_of(trim, picks, surfaces, cutoffs)
         # data that were ignored are as little trusted now
-        if plan is not None and fits(plan, picks, surfaces):
+        if plan is not None and plan_fits:
             trims = replace(trims, use=plan.use)
         torn = torn_sheet(horizon, surfaces, trims)
     closed, cuts = torn.closed, torn.cuts

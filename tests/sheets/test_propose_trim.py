@@ -13,7 +13,7 @@ from geosurf.sheets.faults.traces import mesh_in_frame
 from geosurf.sheets.heights.passes import rebuild, solver_of
 from geosurf.sheets.heights.state import BIN, Trims
 from geosurf.sheets.lattice import picks
-from geosurf.sheets.lattice.data import read_on_lattice
+from geosurf.sheets.lattice.data import read_data
 from geosurf.sheets.mesh.finish import fault_surfaces
 from tests.sheets.table import measure
 
@@ -84,7 +84,7 @@ def test_overlap_that_a_grid_cannot_show_is_said(torn_world):
 def test_the_smear_of_a_grid_ends_where_its_window_does(kind):
     """A square window of one node reaches no datum farther than the diagonal of a cell."""
     world = gs.synthetic.torn(kind, 81)
-    picks = read_on_lattice(world.horizons["Top"], "Top").picks
+    picks = read_data(world.horizons["Top"], "Top").picks
     meshes = [mesh_in_frame(fault, picks.frame) for fault in fault_surfaces(world.faults)]
     spread = rebuild(
         solver_of(picks, meshes, Trims((2.0,) * len(meshes)), noise=0.0)

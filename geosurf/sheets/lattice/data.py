@@ -194,10 +194,13 @@ def read_data(
     positive: str | None = None,
     length_unit: str | None = None,
     spacing: float | None = None,
+    *,
+    on_lattice: bool = False,
 ) -> Given:
     """Read horizon data: picks on a lattice, or scattered points.
 
-    Scattered are points that are on no lattice, or all of them if a spacing is given.
+    Scattered are points that sit on no lattice, which `on_lattice` refuses, or all points if a
+    spacing is given.
 
     Raises
     ------
@@ -214,35 +217,20 @@ def read_data(
                 "Leave it out."
             )
         return _read_grid(data, name, positive, length_unit)
-    title, points = points_of(data, name, positive, length_unit)
 
     # without a spacing, points that sit on a lattice keep it
-    picks = None if spacing is not None else _picks_on_lattice(title, points)
-    if picks is None:
-        refuse_too_few(points, f"horizon {title!r}")
-        picks = scattered(title, points, spacing or proposed_spacing(points))
-    return Given(picks, crs_of(data), are_points=True)
-
-
-def read_on_lattice(
-    data: Any, name: str | None, positive: str | None = None, length_unit: str | None = None
-) -> Given:
-    """Read horizon data on a lattice: a DataArray, a gridded TriSurface, or points that sit on one.
-
-    Raises
-    ------
-    HorizonError
-        If the data cannot be used; the message states what to do.
-    """
-    if not are_points(data):
-        return _read_grid(data, name, positive, length_unit)
     title, points = points_of(data, name, positive, length_unit)
-    picks = _picks_on_lattice(title, points)
-    if picks is None:
+    what = f"horizon {title!r}"
+    found = find_lattice(points[:, :2], what) if spacing is None else None
+    if found is not None:
+        picks = Picks(title, *found, points[:, 2])
+    elif on_lattice:
         raise HorizonError(
-            f"horizon {title!r}: the points sit on no lattice of right angles. Give a grid, or "
-            "points on one."
+            f"{what}: the points sit on no lattice of right angles. Give a grid, or points on one."
         )
+    else:
+        refuse_too_few(points, what)
+        picks = scattered(title, points, spacing or proposed_spacing(points))
     return Given(picks, crs_of(data), are_points=True)
 
 
@@ -254,7 +242,7 @@ def _read_grid(data: Any, name: str | None, positive: str | None, length_unit: s
                 f"horizon {data.name!r} is a mesh without a lattice, which cannot be torn. "
                 "Give the grid or the points that it was made from."
             )
-        picks = _picks_of_lattice(data.lattice, name or data.name)
+        picks = _picks_of_lattice(data.lattice, name_of(name, "horizon") if name else data.name)
         return Given(picks, data.crs, fewer_nodes="volume_error" in data.vertex_data)
     surface = triangulate_horizon(data, name=name, positive=positive, length_unit=length_unit)
     check_spikes(surface)
@@ -277,12 +265,6 @@ def _picks_of_lattice(lattice: Lattice, name: str) -> Picks:
         return Picks(name, frame, None, z.ravel())
     node = np.flatnonzero(present)
     return Picks(name, frame, node, z.ravel()[node])
-
-
-def _picks_on_lattice(title: str, points: np.ndarray) -> Picks | None:
-    """Picks of points (n, 3) that sit on a lattice; None if they sit on none."""
-    found = find_lattice(points[:, :2], f"horizon {title!r}")
-    return None if found is None else Picks(title, *found, points[:, 2])
 
 
 def points_of(

@@ -21,7 +21,7 @@ from geosurf.sheets.faults.traces import FaultMesh, mesh_in_frame
 from geosurf.sheets.heights.cutoffs import drawn_by_polygons, walls_at
 from geosurf.sheets.heights.passes import ignored_misfits, picks_in_gaps, single_pass, solver_of
 from geosurf.sheets.heights.state import Cutoffs, Evidence, Trims, two_nearest
-from geosurf.sheets.lattice.data import read_on_lattice
+from geosurf.sheets.lattice.data import read_data
 from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.mesh.finish import fault_surfaces
 from geosurf.sheets.mesh.tear_ends import tall
@@ -89,7 +89,7 @@ def propose_trim(
     3.5
     """
     surfaces = fault_surfaces(faults)
-    picks = read_on_lattice(data, name, positive, length_unit).picks
+    picks = read_data(data, name, positive, length_unit, on_lattice=True).picks
     seen = _seen(picks, surfaces)
     meshes = [mesh_in_frame(surface, picks.frame) for surface in surfaces]
     cutoffs = by_wall(picks, meshes, cutoffs_among(surfaces, picks.name))

@@ -24,7 +24,7 @@ from geosurf.sheets.faults.fault_profile import FAR_STEPS, Section, beyond, sect
 from geosurf.sheets.faults.fault_profile import SPARE as FAULT_SPARE
 from geosurf.sheets.faults.slip import Slip, slips_of
 from geosurf.sheets.heights.state import Heights
-from geosurf.sheets.lattice.data import read_on_lattice
+from geosurf.sheets.lattice.data import read_data
 from geosurf.sheets.lattice.picks import Frame
 from geosurf.sheets.mesh.build import SPARE, Attempts, Built, build
 from geosurf.sheets.mesh.finish import (
@@ -131,7 +131,7 @@ def throw_horizon(
     """
     # the horizon before faulting: one value per node of a lattice
     surfaces = fault_surfaces(faults)
-    read = read_on_lattice(horizon, name, positive, length_unit)
+    read = read_data(horizon, name, positive, length_unit, on_lattice=True)
     picks = read.picks
     if picks.several is not None:
         raise HorizonError(
