@@ -227,12 +227,14 @@ def grown_over(torn: Torn, triangles: Triangles, state: Heights) -> Torn:
     if widest <= SPARE:
         return torn
 
-    # each ring goes on by RING at least: so many are enough, and rings stop once none is short
+    # each ring goes on by RING at least: so many are enough, and rings stop once one adds nothing
     for _ in range(int(np.ceil((widest + SPARE) / RING))):
-        needy = _short_of_overlap(torn, state)
-        if not needy.any():
+        needy = np.flatnonzero(_short_of_overlap(torn, state))
+        longer = _grown_from(torn, triangles, torn.n_node + needy) if len(needy) else torn
+        # none is short, or those that are end at the rim of the lattice
+        if len(longer.anchor) == len(torn.anchor):
             break
-        torn = _grown_from(torn, triangles, torn.n_node + np.flatnonzero(needy))
+        torn = longer
     return torn
 
 
