@@ -229,7 +229,7 @@ def found(make):
         return type(error), str(error)
 
 
-@pytest.mark.parametrize("first", range(0, 24, 6))
+@pytest.mark.parametrize("first", [0, 6])
 def test_they_are_those_of_the_arrangement(first):
     n_fast = 0
     for seed in range(first, first + 6):
