@@ -163,7 +163,8 @@ def distances(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     ):
         along, to = q - p, points - p
         inside &= (np.cross(along, to) * normal).sum(axis=1) >= 0
-        t = np.clip((to * along).sum(axis=1) / (along * along).sum(axis=1), 0, 1)
+        size = np.maximum((along * along).sum(axis=1), TINY)
+        t = np.clip((to * along).sum(axis=1) / size, 0, 1)
         edge = np.minimum(edge, np.linalg.norm(to - t[:, None] * along, axis=1))
     return np.where(inside, height, edge)
 

@@ -47,8 +47,11 @@ Result = TypeVar("Result")
 DRAWS = 5  # of shifts, one after the other
 
 
-def unsound(contacts: Contacts, children: Children) -> np.ndarray:
-    """Faces whose children turn over or cross another triangle once rounded (exact tests)."""
+def unsound(contacts: Contacts, children: Children, moved: Sequence[np.ndarray] = ()) -> np.ndarray:
+    """Faces whose children turn over or cross another triangle once rounded (exact tests).
+
+    `moved` has vertices of each surface: children of their faces are suspects, however thick.
+    """
     if len(children.cut) == 0:
         return np.empty(0, dtype=np.int64)
 
@@ -60,7 +63,7 @@ def unsound(contacts: Contacts, children: Children) -> np.ndarray:
         bad = inverted_triangles(children.x, t, contacts.t, parent, m, w)
         if len(bad):
             return parent[bad]
-    return crossing_faces(contacts, children)
+    return crossing_faces(contacts, children, moved)
 
 
 def cut_soundly(
@@ -116,7 +119,7 @@ def cut_soundly(
                 break  # a face lost its area at this step
 
             children = cut_contacts(contacts)
-            bad = unsound(contacts, children)
+            bad = unsound(contacts, children, moved)
             if len(bad) == 0:
                 report = _moves(given, surfaces, moved)
                 return contacts, children, report, then(contacts, children)
@@ -266,9 +269,14 @@ def _refusal(contacts: Contacts, bad: np.ndarray) -> RoundingError:
 _SAFETY = 1024.0
 
 
-def crossing_faces(contacts: Contacts, children: Children) -> np.ndarray:
+def crossing_faces(
+    contacts: Contacts, children: Children, moved: Sequence[np.ndarray] = ()
+) -> np.ndarray:
     """Faces (rows of `Contacts.t`) with pieces that cross another triangle once rounded."""
     thin, near = _suspects(contacts, children)
+    if moved:  # to a grid: then corners lie in planes but for its step, far more than rounding
+        at_moved = _has_moved(contacts, moved)[children.parent]
+        thin = np.union1d(thin, np.flatnonzero(at_moved))
     if len(thin) == 0 and len(near) == 0:
         return thin
 
@@ -401,6 +409,19 @@ def shifted(places: np.ndarray, step: float, draw: int) -> np.ndarray:
     # Bits of the hash decide between -1, 0 and 1 step on each axis.
     thirds = [(one >> np.uint64(k)) % np.uint64(3) for k in (17 - 3 * draw, 31 - draw, 45 + draw)]
     return rounded(places, step) + step * (np.stack(thirds, axis=1).astype(np.float64) - 1.0)
+
+
+def _has_moved(contacts: Contacts, moved: Sequence[np.ndarray]) -> np.ndarray:
+    """Whether faces have a vertex that was moved, bool (n_face,)."""
+    ids = np.zeros(contacts.n_vertex, dtype=bool)
+    for surface, (nodes, of_node), rows in zip(
+        contacts.surfaces, contacts.nodes, moved, strict=True
+    ):
+        lattice = surface.lattice
+        vertices = nodes if lattice is None else lattice.vertex_of_node.ravel()[nodes]
+        ids[of_node[np.isin(vertices, rows)]] = True
+    found: np.ndarray = ids[contacts.t].any(axis=1)
+    return found
 
 
 def moved_surface(

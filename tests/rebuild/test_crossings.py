@@ -63,6 +63,11 @@ def test_crossings_after_rounding_are_repaired(family, number, monkeypatch):
     laws.assert_shares_vertices(patches)
 
 
+def test_children_at_moved_vertices_are_compared_however_thick_they_are():
+    """A corner is off a plane by the step of the grid: a child that is 1e-7 m thick feels it."""
+    assert check("degenerate", 2336) == ["turned"]
+
+
 @pytest.mark.parametrize("number", [0, 3, 4, 17])
 def test_what_lies_on_the_box_stays_on_it_when_inputs_are_moved(number):
     """The walls pass through the outermost vertices, which rounding to a step would take off."""
