@@ -22,7 +22,16 @@ from geosurf.carve.outside import box_of
 from geosurf.errors import InputError
 from geosurf.kernels.lattices.sets import distinct, first_rows
 from geosurf.kernels.lattices.strips import lowest_keys
-from geosurf.kernels.meshes.checks import N_SUM, copies_of_parents, sums_of_triangles
+from geosurf.kernels.meshes.checks import (
+    AREA,
+    LOWER,
+    N_SUM,
+    RISE,
+    SIDES,
+    UPPER,
+    copies_of_parents,
+    sums_of_triangles,
+)
 from geosurf.kernels.meshes.mesh import edge_keys, edges
 from geosurf.kernels.search.tree import faces_in_box, triangle_boxes
 from geosurf.model import Patches, TriSurface
@@ -146,7 +155,7 @@ class Facts:
     @cached_property
     def bounds_of_runs(self) -> np.ndarray:
         """Lower, then upper corner of each run, local, float64 (n_run, 6)."""
-        bounds = (runs.sums[:-1, 8:14] for runs in self.lattices)
+        bounds = (runs.sums[:-1, LOWER.start : UPPER.stop] for runs in self.lattices)
         return np.concatenate([np.empty((0, 6)), *bounds])
 
     @cached_property
@@ -172,10 +181,10 @@ class Facts:
         """Twice the area of each surface in the map, of what is within the bounds of the walls;
         below 0 where normals look down [m2].
         """
-        rise: np.ndarray = self._sums[:, 1, 6].copy()
+        rise: np.ndarray = self._sums[:, 1, RISE].copy()
         for of_lattice in self.lattices:
             is_within = self.within[of_lattice.runs]
-            rise[of_lattice.surface] += of_lattice.sums[:-1, 6][is_within].sum()
+            rise[of_lattice.surface] += of_lattice.sums[:-1, RISE][is_within].sum()
         return rise
 
     @cached_property
@@ -354,7 +363,7 @@ class Facts:
                 area_of_input = self._area_of(x, source.triangles)
             else:
                 in_runs, area_of_input = runs.sums[:-1], self._area_of_input(runs)
-            rim = float(listed[:, 5].sum() + in_runs[:, 5].sum())
+            rim = float(listed[:, SIDES].sum() + in_runs[:, SIDES].sum())
             areas.append((_area(np.concatenate([listed, in_runs])), area_of_input, rim))
         return areas
 
@@ -376,7 +385,7 @@ class Facts:
 
 def _area(sums: np.ndarray) -> float:
     """The area that some rows of sums have [m2]."""
-    return 0.5 * math.fsum(sums[:, 2:4].ravel().tolist())
+    return 0.5 * math.fsum(sums[:, AREA].ravel().tolist())
 
 
 def _bounds(patches: Patches) -> np.ndarray:

@@ -13,7 +13,7 @@ import numpy as np
 
 from geosurf.carve.certificate_shells import EPS, VERTICES, count_borders
 from geosurf.kernels.lattices.strips import FIRST, LAST, ROW, runs_of_keys
-from geosurf.kernels.meshes.checks import N_SUM, sums_of_runs
+from geosurf.kernels.meshes.checks import COUNT, LOWER, N_SUM, UPPER, sums_of_runs
 from geosurf.kernels.meshes.mesh import number_keys
 from geosurf.model import Lattice
 from geosurf.model.pieces import Pieces, Strips, corners_of
@@ -126,7 +126,7 @@ def read_runs(
     shared[corners[corners < lattice.n_node]] = True
 
     sums, n_node = np.zeros((n_run + 1, N_SUM)), np.zeros(n_run, dtype=np.int64)
-    sums[:, 8:11], sums[:, 11:14] = np.inf, -np.inf
+    sums[:, LOWER], sums[:, UPPER] = np.inf, -np.inf
     free, listed = np.zeros((2, max(n_row - 1, 0), 2 * max(n_col - 1, 0)), dtype=bool)
     borders = [np.empty(0, dtype=np.int64)]
     for low, high in _ranges_of_rows(lattice.shape):
@@ -143,7 +143,7 @@ def read_runs(
         n_node += _count_nodes(with_row_before, ~marks, lattice.rising, rows, n_run)
         pairs = _borders(with_row_before, ~marks, lattice.rising, rows)
         borders.append(pairs @ [n_run + 1, 1] + n_run + 2)
-    if not np.isfinite(sums[:-1]).all() or (sums[:-1, 7] != lengths_of(strips)).any():
+    if not np.isfinite(sums[:-1]).all() or (sums[:-1, COUNT] != lengths_of(strips)).any():
         return None
     keys_of_pairs, number = number_keys(np.concatenate(borders))
     first, second = np.divmod(keys_of_pairs, n_run + 1)

@@ -11,6 +11,7 @@ import numpy as np
 from geosurf.carve.measures import doubtful_volume, exact_volume
 from geosurf.carve.outside import box_of
 from geosurf.kernels.lattices.sets import first_rows
+from geosurf.kernels.meshes.checks import AREA, COUNT, PRODUCTS, VOLUME
 from geosurf.kernels.meshes.mesh import first_seen, number_keys, weld
 from geosurf.model import Patches, Unit, Units
 from geosurf.model.patches import corner_keys
@@ -145,14 +146,14 @@ def sizes_of(
     for k, name in enumerate(units):
         mine = row[first[k] : first[k + 1]]
         way = np.where(sides[mine, 1] == k, 1.0, -1.0)
-        volume = math.fsum((way[:, None] * sums[mine, :2]).ravel().tolist()) / 6.0
-        area = 0.5 * math.fsum(sums[mine, 2:4].ravel().tolist())
+        volume = math.fsum((way[:, None] * sums[mine, VOLUME]).ravel().tolist()) / 6.0
+        area = 0.5 * math.fsum(sums[mine, AREA].ravel().tolist())
 
         # sums of prisms are good to a part of the whole box; volumes near that error are exact
         if volume <= small:
             x = corners_of(k).reshape(-1, 3)
             volume = exact_volume(x, np.arange(len(x)).reshape(-1, 3))
-        products, n = sums[mine, 4].sum(), int(sums[mine, 7].sum())
+        products, n = sums[mine, PRODUCTS].sum(), int(sums[mine, COUNT].sum())
         found[name] = Size(volume, area, 16 * EPS * float(products), n)
     return found
 

@@ -18,7 +18,10 @@ from geosurf.kernels.compile.jit import entry, scalar
 from geosurf.kernels.lattices.strips import load
 from geosurf.kernels.search.tree import RISING, TURNED
 
-N_SUM = 14  # columns of sums
+# columns of sums: see `_add_sums`
+VOLUME, AREA, PRODUCTS, SIDES, RISE, COUNT = slice(0, 2), slice(2, 4), 4, 5, 6, 7
+LOWER, UPPER = slice(8, 11), slice(11, 14)
+N_SUM = 14
 
 
 @scalar
