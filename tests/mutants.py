@@ -65,6 +65,7 @@ MUTANTS = (
     Mutant("carve", "if abs(math.fsum(parts) - unit.volume) > slack:", "if False:", "tests/carve"),
     Mutant("measure", "(upper.zone, upper.block) == (lower.zone, lower.block)", "upper.zone == lower.zone", "tests/measure"),
     # ---- arrangement, curves, rebuilt surfaces
+    Mutant("rebuild", "thin = np.union1d(thin, np.flatnonzero(at_moved))", "pass", "tests/rebuild/test_crossings.py"),
     Mutant("rebuild", "if len(thin) == 0 and len(near) == 0:", "if len(thin) == 0:", "tests/rebuild"),
     Mutant("arrangement", "for j in range(i, n) if i < j or with_itself[i]]", "for j in range(i, n) if i < j]", "tests/arrangement tests/intersect tests/scene"),
     Mutant("kernels/search", "change = -uy * push[0]", "change = uy * push[0]", "tests/measure/test_thickness.py"),
@@ -82,6 +83,7 @@ MUTANTS = (
     Mutant("faults", 'return 1 if keep == "+" else -1', 'return -1 if keep == "+" else 1', "tests/faults"),
     Mutant("faults", "front = c_before_b == (way_m[a] > 0)", "front = c_before_b != (way_m[a] > 0)", "tests/faults"),
     Mutant("faults", "ready = [f for f in left if not any(r.main in left for r in rules[f])]", "ready = list(left)", "tests/faults tests/scene"),
+    Mutant("faults", "is_own |= apart and gone == 0.0", "pass", "tests/faults/test_extend.py"),
     # ---- ensembles
     Mutant("ensemble", 'n = int((self.group["status"][:] == 1).sum())', 'n = int((self.group["status"][:] != 0).sum())', "tests/ensemble/test_results.py"),
     Mutant("ensemble", "variance = (total[1] - n * mean * mean) / max(n - 1, 1)", "variance = (total[1] - n * mean * mean) / max(n, 1)", "tests/ensemble"),

@@ -139,6 +139,7 @@ def test_data_that_cannot_be_torn(world):
         (points, r"1 points are not finite, the first is point 7"),
         (scattered, r"1 of \d+ points lie off the lattice.*0\.36 cells off"),
         (np.arange(4.0), r"points have shape \(4,\), expected numbers \(n, 3\)"),
+        ((np.zeros((4, 3)), np.zeros((2, 3), int)), "arrays of several shapes"),
     ):
         refused(HorizonError, words, gs.tear_horizon, data, world.faults, positive="up")
 

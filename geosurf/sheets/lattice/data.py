@@ -290,7 +290,13 @@ def points_of(
         length_unit = first_given(length_unit, attrs.get("units"), "m")
         points = points_in(data)
     else:
-        points = np.asarray(data)
+        try:
+            points = np.asarray(data)
+        except ValueError as error:  # rows of several lengths, such as vertices and triangles
+            raise HorizonError(
+                f"{what}: a {type(data).__name__} of arrays of several shapes is no array of "
+                "points. Give points (n, 3), or a grid."
+            ) from error
         length_unit = first_given(length_unit, "m")
     if points.ndim != 2 or points.shape[1] != 3 or points.dtype.kind not in "fiu":
         raise HorizonError(
