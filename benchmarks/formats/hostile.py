@@ -17,8 +17,9 @@ import xarray as xr
 import geosurf as gs
 from benchmarks.formats.round_trips import read_back, reader
 from benchmarks.formats.subjects import CRS, difference, places
+from geosurf.conventions.axes import COORDINATES
 from geosurf.errors import GeosurfError
-from geosurf.write import AXES, WRITERS
+from geosurf.write import WRITERS
 from geosurf.write.written import SMALLEST
 
 ROUNDING = 1e-9  # of a coordinate: what float64 loses where steps follow from corners
@@ -117,7 +118,10 @@ def hostile_points() -> Iterator[tuple[str, Any]]:
     """Points that end files, are nowhere, or are named oddly."""
 
     def cloud(place: Any, **more: Any) -> Any:
-        data = {axis: ("point", np.array(place, dtype=float)[:, k]) for k, axis in enumerate(AXES)}
+        data = {
+            axis: ("point", np.array(place, dtype=float)[:, k])
+            for k, axis in enumerate(COORDINATES)
+        }
         return xr.Dataset(data | {key: ("point", value) for key, value in more.items()})
 
     yield "one point", cloud([[1, 2, 3]])

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 import geosurf as gs
-from geosurf.write import AXES
+from geosurf.conventions.axes import COORDINATES
 
 CRS = "EPSG:23031"
 UPRIGHT = (".zmap", ".zmp", ".cps3", ".cps", ".asc")  # formats without rotation
@@ -53,7 +53,7 @@ def points_of(n: int) -> xr.Dataset:
     """Scattered points with a column of words."""
     rng = np.random.default_rng(3)
     place = np.array([*ORIGIN, -1700.0]) + rng.normal(0, 1000, (n, 3))
-    data = {axis: ("point", place[:, k]) for k, axis in enumerate(AXES)}
+    data = {axis: ("point", place[:, k]) for k, axis in enumerate(COORDINATES)}
     return xr.Dataset(data | {"pick": ("point", [f"P{k}" for k in range(n)])}, attrs={"crs": CRS})
 
 
@@ -113,7 +113,7 @@ def places(kind: str, obj: Any) -> np.ndarray | None:
     if kind == "Curves":
         return np.asarray(obj.points)
     if kind in ("Dataset of points", "DataFrame", "Dataset of lines"):
-        return np.column_stack([np.asarray(obj[axis]) for axis in AXES])
+        return np.column_stack([np.asarray(obj[axis]) for axis in COORDINATES])
     if kind == "FaultSticks":
         return np.concatenate(obj.sticks)
     return np.concatenate(obj) if kind == "list of lines" else None

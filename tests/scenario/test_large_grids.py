@@ -16,7 +16,7 @@ from geosurf.scenario import output, read_scenario, run
 from geosurf.scene import scene as scenes
 from geosurf.scene.result_cache import ResultCache
 from geosurf.sheets import tear
-from geosurf.triangulate import stored
+from geosurf.triangulate import grids as grids_room
 from tests.planes import INPUTS, scenario_tables
 
 pytest.importorskip("zarr")
@@ -63,7 +63,7 @@ def test_law_a_run_has_the_results_of_grids_in_memory(path, tmp_path, monkeypatc
     gs.run_scenario(path, tmp_path / "memory")
     monkeypatch.setattr(netcdf, "LARGE", 100)  # grids of more than 100 nodes are large
     monkeypatch.setattr(netcdf, "PART", 8)
-    monkeypatch.setattr(stored, "BAND", 100)
+    monkeypatch.setattr(grids_room, "BAND", 100)
     gs.run_scenario(path, tmp_path / "store")
     one, two = (
         {

@@ -8,7 +8,8 @@ import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import HorizonError
-from geosurf.triangulate import decimate, stored
+from geosurf.triangulate import decimate
+from geosurf.triangulate import grids as grids_room
 from tests.messages import refused
 from tests.scene.conftest import FAULT, waves
 
@@ -20,14 +21,14 @@ BOX = (10, 190, 10, 190, -300, 0)
 
 @pytest.fixture(autouse=True)
 def _small(monkeypatch):
-    monkeypatch.setattr(stored, "BAND", 700)
+    monkeypatch.setattr(grids_room, "BAND", 700)
     monkeypatch.setattr(decimate, "ENOUGH", 100)
 
 
 @pytest.fixture
 def full(monkeypatch):
     """Memory holds 60 000 bytes, which is 3750 nodes."""
-    monkeypatch.setattr(stored, "free_memory", lambda: 60_000)
+    monkeypatch.setattr(grids_room, "free_memory", lambda: 60_000)
 
 
 def grid_of(z, chunks=None, way=(1, 1)):
@@ -52,10 +53,10 @@ def test_law_what_fits_is_read_as_if_it_had_been_in_memory(tmp_path, lazy, rotat
     if lazy == "zarr":
         opened.rename("Top").to_dataset().to_zarr(tmp_path / "top.zarr", consolidated=False)
         opened = xr.open_zarr(tmp_path / "top.zarr", consolidated=False, chunks=None).Top
-    assert stored.is_stored(opened)
-    assert not stored.is_stored(grid)
+    assert grids_room.is_stored(opened)
+    assert not grids_room.is_stored(grid)
     one, two = (gs.triangulate_horizon(of, name="Top") for of in (grid, opened))
-    assert stored.is_stored(opened)  # the array of the user is as it was
+    assert grids_room.is_stored(opened)  # the array of the user is as it was
     assert one.vertices.tobytes() == two.vertices.tobytes()
     assert one.triangles.tobytes() == two.triangles.tobytes()
     scenes = [gs.Scene({"Top": of}) for of in (grid, opened)]
@@ -106,7 +107,7 @@ def test_of_an_area_only_its_part_is_read(full, rotated, monkeypatch):
         at = {"easting": (("j", "i"), east - north), "northing": (("j", "i"), east + north)}
         grid = xr.DataArray(grid.values, dims=("j", "i"), coords=at, attrs=grid.attrs)
         area = area @ np.array([[1.0, 1.0], [-1.0, 1.0]])
-        monkeypatch.setattr(stored, "free_memory", lambda: 400_000)
+        monkeypatch.setattr(grids_room, "free_memory", lambda: 400_000)
     (west, south), (east, north) = area.min(axis=0), area.max(axis=0)
     box = west, east, south, north, -300.0, 0.0
     for how in ({"aoi": area}, {}):
