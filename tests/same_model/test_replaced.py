@@ -25,7 +25,7 @@ AREA = [(WEST + 200, SOUTH + 100), (EAST - 300, SOUTH + 200), (EAST - 100, NORTH
 
 @pytest.fixture(autouse=True)
 def _few_nodes_are_enough(monkeypatch):
-    monkeypatch.setattr(decimate, "ENOUGH", 100)  # of a tolerance
+    monkeypatch.setattr(decimate, "LEAST_NODES", 100)  # of a tolerance
 
 
 def coarse(horizons: dict[str, xr.DataArray]) -> dict[str, xr.DataArray]:

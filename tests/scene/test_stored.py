@@ -22,7 +22,7 @@ BOX = (10, 190, 10, 190, -300, 0)
 @pytest.fixture(autouse=True)
 def _small(monkeypatch):
     monkeypatch.setattr(grids_room, "BAND", 700)
-    monkeypatch.setattr(decimate, "ENOUGH", 100)
+    monkeypatch.setattr(decimate, "LEAST_NODES", 100)
 
 
 @pytest.fixture
