@@ -120,7 +120,7 @@ def test_workers_of_long_ensembles_start_with_the_base_case_and_end_with_the_cal
     monkeypatch.setattr(Plan, "start", long)
     if not sent:  # threads do not need it
         monkeypatch.setattr(on_dask, "dumps", unsent)
-        monkeypatch.setattr(on_dask, "_CODE", "input()")  # the process has nothing to do
+        monkeypatch.setattr(on_dask, "_CODE_OF_WORKER", "input()")  # the process has nothing to do
     run(store=tmp_path / "e.zarr", workers=2)
     assert bytes_of(tmp_path / "e.zarr") == truth
     assert (before, len(started)) == ([1], 1)  # this process is the second worker

@@ -232,7 +232,7 @@ def grown_over(torn: Torn, triangles: Triangles, state: Heights) -> Torn:
         needy = np.flatnonzero(_short_of_overlap(torn, state))
         longer = _grown_from(torn, triangles, torn.n_node + needy) if len(needy) else torn
         # none is short, or those that are end at the rim of the lattice
-        if len(longer.anchor) == len(torn.anchor):
+        if len(longer.corners) == len(torn.corners):
             break
         torn = longer
     return torn
