@@ -262,7 +262,7 @@ def read_xyz(path: Path, request: Request) -> xr.Dataset:
     table = read_table(path, request.columns, request.decimal, (WELL, MEASURED), ("well", "md"))
     points = _without_end(path, table)
     x, y, z = points.T
-    if len(z) and np.median(np.abs(scale * z)) > HIGHEST:
+    if len(z) and NORTHINGS[0] < np.median(np.abs(scale * z)) < NORTHINGS[1]:
         raise FormatError(
             f"{path}: z is around {np.median(z):.0f}, so these columns are not x, y and z. Name "
             "those, by number or header: columns=[2, 3, 1]."
@@ -284,7 +284,7 @@ def read_xyz(path: Path, request: Request) -> xr.Dataset:
     return points_dataset(np.column_stack([x, y, scale * z + 0.0]), path.name, others=others)
 
 
-HIGHEST = 1e6  # of elevations [m]: northings are larger
+NORTHINGS = (1e6, 1e8)  # in size [m]: no elevation is so high
 FEWEST = 3  # points of an object: more values than that are measurements
 OBJECT_COLUMNS = ("feature_name", "formation", "horizon", "surface", "val", "name")
 
