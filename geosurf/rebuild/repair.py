@@ -417,9 +417,12 @@ def _has_moved(contacts: Contacts, moved: Sequence[np.ndarray]) -> np.ndarray:
     for surface, (nodes, of_node), rows in zip(
         contacts.surfaces, contacts.nodes, moved, strict=True
     ):
-        lattice = surface.lattice
+        lattice, first = surface.lattice, first_of_equals(surface)
         vertices = nodes if lattice is None else lattice.vertex_of_node.ravel()[nodes]
-        ids[of_node[np.isin(vertices, rows)]] = True
+        known = np.isin(vertices, rows)
+        if first is not None:  # of copies, which move together, the first is listed
+            known |= np.isin(first[vertices], rows)
+        ids[of_node[known]] = True
     found: np.ndarray = ids[contacts.t].any(axis=1)
     return found
 
