@@ -105,7 +105,7 @@ def _pairs_of_trees(
 def all_pairs(
     search: Callable[[np.ndarray], tuple[int, int]], room: int = ROOM
 ) -> tuple[np.ndarray, dict[str, int]]:
-    """Pairs that a kernel finds, and what they cost; TooManyPairs if there is no room for them."""
+    """Pairs that a kernel finds, and what they cost; TooManyPairs if memory cannot hold them."""
     # The search counts on when `pairs` is full, so a second call has enough room.
     pairs = np.empty((room, 2), dtype=np.int64)
     while True:

@@ -298,16 +298,18 @@ def several_objects(text: str) -> str:
     >>> several_objects("X,Y,Z,val\n" + 3 * "0,0,1,60\n" + 3 * "0,9,2,250\n")
     "its column 'val' has 2 values: write one file for each object"
     """
-    header, *lines = text.lstrip().split("\n")
+    header, _, body = text.lstrip().partition("\n")
     names = [word.strip().strip('"').lower() for word in header.split(",")]
-    for column in OBJECT_COLUMNS:
-        if column in names and {"x", "easting", "x_utme"} & set(names):
-            k = names.index(column)
-            rows = [line.split(",") for line in lines if line.strip()]
-            values = {row[k] for row in rows if len(row) > k and row[k].strip()}
-            if 1 < len(values) <= len(rows) / FEWEST:
-                n = len(values)
-                return f"its column {column!r} has {n} values: write one file for each object"
+    columns = [column for column in OBJECT_COLUMNS if column in names]
+    if not columns or not {"x", "easting", "x_utme"} & set(names):
+        return ""
+    rows = [line.split(",") for line in body.split("\n") if line.strip()]
+    for column in columns:
+        k = names.index(column)
+        values = {row[k] for row in rows if len(row) > k and row[k].strip()}
+        if 1 < len(values) <= len(rows) / FEWEST:
+            n = len(values)
+            return f"its column {column!r} has {n} values: write one file for each object"
     return ""
 
 

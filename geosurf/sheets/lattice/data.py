@@ -294,8 +294,8 @@ def points_of(
             points = np.asarray(data)
         except ValueError as error:  # rows of several lengths, such as vertices and triangles
             raise HorizonError(
-                f"{what}: a {type(data).__name__} of arrays of several shapes is no array of "
-                "points. Give points (n, 3), or a grid."
+                f"{what}: found a {type(data).__name__} with arrays of several shapes, expected "
+                "points (n, 3). Give those, or a grid."
             ) from error
         length_unit = first_given(length_unit, "m")
     if points.ndim != 2 or points.shape[1] != 3 or points.dtype.kind not in "fiu":

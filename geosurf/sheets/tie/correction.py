@@ -315,7 +315,7 @@ def _across(p: np.ndarray, faces: np.ndarray, far: np.ndarray) -> tuple[np.ndarr
 def _through(
     a: np.ndarray, b: np.ndarray, c: np.ndarray, far_a: np.ndarray, far_b: np.ndarray
 ) -> np.ndarray:
-    """Distance of c by a straight line that crosses ab; infinite where there is no such line."""
+    """Distance of c by a straight line that crosses ab; infinite where none does."""
     base = b - a
     length = np.hypot(*base.T)
 
