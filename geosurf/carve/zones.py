@@ -18,7 +18,8 @@ import numpy as np
 
 from geosurf.carve.cells import Cells
 from geosurf.carve.outside import box_of
-from geosurf.conventions import METRES_PER_UNIT, grouped
+from geosurf.conventions import grouped
+from geosurf.conventions.axes import FOOT
 from geosurf.errors import GeometryError
 from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.meshes.mesh import join_pairs
@@ -26,7 +27,6 @@ from geosurf.model import Patches, TriSurface
 from geosurf.model.surfaces import Sector
 
 ABOVE, BELOW, UNKNOWN = 1, -1, 0
-FOOT = METRES_PER_UNIT["ft"]
 
 
 def faces_between(cells: Cells) -> np.ndarray:

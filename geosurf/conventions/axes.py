@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any
@@ -177,6 +177,56 @@ def metres_of(part: Any, what: str) -> np.ndarray:
         raise InputError(
             f"{what} has values of dtype {part.dtype}, expected metres. Convert them to float."
         ) from error
+
+
+# ---- feet taken for metres ----------------------------------------
+# Horizons of one field have much the same shape: where one has three times the relief of another,
+# its heights are probably in feet.
+
+
+FOOT = METRES_PER_UNIT["ft"]
+RELIEF_IN_FEET = (2.6, 4.0)  # ratio of reliefs that a foot taken for a metre explains
+ALIKE = 0.9  # correlation from which one horizon follows another
+CELLS = 40  # along each side of the rectangle that horizons are compared in
+FEWEST_CELLS = 10
+
+
+def cell_means(points: np.ndarray, frame: tuple[float, float, float, float]) -> np.ndarray:
+    """Mean z in each cell of a frame (west, south, width, height); NaN in cells without points."""
+    west, south, width, height = frame
+    # Points on the last rim belong to the last cell.
+    column = np.clip((points[:, 0] - west) / width * CELLS, 0, CELLS - 1).astype(np.int64)
+    row = np.clip((points[:, 1] - south) / height * CELLS, 0, CELLS - 1).astype(np.int64)
+    at = row * CELLS + column
+    count = np.bincount(at, minlength=CELLS * CELLS)
+    total = np.bincount(at, weights=points[:, 2], minlength=CELLS * CELLS)
+    # Empty cells are NaN, so that comparisons leave them out.
+    return np.where(count > 0, total / np.maximum(count, 1), np.nan)
+
+
+def frame_around(clouds: Sequence[np.ndarray]) -> tuple[float, float, float, float]:
+    """West, south, width and height around points."""
+    low = np.min([p[:, :2].min(axis=0) for p in clouds], axis=0)
+    high = np.max([p[:, :2].max(axis=0) for p in clouds], axis=0)
+    # A line of points still gets cells.
+    width, height = np.maximum(high - low, 1.0)
+    return float(low[0]), float(low[1]), float(width), float(height)
+
+
+def relief_in_feet(means: np.ndarray, others: Iterable[np.ndarray]) -> float:
+    """How many times larger the relief of a horizon is than that of another one of the same shape,
+    0 if not as feet are. Of both: `cell_means`.
+    """
+    for other in others:
+        both = np.isfinite(means) & np.isfinite(other)
+        # Too few shared cells, or a flat horizon, tell nothing about relief.
+        if both.sum() < FEWEST_CELLS or not np.ptp(means[both]) or not np.ptp(other[both]):
+            continue
+        ratio = np.std(means[both]) / np.std(other[both])
+        low, high = RELIEF_IN_FEET
+        if low < ratio < high and abs(np.corrcoef(means[both], other[both])[0, 1]) > ALIKE:
+            return float(ratio)
+    return 0.0
 
 
 # ---- column names ----------------------------------------

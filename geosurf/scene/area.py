@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
+from itertools import permutations
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from geosurf.conventions import (
     place,
     shift_is_exact,
 )
+from geosurf.conventions.axes import cell_means, frame_around, relief_in_feet
 from geosurf.conventions.checks import crs_of_foreign
 from geosurf.conventions.crs import crs_of, refuse_other_crs, warn_of_unclear_crs
 from geosurf.conventions.text import volume_text
@@ -46,6 +48,7 @@ from geosurf.warning import issue, warn
 
 ENOUGH = 0.99  # of what all horizons cover: a default area with less is worth a warning
 MUCH = 0.9  # of one horizon: the same
+DEEPER = (2.6, 6.6)  # times: down to twice as deep as the other one, once in metres
 
 
 def default_area(horizons: Sequence[TriSurface], memory: Memory) -> SharedArea | None:
@@ -527,9 +530,13 @@ def _of_file(path: Path) -> str | None:
 
 
 def warn_of_inputs(
-    inputs: SceneInputs, memory: Memory, read: InputSurfaces, tops: Tops | None
+    inputs: SceneInputs,
+    memory: Memory,
+    read: InputSurfaces,
+    horizons: Sequence[TriSurface],
+    tops: Tops | None,
 ) -> None:
-    """Warn of reference systems, names of tops and torn horizons that look wrong.
+    """Warn of reference systems, feet, names of tops and torn horizons that look wrong.
 
     Parameters
     ----------
@@ -538,6 +545,7 @@ def warn_of_inputs(
         Keeps the warnings.
     read : InputSurfaces
         All surfaces have been read.
+    horizons : sequence of TriSurface
     tops : Tops or None
     """
     # a reference system that some inputs declare, and others do not
@@ -548,6 +556,10 @@ def warn_of_inputs(
     # one file under two names
     rules = (*inputs.rules, *inputs.horizon_rules)
     memory.warn(*warnings_of_repeats(map(read.fault, inputs.faults), rules))
+
+    # heights that are probably feet
+    if inputs.time is None:
+        memory.warn(*warnings_of_feet(horizons))
 
     # tops of horizons that the scene does not have
     if tops is not None:
@@ -593,6 +605,39 @@ def warnings_of_repeats(
             found.append(_warning(same[0].name, fault.name))
         alike.append(fault)
     return found
+
+
+def warnings_of_feet(horizons: Sequence[TriSurface]) -> list[GeosurfWarning]:
+    """Warn of horizons that have three times the depth and relief of another of the same shape."""
+    level = [sum(horizon.bounds[4:]) / 2 for horizon in horizons]
+    # depths are known without a look at the nodes, and tell nearly all horizons apart
+    pairs = [
+        (deep, k)
+        for deep, k in permutations(range(len(level)), 2)
+        if DEEPER[0] * abs(level[k]) < level[deep] * np.sign(level[k]) < DEEPER[1] * abs(level[k])
+    ]
+    rows = sorted({row for pair in pairs for row in pair})
+    points = {row: horizons[row].vertices for row in rows}
+    frame = frame_around(list(points.values())) if rows else (0, 0, 1, 1)
+    means = {row: cell_means(points[row], frame) for row in rows}
+    found = {}
+    for deep, k in pairs:
+        ratio = relief_in_feet(means[deep], [means[k]])
+        if ratio:
+            found[deep] = _looks_like_feet(horizons[deep], horizons[k], ratio)
+    return [*found.values()]
+
+
+def _looks_like_feet(deep: TriSurface, other: TriSurface, ratio: float) -> GeosurfWarning:
+    middle, level = (sum(horizon.bounds[4:]) / 2 for horizon in (deep, other))
+    return GeosurfWarning(
+        "feet",
+        deep.name,
+        f"Horizon {deep.name!r} looks like feet taken for metres: it is at {middle:.0f} m, "
+        f"{other.name!r} at {level:.0f} m, with the same shape and {ratio:.1f} times the relief.",
+        "If so, state length_unit='ft' for it: gs.read_horizon(file, length_unit='ft'), or in "
+        "[[horizons]] of a scenario.",
+    )
 
 
 def _listed_triangles(fault: TriSurface) -> np.ndarray:

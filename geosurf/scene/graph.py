@@ -647,7 +647,8 @@ class Graph:
             if lies_beside(self.whole(name), self.box):
                 self._warn_of_outside(name)
         self.memory.warn(*warnings_of_rims(map(self.whole, self.inputs.faults), self.box, self.aoi))
-        warn_of_inputs(self.inputs, self.memory, self.read, self.tops)
+        horizons = [self.surface(name) for name in self.inputs.horizons]
+        warn_of_inputs(self.inputs, self.memory, self.read, horizons, self.tops)
         for horizon in self._lattices():
             if getattr(self.inputs.horizons[horizon.name], "mesh", None) is not None:
                 continue  # it is pinched out: its sheet warns of that

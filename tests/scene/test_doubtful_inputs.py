@@ -9,6 +9,7 @@ import geosurf as gs
 from geosurf.errors import HorizonError
 from geosurf.model import Lattice, TriSurface
 from geosurf.triangulate.spikes import check_spikes
+from geosurf.warning import silenced
 from tests.grids import gridded
 from tests.scene.conftest import level, upright
 from tests.strategies import BOX
@@ -187,3 +188,26 @@ def test_the_same_triangles_in_another_order_are_warned_of():
 def test_a_fault_a_little_beside_is_another():
     scene = scene_with(lambda one: again(one, np.spacing(2.0)))
     assert not [one for one in scene.warnings if one.kind == "same fault"]
+
+
+# ---- Feet taken for metres are warned of; deep horizons, or those with much relief, are not.
+def dome_at(level, height, unit=1.0, shape=np.cos):
+    x = np.linspace(-1.5, 1.5, 41)
+    return horizon((level + height * shape(x) * shape(1.2 * x[:, None])) / unit)
+
+
+@pytest.mark.parametrize(
+    ("base", "warned"),
+    [
+        (dome_at(-1600.0, 70.0, 0.3048), ["B"]),
+        (dome_at(-1600.0, 70.0), []),
+        (dome_at(-5000.0, 60.0), []),  # deep, with the relief of the other
+        (dome_at(-5000.0, 200.0, shape=np.sin), []),  # deep, with another shape
+        (dome_at(-1600.0, 200.0), []),  # much relief alone: growth over a dome
+    ],
+)
+def test_feet_taken_for_metres_are_warned_of(base, warned):
+    scene = gs.Scene({"A": dome_at(-1500.0, 60.0), "B": base}, {})
+    with silenced():
+        len(scene.units)
+    assert [one.subject for one in scene.warnings if one.kind == "feet"] == warned

@@ -11,16 +11,16 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import METRES_PER_UNIT, counted
+from geosurf.conventions.axes import FEWEST_CELLS, FOOT, cell_means, frame_around, relief_in_feet
 
 # ---- found ----------------------------------------
 # What one file holds, and what is made of it.
 
 
 # ---- shape ----------------------------------------
-# Dip of points and triangles, and mean elevations of the cells of a coarse grid.
+# Dip of points and triangles.
 
 
-CELLS = 40  # along each axis of the area
 MOST_POINTS = 4000  # that a plane is fitted to
 
 
@@ -52,28 +52,6 @@ def mean_dip(vertices: np.ndarray, triangles: np.ndarray) -> float:
     area = np.linalg.norm(normal, axis=1)
     level = np.abs(normal[:, 2]).sum() / max(area.sum(), np.finfo(float).tiny)
     return float(np.degrees(np.arccos(min(level, 1.0))))
-
-
-def cell_means(points: np.ndarray, frame: tuple[float, float, float, float]) -> np.ndarray:
-    """Mean z in each cell of a frame (west, south, width, height); NaN in cells without points."""
-    west, south, width, height = frame
-    # Points on the last rim belong to the last cell.
-    column = np.clip((points[:, 0] - west) / width * CELLS, 0, CELLS - 1).astype(np.int64)
-    row = np.clip((points[:, 1] - south) / height * CELLS, 0, CELLS - 1).astype(np.int64)
-    at = row * CELLS + column
-    count = np.bincount(at, minlength=CELLS * CELLS)
-    total = np.bincount(at, weights=points[:, 2], minlength=CELLS * CELLS)
-    # Empty cells are NaN, so that comparisons leave them out.
-    return np.where(count > 0, total / np.maximum(count, 1), np.nan)
-
-
-def frame_of(clouds: list[np.ndarray]) -> tuple[float, float, float, float]:
-    """West, south, width and height around points."""
-    low = np.min([p[:, :2].min(axis=0) for p in clouds], axis=0)
-    high = np.max([p[:, :2].max(axis=0) for p in clouds], axis=0)
-    # A line of points still gets cells.
-    width, height = np.maximum(high - low, 1.0)
-    return float(low[0]), float(low[1]), float(width), float(height)
 
 
 def overlap_in_map(a: np.ndarray, b: np.ndarray) -> bool:
@@ -183,10 +161,6 @@ def name_from(path: Path) -> str:
     return " ".join((name or path.stem).split())
 
 
-FOOT = METRES_PER_UNIT["ft"]
-FEET = (2.6, 4.0)  # ratio of reliefs that a foot taken for a metre explains
-ALIKE = 0.9  # correlation from which one horizon follows another
-FEWEST_CELLS = 10
 SAME = 1.0  # [m]: horizons nearer than this in most cells are one
 # Words of names, not parts of words: "stop" and "database" do not name the top or base of a zone.
 UPPER = re.compile(r"(?:^|[^a-z])top|[a-z]top(?:[^a-z]|$)", re.IGNORECASE)
@@ -320,7 +294,7 @@ def _coincide(a: np.ndarray, b: np.ndarray) -> bool:
 def nearest_horizon(ready: Ready, polygons: Found) -> str:
     """Name of the horizon whose elevations are those of some polygons."""
     horizons = ready.of("horizon")
-    frame = frame_of([one.elevations for one in horizons])
+    frame = frame_around([one.elevations for one in horizons])
     at = cell_means(polygons.elevations, frame)
 
     def away(one: Found) -> float:
@@ -380,7 +354,7 @@ def _by_names(silent: list[Found]) -> tuple[str | None, str]:
     if len(horizons) < 2:
         return None, ""
     # Without a direction z itself is compared: only its trend from top to base matters.
-    frame = frame_of([one.points for one in horizons])
+    frame = frame_around([one.points for one in horizons])
     means = {id(one): cell_means(one.points, frame) for one in horizons}
     pairs = [
         (top, base)
@@ -465,7 +439,7 @@ def _state_units(ready: Ready, answers: Answers) -> None:
     # Relief can only be compared with that of another horizon.
     if len(horizons) < 2:
         return
-    frame = frame_of([one.points for one in horizons])
+    frame = frame_around([one.points for one in horizons])
     means = {id(one): cell_means(one.points, frame) for one in horizons}
     verdicts = {
         id(one): _feet(one, [o for o in horizons if o is not one], means, ready)
@@ -489,17 +463,7 @@ def _feet(
     one: Found, others: list[Found], means: dict[int, np.ndarray], ready: Ready
 ) -> tuple[float, bool]:
     """How much larger its relief is than that of others, 0 if not as feet are; and its position."""
-    found = 0.0
-    for other in others:
-        a, b = means[id(one)], means[id(other)]
-        both = np.isfinite(a) & np.isfinite(b)
-        # Too few shared cells, or a flat horizon, tell nothing about relief.
-        if both.sum() < FEWEST_CELLS or not np.ptp(a[both]) or not np.ptp(b[both]):
-            continue
-        ratio = np.std(a[both]) / np.std(b[both])
-        # A ratio near 3.28 counts only where both horizons have the same shape.
-        if FEET[0] < ratio < FEET[1] and abs(np.corrcoef(a[both], b[both])[0, 1]) > ALIKE:
-            found = float(ratio)
+    relief = relief_in_feet(means[id(one)], (means[id(other)] for other in others))
 
     # faults reach the horizons that they cut: in feet, not in metres
     bounds = ready.of("fault") or others
@@ -507,13 +471,13 @@ def _feet(
     margin = np.ptp(z)
     middle = abs(float(np.median(one.points[:, 2])))
     low, high = z.min() - margin, z.max() + margin
-    return found, bool(low < middle * FOOT < high and not low < middle < high)
+    return relief, bool(low < middle * FOOT < high and not low < middle < high)
 
 
 # ---------------------------------------------------------------------- order and names
 def _means(ready: Ready) -> dict[int, np.ndarray]:
     horizons = ready.of("horizon")
-    frame = frame_of([one.elevations for one in horizons])
+    frame = frame_around([one.elevations for one in horizons])
     return {id(one): cell_means(one.elevations, frame) for one in horizons}
 
 
