@@ -242,7 +242,7 @@ def fluids_in_place(
     Raises
     ------
     InputError
-        If a unit has no value, or no fluid, or a map does not cover it.
+        If a unit of the reservoir has no value or fluid, or a map does not cover a unit.
     """
     check_system(system)
     rule = fluids_rule(fluids)
@@ -286,28 +286,44 @@ def _words_of(unit: Unit) -> set[str]:
 def amounts_of(
     units: Units, factors: Sequence[Factor], rule: Factor, system: str
 ) -> tuple[list[str], np.ndarray]:
-    """Return the fluid of each unit, and its columns, see `columns_of`: (n_unit, n_column)."""
+    """Return the fluid of each unit, and its columns, see `columns_of`: (n_unit, n_column).
+
+    Columns that lack a value are NaN: of units outside the reservoir nothing has to be given.
+    """
     values, of = np.zeros((len(units), len(COLUMNS))), []
+    # one word for all fluids is for the reservoir
+    named = Factor(rule.name, {words: fluid for words, fluid in rule.entries.items() if words})
     for row, unit in enumerate(units.values()):
-        words = _words_of(unit)
-        of.append(fluid_of(unit, words, rule))
-        chain = _chain(unit, factors, words | {of[row]} - {""}, of[row])
+        words, inside = _words_of(unit), unit.zone in units.reservoir
+        of.append(fluid_of(unit, words, rule if inside else named))
+        chain = _chain(unit, factors, words | {of[row]} - {""}, of[row], complete=inside)
         values[row, : len(chain) + 1] = unit.volume, *_in_steps(unit, chain)
+        if len(chain) < len(factors):
+            values[row, len(chain) + 1 :] = np.nan
         if of[row] == "gas":
             values[row, 4:] = 0.0, values[row, 4]
     sizes = [SIZES[attrs["units"]] for attrs in columns_of(len(factors), system).values()]
     return of, values[:, : len(sizes)] / np.array(sizes)
 
 
-def _chain(unit: Unit, factors: Sequence[Factor], words: set[str], fluid: str) -> list[Any]:
-    """What multiplies the volume of a unit, step by step: numbers and grids of values."""
+def _chain(
+    unit: Unit, factors: Sequence[Factor], words: set[str], fluid: str, *, complete: bool
+) -> list[Any]:
+    """What multiplies the volume of a unit, step by step: numbers and grids of values.
+
+    Without a fluid or a value it is an error if the chain has to be complete; else it ends there.
+    """
     chain: list[Any] = []
     for factor in factors:
         if factor.name in ARGUMENTS[2:] and not fluid:
+            if not complete:
+                break
             raise unknown_fluid(f"unit {unit.name!r}", unit.contact or unit.zone)
         if factor.name in ARGUMENTS[2:] and fluid == "water":
             chain.append(0.0)
             continue
+        if not complete and factor.key_of(unit.name, words) is None:
+            break
         value = factor.value_of(unit.name, words)
         if factor.name == ARGUMENTS[2]:
             value = _changed(value, lambda sw: 1.0 - sw)
@@ -339,7 +355,7 @@ def _in_steps(unit: Unit, chain: Sequence[Any]) -> list[float]:
 
 def totals_in_words(found: xarray.Dataset) -> str:
     """Return what units hold in all, with units of measure."""
-    in_place = [found[key] for key in ("stoiip", "giip") if key in found and found[key].any()]
+    in_place = [found[key] for key in ("stoiip", "giip") if key in found and found[key].sum()]
     totals = ((one.attrs, float(one.sum()) / 1e6) for one in in_place or [found[list(found)[-1]]])
     words = (f"{of['long_name']} {number_text(sum_)} million {of['units']}" for of, sum_ in totals)
     return ", ".join(words).replace("m3", "m³")

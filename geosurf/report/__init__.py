@@ -319,8 +319,12 @@ def volumetrics_table(found: Any) -> Table:
     rows = []
     for name in dict.fromkeys(names):
         sums = values[[one == name for one in names]].sum(axis=0)
-        rows.append((*(word or NOTHING for word in name), *map(number, sums, decimals)))
-    foot = ("all", *[""] * (len(labels) - 1), *map(number, values.sum(axis=0), decimals))
+        cells = (
+            NOTHING if np.isnan(total) else number(total, decimal)
+            for total, decimal in zip(sums, decimals, strict=True)
+        )
+        rows.append((*(word or NOTHING for word in name), *cells))
+    foot = ("all", *[""] * (len(labels) - 1), *map(number, np.nansum(values, axis=0), decimals))
     words = (key.capitalize() for key in labels)
     return Table((*words, *head), tuple(rows), n_label=len(labels), foot=foot)
 

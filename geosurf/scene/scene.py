@@ -1148,12 +1148,14 @@ class Scene:
             (0.005). Of a map the reciprocal is bilinear.
         fluids : {"oil", "gas", "water"} or mapping to these, optional
             What units hold. Contacts named OWC, GOC and GWC state it; a mapping, as in ``{"above
-            FWL": "oil"}``, counts before them, and one word where no contact states it.
+            FWL": "oil"}``, counts before them, and one word in the reservoir where no contact
+            states it.
         units : {"metric", "field"}
             Metric: m3, and Sm3 at surface conditions. Field: acre-ft of rock, bbl of pores, stb,
             scf. Standard conditions are those of the formation volume factor.
         include : {"reservoir", "all"}
-            ``"all"``: also over- and underburden.
+            ``"all"``: also over- and underburden. Columns are NaN there from the first that lacks
+            a value or a fluid.
 
         Returns
         -------
@@ -1166,8 +1168,8 @@ class Scene:
         Raises
         ------
         InputError
-            For an unknown or ambiguous name, a value out of range, a unit without a value or
-            fluid, or a map that does not cover a unit, with place and area.
+            For an unknown or ambiguous name, a value out of range, a unit of the reservoir without
+            a value or fluid, or a map that does not cover a unit, with place and area.
 
         Examples
         --------

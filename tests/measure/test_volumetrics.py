@@ -167,6 +167,22 @@ def test_fluids_follow_the_names_of_contacts_unless_users_say_otherwise(tilted: 
     assert (tilted.volumetrics(**NUMBERS, fluids=same).fluid == "gas").sum() == 0
 
 
+def test_outside_the_reservoir_nothing_has_to_be_given(tilted: gs.Scene) -> None:
+    given = {**ALL, "porosity": {"Top/Base": 0.25, "below Base": 0.1}, "fluids": "oil"}
+    every = tilted.volumetrics(**given, include="all")
+    inside = tilted.volumetrics(**given)
+    xr.testing.assert_equal(every.sel(unit=inside.unit).drop_vars("reservoir"), inside)
+    outside = every.sel(unit=~every.reservoir)
+    assert set(outside.fluid.values) == {""}
+    assert (outside.bulk > 0.0).all()
+    assert outside.stoiip.isnull().all()
+    has_porosity = (outside.zone == "below Base").values
+    assert (outside.pore.notnull().values == has_porosity).all()
+    named = tilted.volumetrics(**{**given, "fluids": {"below Base": "water"}}, include="all")
+    assert set(named.fluid.values[named.zone == "below Base"]) == {"water"}
+    assert (named.stoiip[named.zone == "below Base"] == 0.0).all()
+
+
 X, Y = np.array([0.0, 4000.0]), np.array([0.0, 1000.0, 3000.0])
 HALF = given(np.array([[0.2, 0.2], [0.2, 0.2], [0.2, np.nan]]), X, Y)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import hashlib
+import math
 from pathlib import Path
 
 import pytest
@@ -96,6 +97,13 @@ fluids = "oil"
     assert any("STOIIP" in line and "million Sm³" in line for line in lines)
     page = (tmp_path / "report" / "index.html").read_text(encoding="utf-8")
     assert "Fluids in place" in page
+    every = wanted.replace("{elsewhere = 0.5}, elsewhere", '0.5, "Top/Base"')
+    changes = ("[box]", f"{every}\n[box]"), ("size_px", 'include = "all"\nsize_px')
+    run(read_scenario(scenario(*changes)), tmp_path, pictures=False)
+    table = csv.DictReader((tmp_path / "volumetrics.csv").read_text().splitlines())
+    stoiip = {row["unit"]: float(row["stoiip_Sm3"]) for row in table}
+    assert list(filter(math.isfinite, stoiip.values())) == found
+    assert len(stoiip) > len(found)  # over- and underburden, where no fluid is named
     wrong = scenario(("[box]", wanted.replace("0.3\n", "30\n") + "\n[box]"))
     with pytest.raises(ScenarioError, match=r"line \d+: water_saturation is 30; it must be"):
         read_scenario(wrong)
