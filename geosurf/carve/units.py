@@ -49,12 +49,20 @@ from geosurf.carve.zones import (
     sides_of_units,
     signatures,
 )
-from geosurf.conventions import shared_name, volume_text
+from geosurf.conventions import length_text, place, shared_name, volume_text
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.kernels.meshes.mesh import join_pairs
 from geosurf.model import FluidContact, Patches, Unit, Units, check_column
 from geosurf.model.base import in_crs_of
-from geosurf.model.column import CONFORMABLE, Remnant, names_of_zones, separators
+from geosurf.model.column import (
+    BASE,
+    CONFORMABLE,
+    EROSIONAL,
+    Clipped,
+    Remnant,
+    names_of_zones,
+    separators,
+)
 from geosurf.model.expected import expect
 from geosurf.model.regions import MergedSliver, SliverSettings, sliver_settings
 
@@ -144,14 +152,24 @@ def warnings_of_thin_units(units: Units) -> tuple[GeosurfWarning, ...]:
 
 
 _MOST = 0.5  # fraction of the map; smaller crossings are only listed in the report
+_ZONE_MOST = 0.01  # the same where a zone from thickness has no room
 
 
-def warnings_of_order(units: Units) -> Iterator[GeosurfWarning]:
+def warnings_of_order(
+    units: Units, zones: Mapping[str, tuple[str, str]] | None = None
+) -> Iterator[GeosurfWarning]:
     """
     Yield a warning for each pair of conformable horizons with the older one mostly above.
 
     Pairs with a rule of the column are skipped: the rule states which horizon removes the other.
     A zone of the reservoir whose horizons coincide everywhere has a warning, too.
+
+    Parameters
+    ----------
+    units : Units
+    zones : mapping of str to (str, str), optional
+        Horizons that zones from thickness make, and that are fitted to no other one: the zone, and
+        the horizon that its thickness counts from. Where these cross others, the zone has no room.
 
     Examples
     --------
@@ -177,14 +195,18 @@ def warnings_of_order(units: Units) -> Iterator[GeosurfWarning]:
 
     # areas of faces decide whether it is worth to measure what is clipped, with room for rounding
     if isinstance(clips, Clips):
-        least = 0.99 * _MOST * units.footprint
+        least = 0.99 * (_ZONE_MOST if zones else _MOST) * units.footprint
         if max(clips.areas(CONFORMABLE), default=0.0) < least:
             return
     for clip in clips:
         share = min(clip.area / units.footprint, 1.0)
-        if clip.rule != CONFORMABLE or share < _MOST:
+        of_zone = {clip.horizon, clip.by} & set(zones or ())
+        if clip.rule != CONFORMABLE or share < (_ZONE_MOST if of_zone else _MOST):
             continue
         where = "everywhere" if share > 0.995 else f"on {100 * share:.0f} % of the area"
+        if zones and of_zone:
+            yield _warning_of_room(clip, zones, where)
+            continue
         yield GeosurfWarning(
             "order",
             clip.horizon,
@@ -195,6 +217,29 @@ def warnings_of_order(units: Units) -> Iterator[GeosurfWarning]:
             f"column={{{clip.by!r}: 'erosional'}}.",
             clip.place,
         )
+
+
+def _warning_of_room(
+    clip: Clipped, zones: Mapping[str, tuple[str, str]], where: str
+) -> GeosurfWarning:
+    """The warning of a zone from thickness that has no room up to the next horizon."""
+    down = clip.by in zones
+    zone, start = zones[clip.by if down else clip.horizon]
+    other = clip.horizon if down else clip.by
+    side, end, rule = ("below", "base", BASE) if down else ("above", "top", EROSIONAL)
+    fit = "Or make one row of zones that ends on a horizon with data: it is fitted."
+    if other not in zones:
+        more = {side: zone, "thickness": 10, end: other}
+        fit = f"Or add a zone {more}: a row that ends on a horizon with data is fitted."
+    return GeosurfWarning(
+        "thickness",
+        zone,
+        f"Zone {zone!r} is thicker than the room between {start!r} and {other!r} {where}, by up to "
+        f"{length_text(clip.thickness)} at {place(clip.place)}: {clip.horizon!r} is clipped there.",
+        f"Give less thickness there. {fit} If the zone ends against {other!r}, pass "
+        f"column={{{other!r}: {rule!r}}}.",
+        clip.place,
+    )
 
 
 Box = tuple[float, float, float, float, float, float]

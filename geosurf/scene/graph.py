@@ -538,8 +538,13 @@ class Graph:
             words = f"does not reach the {where}, and parts nothing"
             self.memory.note("carve", fault, "skipped", words)
             self._warn_of_outside(fault)
+        zones = {
+            horizon: (zone, start)
+            for zone, start, horizon, *_ in self.zone_rows
+            if len(self.made_of.get(horizon, ())) == 1  # fitted zones have two
+        }
         with vertical_axis(self.inputs.time):
-            found = *warnings_of_order(units), *warnings_of_thin_units(units)
+            found = *warnings_of_order(units, zones), *warnings_of_thin_units(units)
             self.memory.warn(*found, *warnings_of_slivers(units))
         if self.converted_from is not None and self.inputs.time is None:
             self.memory.warn(

@@ -364,6 +364,7 @@ def torn_graph(plain: Graph) -> Graph:
     graph = Graph(torn, plain.memory, prepared_by=plain.faults)
     graph.read.take_over(plain.read, {"horizons": sheets, "faults": faults})
     graph.known_regions, graph.converted_from = plain.known_regions, plain.converted_from
+    graph.zone_rows, graph.made_of = plain.zone_rows, plain.made_of
     return graph
 
 

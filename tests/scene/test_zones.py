@@ -89,6 +89,34 @@ def test_random_networks_fill_what_is_between_two_horizons_and_are_never_negativ
         assert found.model.sum() == pytest.approx(np.maximum(room, 0.0).mean(), abs=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("side", "end", "clipped", "rule"),
+    [("below", "base", "Base", "base"), ("above", "top", "top A", "erosional")],
+)
+def test_a_zone_without_room_is_named_with_what_is_too_much(side, end, clipped, rule):
+    # 180 m at x = 100, in a room of 200 m; 20 m too thick at x = 1900
+    horizons = {"Top": grid(-1900.0), "Base": grid(-2100.0)}
+    start, other = ("Top", "Base") if side == "below" else ("Base", "Top")
+    thick = grid(lambda x, y: 180.0 + (x - 100.0) / 45.0)
+    zones = {"A": {side: start, "thickness": thick}}
+    scene = gs.Scene(horizons, box=BOX, zones=zones)
+    with pytest.warns(GeosurfWarning, match=f"'A' is thicker than the room between '{start}' and"):
+        assert scene.check().ok
+    (found,) = scene.warnings
+    assert f"'{other}' on 50 % of the area, by up to 20 m at (E 1900" in found.effect
+    assert f"'{clipped}' is clipped" in found.effect
+
+    # both remedies that it names
+    row = {side: "A", "thickness": 10, end: other}
+    assert str(row) in found.remedy
+    fitted = scene.replace(zones={**zones, "B": row})
+    assert f"{{'{other}': '{rule}'}}" in found.remedy
+    ruled = scene.replace(column={other: rule})
+    for good in (fitted, ruled):
+        assert float(good.volumes.sum()) == pytest.approx(200.0 * 1800.0**2, rel=1e-9)
+        assert not good.warnings
+
+
 def heights_of(scene, name):
     """Data of a horizon that is made, without a model."""
     return scene._plain.untied(name).lattice.elevation
@@ -148,6 +176,9 @@ def test_zones_that_are_fitted_beside_a_dipping_fault_have_the_throw_of_both():
         most = [float(abs(scene.throw(name, fault).throw).max()) for name in scene.horizon_names]
         assert max(most) - min(most) < 0.05 * max(most)
     assert not scene.warnings
+    thick = scene.replace(zones={"Upper": {"below": "Top", "thickness": 260.0}})
+    with pytest.warns(GeosurfWarning, match="'Upper' is thicker than the room"):
+        assert len(thick.units.included()) == 2
 
 
 @pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
