@@ -131,6 +131,7 @@ def draw_throw(
     *,
     horizons: Sequence[str] = (),
     shown: Mapping[str, np.ndarray | None] | None = None,
+    absent: Mapping[str, str] | None = None,
     title: str | None = None,
 ) -> None:
     """Draw the throw of horizons along a fault.
@@ -144,6 +145,8 @@ def draw_throw(
         All horizons, youngest first, for the same colours as in other pictures.
     shown : mapping of str to ndarray (n, 3), optional
         What data show, by horizon: distance along the strike, throw and its spread [m].
+    absent : mapping of str to str, optional
+        Horizons without a line, and why: the legend lists them.
     title : str, optional
         Default: the name of the fault.
 
@@ -198,6 +201,7 @@ def draw_throw(
             low, high = (f(float(f(line[:, 1])) for line in parts) for f in (min, max))
             span = f"{round(low)} to {round(high)} m".replace("-", "\N{MINUS SIGN}")
             legend.append(Entry(name, colour, span, "line"))
+    legend += [Entry(name, detail=why, kind="heading") for name, why in (absent or {}).items()]
     draw_legend(sheet, tuple(legend), 640.0)
     attrs = next(iter(throws.values())).attrs
     fault = attrs.get("fault", "fault")

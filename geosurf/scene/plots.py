@@ -517,8 +517,9 @@ class ScenePlots:
     def throw(self, fault: str, **look: Unpack[FlatLook]) -> Any:
         """Draw the throw of all horizons along a fault, and what the data beside it show.
 
-        Of torn horizons, dotted lines with a band are what the data on both sides show. A horizon
-        whose throw cannot be measured is left out, with a `GeosurfWarning`.
+        Of torn horizons, dotted lines with a band are what the data on both sides show. The legend
+        names horizons without a line, and why; where throw cannot be measured, a `GeosurfWarning`
+        states the place.
 
         Parameters
         ----------
@@ -536,21 +537,28 @@ class ScenePlots:
             For an unknown fault, one that no horizon meets, or axes that are not axes.
         """
         checked, scene = _flat(**look), self._scene
-        names, throws, missing = scene.horizon_names, {}, []
-        for name in [name for name in names if scene.cutoffs(name, fault)]:
+        names, throws, missing, absent = scene.horizon_names, {}, [], {}
+        for name in names:
+            if not scene.cutoffs(name, fault):
+                absent[name] = "not cut by this fault"
+                continue
             try:
                 found = scene.throw(name, fault)
             except GeometryError as error:
                 missing.append(f"{name!r}: {str(error).partition('. ')[0]}")
+                absent[name] = "not measured, see warnings"
                 continue
             if np.isfinite(found.throw).any():
                 throws[name] = found
+            else:
+                absent[name] = "cut-offs of one wall only"
         if missing:
             effect = f"The picture of the throw of {fault!r} does not show {'; '.join(missing)}."
             remedy = "All other results are complete. Set throw = false in [output] to run without."
             warn_of("picture", fault, effect, remedy)
         shown = {name: _shown_along(scene, name, fault, found) for name, found in throws.items()}
-        return plotted(draw_throw, throws, horizons=names, shown=shown, **checked)
+        words = {"horizons": names, "shown": shown, "absent": absent}
+        return plotted(draw_throw, throws, **words, **checked)
 
     def picks(
         self, fault: str, horizon: str | None = None, *, at: float = 0.5, data: Any = None,

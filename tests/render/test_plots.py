@@ -17,6 +17,7 @@ from geosurf.render.diagram import draw_throw
 from geosurf.render.map import draw_remedies
 from geosurf.render.overlay import NEAR, tops_on_map, tops_on_section
 from geosurf.render.sheet import Sheet, lay_out
+from tests.grids import gridded
 
 X, Y = 456_000.0, 6_780_000.0
 
@@ -98,6 +99,29 @@ def test_the_throw_that_is_drawn_is_the_throw(scene):
         assert {tuple(p) for p in points} <= {tuple(p) for p in drawn}
     assert np.nanmax(drawn[:, 1]) > 20.0
     assert len(ax.collections) == len(scene.sheets)  # a band each: what the data show
+
+
+def test_the_legend_of_a_throw_picture_names_horizons_without_a_line():
+    # the fault is straight at Top, turns back along its strike at Base, and ends above Deep
+    axis = np.linspace(0.0, 1000.0, 11)
+    levels = {"Top": -100.0, "Base": -300.0, "Deep": -600.0}
+    horizons = {name: gridded(np.full((11, 11), z), axis) for name, z in levels.items()}
+    straight = [(500, 200), (500, 400), (500, 600), (500, 800)]
+    turning = [(520, 200), (480, 560), (560, 440), (500, 800)]
+    rows = {-50.0: straight, -200.0: straight, -250.0: turning, -350.0: turning}
+    points = [(*point, z) for z, row in rows.items() for point in row]
+    cells = [row + k for row in (0, 4, 8) for k in range(3)]
+    triangles = [t for i in cells for t in ((i, i + 1, i + 4), (i + 1, i + 5, i + 4))]
+    fault = gs.TriSurface("F1", "fault", points, triangles)
+    scene = gs.Scene(horizons, {"F1": fault}, (0, 1000, 0, 1000, -700, 0))
+    ax = Figure().subplots()
+    with pytest.warns(gs.GeosurfWarning, match="does not show 'Base': the cut-off line"):
+        scene.plot.throw("F1", ax=ax)
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == [
+        "Top: 0 to 0 m",
+        "Base: not measured, see warnings",
+        "Deep: not cut by this fault",
+    ]
 
 
 def test_the_column_has_the_mean_thickness_of_zones(scene):
