@@ -41,7 +41,8 @@ def truncate_faults(
     patches : Patches
         Of all faults that the rules name, from one `rebuild_surfaces`; others may be among them.
         With the walls of the model box among them, sides are decided inside the box: where a
-        fault goes on around the end of its main fault outside, it is cut off at the box.
+        fault goes on around the end of its main fault outside, it is cut off at the box. Faults
+        that meet outside only are truncated there, as `whole` has them.
     truncations : mapping
         As for `Scene`: ``{"F2": ("F1", "hanging wall")}`` lets F2 end at F1 and keeps what lies in
         the hanging wall of F1. A fault may end at several: a tuple of such pairs. Faults
@@ -93,7 +94,8 @@ def truncate_faults(
     rules = read_truncations(truncations, faults)
     alive = np.ones(patches.n_triangle, dtype=bool)
     steps = [_truncate(patches, alive, rule) for rule in rules]
-    found = [step for step, _ in steps]
+    found = [step for step, *_ in steps]
+    missed = next((error for *_, error in steps if error is not None), None)
     walled = any(source.role == "wall" for source in patches.sources)
     if callable(whole):
         whole = whole()
@@ -101,7 +103,9 @@ def truncate_faults(
         _refuse_others(patches, whole, faults)
         uncut = _without_walls(patches, whole, rules, steps)
         if uncut is not None:
-            patches, (alive, found), walled = whole, uncut, False
+            patches, (alive, found), walled, missed = whole, uncut, False, None
+    if missed is not None:
+        raise missed
     surfaces, parents = {}, {}
     for name in sorted(faults):
         surfaces[name], parents[name] = _part(patches, name, alive)
@@ -143,8 +147,14 @@ def _rows(patches: Patches, alive: np.ndarray, rule: Rule) -> dict[str, np.ndarr
     }
 
 
-def _truncate(patches: Patches, alive: np.ndarray, rule: Rule) -> tuple[Truncation, np.ndarray]:
-    """Drop what one rule drops from `alive`; return that, and what does not meet the main fault."""
+def _truncate(
+    patches: Patches, alive: np.ndarray, rule: Rule
+) -> tuple[Truncation, np.ndarray, Exception | None]:
+    """Drop what one rule drops from `alive`.
+
+    Returns that, what stays although it does not meet the main fault, and an error if they meet
+    outside of the box only: there the faults without walls decide.
+    """
     rows = _rows(patches, alive, rule)
     main = patches.sources[patches.names.index(rule.main)]
     side = main_side(main, rule.keep)
@@ -161,9 +171,12 @@ def _truncate(patches: Patches, alive: np.ndarray, rule: Rule) -> tuple[Truncati
     # only where every piece has one side can a part be dropped
     if (wanted & unwanted).any():
         raise goes_around(patches, rule, beside, mine)
+    missed = None
     if not (wanted | unwanted).any():
-        raise not_reached(patches, rule, rows, inside)
-    if not wanted.any():
+        missed = not_reached(patches, rule, rows, inside)
+        if not beside.beside.any():
+            raise missed
+    elif not wanted.any():
         at = patches.vertices[beside.edges[0, 0]]
         raise GeometryError(
             f"fault {rule.fault!r} has no part {part_in_words(rule)}: nothing would "
@@ -177,13 +190,13 @@ def _truncate(patches: Patches, alive: np.ndarray, rule: Rule) -> tuple[Truncati
     wrong = beside.beside[:, 1 if side > 0 else 0] | beside.within
     gone |= ~held & (wrong | ~_hangs_on(gone, held, beside.across_walls))
     dropped = gone[beside.piece]
-    apart = ~(wanted | gone)[beside.piece] & inside[mine]
+    apart = ~(wanted | gone)[beside.piece] & inside[mine] & (missed is None)
     alive[mine[dropped]] = False
 
     sizes = _sizes(patches, mine, beside, dropped)
     off = math.fsum(areas_of(patches, mine[apart]))
     words = rule.fault, rule.main, rule.keep, "+" if side > 0 else "-"
-    return Truncation(*words, apart_area=off, **sizes), mine[apart]
+    return Truncation(*words, apart_area=off, **sizes), mine[apart], missed
 
 
 def _sizes(
@@ -205,7 +218,7 @@ def _without_walls(
     patches: Patches,
     whole: Patches,
     rules: Sequence[Rule],
-    steps: list[tuple[Truncation, np.ndarray]],
+    steps: list[tuple[Truncation, np.ndarray, Exception | None]],
 ) -> tuple[np.ndarray, list[Truncation]] | None:
     """Drop the same from faults that no wall has cut; None where a fault has to end at the box.
 
@@ -214,14 +227,14 @@ def _without_walls(
     nothing of it meets the main fault there must not be dropped for what it meets outside.
     """
     alive, found = np.ones(whole.n_triangle, dtype=bool), []
-    for rule, (step, apart) in zip(rules, steps, strict=True):
+    for rule, (step, apart, _) in zip(rules, steps, strict=True):
         rows = _rows(whole, alive, rule)
         mine = rows[rule.fault]
         beside = adjacency(whole, mine, rows[rule.main], strict=False)
         right, wrong = beside.beside.T if step.side == "+" else beside.beside[:, ::-1].T
         dropped = (wrong | beside.within)[beside.piece]
         stays = np.isin(whole.parent_of_triangle[mine], patches.parent_of_triangle[apart])
-        if (right & wrong).any() or (dropped & stays).any():
+        if (right & wrong).any() or not right.any() or (dropped & stays).any():
             return None
         alive[mine[dropped]] = False
         found.append(replace(step, **_sizes(whole, mine, beside, dropped)))
@@ -430,7 +443,7 @@ def not_reached(
             surfaces=(rule.fault, rule.main),
         )
     remedy = (
-        "Leave the rule out: they do not meet in the model box, even extended."
+        "Leave the rule out: they do not meet, even extended."
         if rule.extend
         else f"Extend it to {rule.main!r}: "
         f"truncations={{{rule.fault!r}: ({rule.main!r}, {rule.keep!r}, True)}}."

@@ -14,7 +14,7 @@ from geosurf import (
     rebuild_surfaces,
     truncate_faults,
 )
-from geosurf.errors import GeosurfWarning, InputError
+from geosurf.errors import GeometryError, GeosurfWarning, InputError
 from geosurf.model import Extension, NetworkRow, Truncation
 from tests import laws
 from tests.faults.worlds import (
@@ -121,6 +121,18 @@ def test_truncated_faults_have_no_cuts_along_the_box(faults, rules, aoi):
         np.testing.assert_allclose(volumes(made.units), volumes(again.units), rtol=1e-12)
     for one, two in zip(cut.truncations, mine.truncations, strict=True):
         assert one.kept_area + one.dropped_area == pytest.approx(two.kept_area + two.dropped_area)
+
+
+@pytest.mark.filterwarnings("ignore:Fault 'F2' lies 1 m east of the area of interest")
+@pytest.mark.parametrize(("west", "east", "expected"), [(5, 8, [36, 36, 120]), (0, 3, [36, 156])])
+def test_faults_that_meet_outside_of_the_area_are_those_of_the_whole_model(west, east, expected):
+    """They meet at x = 4; F2 is x = z beyond it, and no fault on the other side."""
+    ring = [(west, 0), (east, 0), (east, 8), (west, 8)]
+    rule = {"F2": ("F1", "hanging wall")}
+    made = scene(dipping(), antithetic(), truncations=rule, aoi=ring)
+    np.testing.assert_allclose(volumes(made.units), expected, rtol=1e-12)
+    with pytest.raises(GeometryError, match=r"'F2' ends .* short of 'F1'"):  # without the whole
+        truncate_faults(rebuild_surfaces([dipping(), antithetic(), *build_walls(BOX, ring)]), rule)
 
 
 def test_where_a_fault_has_to_end_at_the_box_all_have_its_cuts():
