@@ -178,8 +178,8 @@ class Graph:
         )  # fmt: skip
 
     def _limits(self) -> tuple[Box, np.ndarray | None]:
-        """Box and area as they are given."""
-        return self.given_box, self.given_area
+        """Box and area as they are given; a default box is as wide as the area of the model."""
+        return self.given_box, self.aoi if self.inputs.box is None else self.given_area
 
     @property
     def ruled_faults(self) -> FaultStage:

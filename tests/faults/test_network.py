@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from geosurf import (
     FaultNetwork,
@@ -133,6 +134,23 @@ def test_faults_that_meet_outside_of_the_area_are_those_of_the_whole_model(west,
     np.testing.assert_allclose(volumes(made.units), expected, rtol=1e-12)
     with pytest.raises(GeometryError, match=r"'F2' ends .* short of 'F1'"):  # without the whole
         truncate_faults(rebuild_surfaces([dipping(), antithetic(), *build_walls(BOX, ring)]), rule)
+
+
+@pytest.mark.filterwarnings("ignore:The area of interest runs along the rim of horizon 'Top'")
+def test_an_area_along_the_rim_of_a_rotated_grid_may_have_truncated_faults():
+    """Its sides are moved inward, by some micrometres, before faults end at each other in it."""
+    j, i = np.meshgrid(np.arange(9.0), np.arange(9.0), indexing="ij")
+    cos, sin = np.cos(np.radians(30)), np.sin(np.radians(30))
+    nodes = {"easting": cos * i - sin * j, "northing": sin * i + cos * j}
+    coords = {name: (("row", "column"), values) for name, values in nodes.items()}
+    level = xr.DataArray(np.full((9, 9), 6.0), coords, ("row", "column"))
+    level.attrs = {"units": "m", "positive": "up"}
+    corners = np.stack([*nodes.values()], axis=-1)[[0, 0, 8, 8], [0, 8, 8, 0]].round(5)
+    faults, rule = {"F1": dipping(), "F2": antithetic()}, {"F2": ("F1", "hanging wall")}
+    horizons = {"Top": level, "Base": level.copy(data=level.values - 4.0)}
+    made, free = (Scene(horizons, faults, aoi=corners, truncations=r) for r in (rule, {}))
+    assert made.box == free.box
+    np.testing.assert_allclose(volumes(made.units), volumes(free.units), rtol=1e-9)
 
 
 def test_where_a_fault_has_to_end_at_the_box_all_have_its_cuts():
