@@ -26,7 +26,7 @@ from geosurf.conventions import check_word, length_text, place
 from geosurf.errors import InputError, OpenUnitError
 from geosurf.kernels.lattices.sets import pairs_of_equal
 from geosurf.kernels.meshes.mesh import edge_keys, join_pairs
-from geosurf.model import Patches, check_column
+from geosurf.model import Patches, TriSurface, check_column
 from geosurf.model.column import BASE as LAPPED
 from geosurf.model.column import CONFORMABLE, ERODES, EROSIONAL, IS_LAPPED
 from geosurf.model.expected import listed
@@ -242,29 +242,37 @@ def raise_leak(patches: Patches, cells: Cells, surface: int, torn: np.ndarray) -
             surfaces=(name,),
         )
     whole, middle = rim
-    cut = " Or give the fault that cuts it there." if what == "horizon" else ""
+    ahead = first_beyond(patches, middle, surface)
+    other, gap = None, ""
+    if ahead is not None:
+        other = patches.sources[ahead[0]]
+        gap = f" It ends {length_text(ahead[1])} before {_in_words(other)} there."
     raise OpenUnitError(
         f"units leak around {what} {name!r}: {length_text(whole)} of its rim are open "
-        f"inside the model box, for example at {place(middle)}.{_gap(patches, middle, surface)} "
-        f"Shrink the box to the {what}, or extend or fill the {what}.{cut}",
+        f"inside the model box, for example at {place(middle)}.{gap} {_remedy(what, other)}",
         place=middle,
         surfaces=(name,),
     )
 
 
-def _gap(patches: Patches, middle: np.ndarray, surface: int) -> str:
-    """How far a rim ends from the next surface, in a sentence."""
-    found = first_beyond(patches, middle, surface)
-    if found is None:
-        return ""
-    other = patches.sources[found[0]]
-    wall = other.role == "wall"
-    next_one = f"{other.role} {other.name!r}"
-    if wall:
-        of_area = other.name == "aoi"
-        next_one = f"the {'area of interest' if of_area else f'{other.name} side of the model'}"
-        next_one = f"the side of {next_one}" if of_area else next_one
-    return f" It ends {length_text(found[1])} before {next_one} there."
+def _in_words(other: TriSurface) -> str:
+    """A surface that a rim does not reach."""
+    if other.role != "wall":
+        return f"{other.role} {other.name!r}"
+    of_area = other.name == "aoi"
+    return f"the {'side of the area of interest' if of_area else f'{other.name} side of the model'}"
+
+
+def _remedy(what: str, other: TriSurface | None) -> str:
+    """What closes the rim of a horizon or contact: it depends on the surface that comes next."""
+    if what == "horizon" and other is not None and other.role == "fault":
+        return (
+            "Tear it there (tear=True; a torn sheet needs the faults of the sheet), "
+            "or extend or fill it."
+        )
+    area = "area of interest" if other is not None and other.name == "aoi" else "box"
+    cut = " Or give the fault that cuts it there." if what == "horizon" else ""
+    return f"Shrink the {area} to the {what}, or extend or fill the {what}.{cut}"
 
 
 def rim_of_leak(

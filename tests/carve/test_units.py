@@ -178,6 +178,20 @@ def test_a_horizon_with_a_hole_leaks():
     assert "Shrink the box" in words
 
 
+def test_the_remedy_of_a_leak_fits_the_surface_that_the_horizon_ends_before():
+    world = synthetic.graben(n=41)
+    top, faults = world.horizons["Top"], world.faults
+    near = (abs(top.easting - 1350) < 300) & (abs(top.northing - 2000) < 400)
+    holed = Scene(world.horizons | {"Top": top.where(~near)}, faults, world.box)
+    with pytest.raises(OpenUnitError, match=r"before fault 'F1' there\. Tear it there \(tear=True"):
+        _ = holed.units
+    assert holed.replace(tear=True).check().ok
+    short = world.horizons | {"Top": top.sel(easting=slice(None, 4000.0))}
+    ring = [(1000, 500), (4500, 500), (4500, 3500), (1000, 3500)]
+    with pytest.raises(OpenUnitError, match="Shrink the area of interest to the horizon, or"):
+        _ = Scene(short, faults, aoi=ring).units
+
+
 def test_two_zones_of_one_name_are_refused():
     """One of them would be lost, since units go by name."""
     names = ("A", "B/C", "x", "A/B", "C")
