@@ -27,9 +27,9 @@ test: $(READY) $(WARM) ## run the tests, with style and the import comb among th
 	@echo "Running the tests ..."
 	@$(BIN)/python -m pytest -n auto --dist worksteal
 
-test-long: $(READY) $(WARM) ## run also what tests documents, packaging and types
-	@echo "Running the tests of documents, packaging and types ..."
-	@$(BIN)/python -m pytest -n auto --dist worksteal -m long tests
+test-long: $(READY) $(WARM) ## run also what tests documents, packaging, types and benchmarks
+	@echo "Running the tests of documents, packaging, types and benchmarks ..."
+	@$(BIN)/python -m pytest -n auto --dist worksteal -m long tests benchmarks
 
 test-oldest: ## run most tests with the oldest dependencies that are allowed, in .venv-oldest
 	@$(PYTHON) -m venv .venv-oldest

@@ -27,11 +27,14 @@ settings.register_profile("quick", max_examples=20, deadline=None, derandomize=T
 settings.register_profile("thorough", max_examples=2000, deadline=None)
 settings.load_profile(os.environ.get("GEOSURF_HYPOTHESIS", "quick"))
 
+gc.disable()  # while modules are loaded there is no garbage
+
 
 def pytest_collection_finish() -> None:
-    """What is loaded now stays: garbage is looked for among what the tests make."""
-    gc.collect()
+    """What is loaded now stays: garbage is looked for among what the tests make, and seldom."""
     gc.freeze()
+    gc.set_threshold(20_000)
+    gc.enable()
 
 
 @pytest.fixture(scope="session")

@@ -28,8 +28,11 @@ def crossing(n):
 
 CHILD = """
 import resource
+import numpy as np
 import geosurf as gs
-from tests.arrangement.test_room import crossing
+def crossing(n):
+    corners = np.random.default_rng(3).normal(size=(3 * n, 3))
+    return gs.TriSurface("Salt", "surface", corners, np.arange(3 * n).reshape(n, 3))
 gs.intersect_surfaces([crossing(40)], self_intersections=True)  # loads kernels
 used = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
 resource.setrlimit(resource.RLIMIT_AS, (used + (200 << 20),) * 2)

@@ -18,7 +18,7 @@ from scipy import stats
 
 import geosurf as gs
 from geosurf.conventions import machine
-from geosurf.ensemble import ContactLevel, DepthError, DepthShift, Normal, Uniform, on_dask
+from geosurf.ensemble import DepthError, DepthShift, on_dask
 from geosurf.ensemble import store as store_room
 from geosurf.ensemble.models import content_of
 from geosurf.ensemble.on_dask import check_workers
@@ -28,16 +28,11 @@ from geosurf.ensemble.store import EnsembleStore
 from geosurf.errors import DependencyError, GeometryError, InputError, OutputError, WorkerError
 from geosurf.scene.graph import Graph
 from geosurf.sheets import tear
-from tests.ensemble.worlds import bytes_of, fault, layer_cake, plane
+from tests.ensemble.worlds import UNCERTAIN, N, bytes_of, fault, layer_cake, plane, run, scene
 from tests.messages import refused
 
-N, BATCH = 9, 4  # more than one batch
+BATCH = 4  # more than one batch in N
 POINTS = (70, 130, 186, 10_000)  # writes that fail
-UNCERTAIN = [
-    DepthShift("Top", Normal(0.0, 10.0)),
-    DepthError("Base", sd=5.0, range=900.0),
-    ContactLevel("OWC", elevation=Uniform(-1120.0, -1000.0)),
-]
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -45,15 +40,6 @@ def small_batches():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(store_room, "BATCH", BATCH)
         yield
-
-
-def scene():
-    return layer_cake(contacts={"OWC": -1050.0})
-
-
-def run(n=N, **more):
-    asked = {"uncertain": UNCERTAIN, "maps": 500.0, **more}
-    return gs.run_ensemble(scene(), n, **asked).data
 
 
 @pytest.fixture(scope="module")
@@ -210,7 +196,7 @@ def test_a_killed_ensemble_continues_to_the_same_bytes(tmp_path, truth):
     code = f"""
     import os, signal
     from geosurf.ensemble import store
-    from tests.ensemble.test_run import run
+    from tests.ensemble.worlds import run
     def killed(line):
         if line.startswith("6 "):
             os.kill(os.getpid(), signal.SIGKILL)

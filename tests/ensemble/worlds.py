@@ -8,9 +8,16 @@ from pathlib import Path
 import numpy as np
 
 import geosurf as gs
+from geosurf.ensemble import ContactLevel, DepthError, DepthShift, Normal, Uniform
 from tests.grids import gridded
 
 AREA = 2000.0 * 1500.0  # m2
+N = 9  # realisations
+UNCERTAIN = [
+    DepthShift("Top", Normal(0.0, 10.0)),
+    DepthError("Base", sd=5.0, range=900.0),
+    ContactLevel("OWC", elevation=Uniform(-1120.0, -1000.0)),
+]
 
 
 def plane(elevation, east=0.0, n=7):
@@ -24,6 +31,16 @@ def layer_cake(**more):
     horizons = {"Top": plane(-1000.0), "Base": plane(-1100.0)}
     box = more.pop("box", (0, 2000, 0, 1500, -1300, -800))
     return gs.Scene(horizons, more.pop("faults", None), box, **more)
+
+
+def scene():
+    return layer_cake(contacts={"OWC": -1050.0})
+
+
+def run(n=N, **more):
+    """An ensemble of it."""
+    asked = {"uncertain": UNCERTAIN, "maps": 500.0, **more}
+    return gs.run_ensemble(scene(), n, **asked).data
 
 
 def fault(x=1000.0, dip=60.0):

@@ -39,6 +39,8 @@ def _no_garbage() -> Iterator[None]:
     """Trees of all files are kept, and to look through them again and again takes 5 s."""
     gc.disable()
     yield
+    tree_of.cache_clear()
+    nodes_of.cache_clear()
     gc.enable()
 
 
