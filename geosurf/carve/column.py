@@ -265,14 +265,16 @@ def _in_words(other: TriSurface) -> str:
 
 def _remedy(what: str, other: TriSurface | None) -> str:
     """What closes the rim of a horizon or contact: it depends on the surface that comes next."""
-    if what == "horizon" and other is not None and other.role == "fault":
-        return (
-            "Tear it there (tear=True; a torn sheet needs the faults of the sheet), "
-            "or extend or fill it."
-        )
     area = "area of interest" if other is not None and other.name == "aoi" else "box"
-    cut = " Or give the fault that cuts it there." if what == "horizon" else ""
-    return f"Shrink the {area} to the {what}, or extend or fill the {what}.{cut}"
+    if what != "horizon":
+        return f"Shrink the {area} to the {what}, or extend or fill the {what}."
+    fill = (
+        "extend or fill it: extend_horizon(horizon, distance=..., fill_holes=True), extend_m and "
+        "fill_holes in a scenario."
+    )
+    if other is not None and other.role == "fault":
+        return f"Tear it there (tear=True; a torn sheet needs the faults of the sheet), or {fill}"
+    return f"Shrink the {area} to the horizon, or {fill} Or give the fault that cuts it there."
 
 
 def rim_of_leak(

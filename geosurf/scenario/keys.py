@@ -448,6 +448,7 @@ class HorizonInput:
         data and not across faults. The report lists it, and maps hatch it.
     fill_holes
         Fill holes of the grid by the smoothest surface, not across faults. The report lists it.
+        Points become a grid first.
     """
 
     name: str = key(values.text)

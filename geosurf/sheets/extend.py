@@ -16,15 +16,18 @@ import xarray
 from scipy.ndimage import binary_dilation, binary_fill_holes, distance_transform_edt
 
 from geosurf.conventions import area_text, is_number, length_text, real_numbers
+from geosurf.conventions.checks import are_points
 from geosurf.errors import GeosurfWarning, HorizonError, InputError
 from geosurf.faults.distance import in_ring
 from geosurf.model import Sheet, TriSurface
+from geosurf.model.base import in_crs_of
 from geosurf.model.expected import box_of_sides, flag_of, outline_of
 from geosurf.sheets.faults.network import Network
 from geosurf.sheets.faults.traces import mesh_in_frame
 from geosurf.sheets.lattice.picks import Frame, frame_of_lattice
 from geosurf.sheets.lattice.solve import Graph, grounded, lattice_graph, smoothest, steps_to_known
 from geosurf.sheets.mesh.finish import check_crs, fault_surfaces
+from geosurf.sheets.tear import tear_horizon
 from geosurf.triangulate import triangulate_horizon
 from geosurf.triangulate.horizon import EXTRAPOLATED
 from geosurf.triangulate.outline import check_outline
@@ -54,8 +57,9 @@ def extend_horizon(
 
     Parameters
     ----------
-    horizon : xarray.DataArray or TriSurface
-        A grid with even steps, as for `triangulate_horizon`.
+    horizon : xarray.DataArray, TriSurface, or points
+        A grid with even steps, as for `triangulate_horizon`. Points become one first, as
+        `tear_horizon` makes it with the same `faults`.
     area : sequence of 4 or 6 floats, array_like of shape (n, 2), or None
         West, east, south, north (bottom, top) of a box, or easting and northing around a polygon
         [m]. None: everywhere, as far as `distance` reaches.
@@ -105,7 +109,12 @@ def extend_horizon(
         raise InputError("nothing to do: give distance= in metres, fill_holes=True, or both.")
 
     # the grid in the frame of its lattice, and the faults that it must not be continued across
-    surface = triangulate_horizon(horizon, name=name, positive=positive, length_unit=length_unit)
+    words: dict[str, Any] = {"name": name, "positive": positive, "length_unit": length_unit}
+    if are_points(horizon):
+        sheet = tear_horizon(horizon, faults, **words)
+        surface = in_crs_of(as_lattice(sheet), [sheet])
+    else:
+        surface = triangulate_horizon(horizon, **words)
     if surface.lattice is None:
         raise HorizonError(
             f"horizon {surface.name!r} is a mesh, and only grids can be continued. Give the grid "

@@ -236,6 +236,15 @@ def test_a_horizon_of_a_scenario_is_continued_and_filled(tmp_path):
     assert scene.box[:4] == pytest.approx((0, 4000, 0, 3000), abs=1.0)
     assert scene.coverage["Top"] > 0.9
 
+    # points become a grid first
+    xy = np.random.default_rng(2).uniform(0.0, 3000.0, (4000, 2))
+    xy = xy[np.hypot(xy[:, 0] - 1200.0, xy[:, 1] - 1500.0) > 550.0]
+    np.savetxt(tmp_path / "Top.xyz", np.column_stack([xy, 0.02 * xy[:, 0] - 1000.0]))
+    entry = '[[horizons]]\nname = "Top"\nfile = "Top.xyz"\npositive = "up"\nfill_holes = true\n'
+    path.write_text(f"{entry}[tear]\n")
+    with pytest.warns(gs.GeosurfWarning, match="'Top' is extrapolated over"):
+        assert len(gs.run_scenario(path, tmp_path / "out", pictures=False).units) == 2
+
 
 def test_a_fault_ends_at_a_horizon(folder, tmp_path):
     rule = '[[truncations]]\nfault = "F1"\nmain = "Base"\nkeep = "above"\n'

@@ -101,6 +101,26 @@ def test_a_hole_is_filled_from_its_own_side_of_a_fault():
     assert error(step, own) < 1e-6
 
 
+def test_points_with_a_wide_hole_leak_and_are_filled_from_their_side_of_a_fault():
+    xy = np.random.default_rng(2).uniform(0.0, 3000.0, (4000, 2))
+    xy = xy[np.hypot(xy[:, 0] - 700.0, xy[:, 1] - 1500.0) > 550.0]
+
+    def step(x, y):
+        return -1000.0 + 0.02 * x + 0.01 * y - 60.0 * (x > 1500.0)
+
+    points = np.column_stack([xy, step(*xy.T)])
+    corners = [[1500, y, z] for y, z in ((-99, -2000), (3099, -2000), (3099, 0), (-99, 0))]
+    faults = {"F1": gs.TriSurface("F1", "fault", corners, [[0, 1, 2], [0, 2, 3]])}
+    scene = gs.Scene({"Top": points}, faults, positive="up", tear=True)
+    with pytest.raises(gs.errors.OpenUnitError, match=r"fill_holes=True\), .* in a scenario"):
+        scene.check()
+    filled = gs.extend_horizon(points, fill_holes=True, faults=faults, positive="up")
+    east, north = np.meshgrid(filled.easting, filled.northing)
+    np.testing.assert_allclose(filled, step(east, north), atol=0.05)
+    with pytest.warns(GeosurfWarning, match="extrapolated over 0.8"):
+        assert scene.replace(horizons={"Top": filled}).check().ok
+
+
 def test_a_scene_lists_what_is_extrapolated_and_the_map_hatches_it(tmp_path):
     wide = gs.extend_horizon(grid(plane), distance=300.0)
     scene = gs.Scene({"T": wide})
