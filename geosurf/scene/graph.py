@@ -47,6 +47,7 @@ from geosurf.errors import GeosurfWarning
 from geosurf.faults.distance import lies_beside, warning_of_fault, warnings_of_rims
 from geosurf.intersect import curves_of, merge_curves
 from geosurf.intersect.link import shared_curves
+from geosurf.lazy import xarray
 from geosurf.model import Curves, FluidContact, Patches, Sheet, TriSurface, Units, check_column
 from geosurf.model.base import in_crs_of
 from geosurf.model.column import VirtualWall, fault_of, names_of_zones
@@ -283,6 +284,17 @@ class Graph:
         """All horizons as they lie in the map; torn ones as grids, without gaps at faults."""
         # gaps at faults are not holes of the area
         return horizons_in_map(self.inputs, grid_of_sheet, self.untied)
+
+    def nodes_in_map(self, horizon: str) -> xarray.Dataset | None:
+        """Easting and northing of the nodes of a gridded horizon; None for all others."""
+        lattice = next((one.lattice for one in self._lattices() if one.name == horizon), None)
+        if lattice is None:
+            return None
+        plane = ("row", "column")
+        turned = lattice.easting.ndim == 2
+        easting = plane if turned else ("easting",), lattice.easting
+        northing = plane if turned else ("northing",), lattice.northing
+        return xarray.Dataset(coords={"easting": easting, "northing": northing})
 
     def _untorn_horizons(self) -> list[TriSurface]:
         """All horizons; torn ones as they were given, which needs no fault that leaves the box."""

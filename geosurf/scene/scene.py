@@ -925,8 +925,8 @@ class Scene:
         horizon : str
         grid : float or xarray object, optional
             The width of a cell [m], or anything with coordinates ``northing`` and ``easting`` [m],
-            such as the grid that the horizon was read from. Default: 100 cells along the longer
-            side of the box.
+            such as the grid of another horizon. Default: the nodes of the horizon as it was given;
+            for points and meshes 100 cells along the longer side of the box.
 
         Returns
         -------
@@ -954,6 +954,8 @@ class Scene:
         (6, 8)
         """
         need_depth(self.time, "grids of horizons")
+        if grid is None:
+            grid = self._graph.nodes_in_map(horizon)
         found, lost = horizon_on_grid(self.patches, self.units, horizon, grid)
         self._graph.memory.warn(*filter(None, [lost]))
         crs = self.units.crs

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import GeosurfWarning, InputError
@@ -126,10 +127,17 @@ def test_a_torn_horizon_as_a_grid_states_what_it_loses(tmp_path):
     np.testing.assert_array_equal(np.isnan(back.values), gap)
 
 
-def test_a_horizon_without_walls_loses_nothing():
+@pytest.mark.parametrize("rotated", [False, True])
+def test_a_horizon_without_walls_loses_nothing_on_its_own_nodes(rotated):
     given = gs.synthetic.waves(n=9).horizons
     name, horizon = next(iter(given.items()))
-    grid = gs.Scene(given).horizon_grid(name, horizon)
+    if rotated:
+        x, y = np.meshgrid(horizon.easting, horizon.northing)
+        axes = ("row", "column")
+        coords = {"northing": (axes, 0.8 * y + 0.6 * x), "easting": (axes, 0.8 * x - 0.6 * y)}
+        horizon = xr.DataArray(horizon.values, coords, axes, attrs=horizon.attrs)
+    grid = gs.Scene({name: horizon}).horizon_grid(name)
     assert "lost" not in grid.attrs
+    np.testing.assert_array_equal(grid.easting, horizon.easting)
     inside = ~np.isnan(grid.values)
     np.testing.assert_allclose(grid.values[inside], horizon.values[inside], atol=1e-9)
