@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from geosurf.conventions.axes import is_time_unit
 from geosurf.conventions.crs import crs_of, label
 from geosurf.errors import OutputError
 from geosurf.lazy import xarray as xr
@@ -545,8 +546,10 @@ def not_stored(horizon: xr.DataArray, title: str, moved: float = 0.0) -> list[Lo
         ),
     ]
     if unit != "m":
-        words = f"Values are in {unit}: read the file with length_unit={unit!r}."
-        found.append(Loss("unit", words))
+        how = f"read the file with length_unit={unit!r}"
+        if is_time_unit(unit):
+            how = f"give its path to Scene(..., time=..., length_unit={unit!r})"
+        found.append(Loss("unit", f"Values are in {unit}: {how}."))
     return found
 
 
