@@ -845,4 +845,6 @@ def _title(show: Sequence[str], colour_by: Any) -> str:
     head, last = ", ".join(words[:-1]), words[-1]
     title = (f"{head} and {last}" if head else last).capitalize()
     _, kind = check_colour_by(colour_by)
-    return title if kind == "unit" else f"{title}, by {'elevation' if kind == 'z' else kind}"
+    # the unit stands at the colour bar, with its power of ten
+    by = "elevation" if kind == "z" else kind.partition(" [")[0]
+    return title if kind == "unit" else f"{title}, by {by}"
