@@ -24,6 +24,7 @@ from geosurf.render.diagram import (
     Line,
     diagram_axes,
     draw_ends,
+    in_words,
     lines_of,
     outline_of,
     range_shown,
@@ -132,7 +133,7 @@ def draw_allan(
         areas += f" Pale: not {FACING}."
     words = (
         "Cut-offs: footwall solid, named on the right; hanging wall dashed, named on the left."
-        f"{blue}{areas} Vertical exaggeration {exaggeration:.3g}×."
+        f"{blue}{areas} {in_words(exaggeration)}"
     )
     what = "Allan diagram" if seal is None else "shale gouge ratio"
     words_above = f"{diagram.attrs['fault']}: {what}, strike {strike:03.0f}°"

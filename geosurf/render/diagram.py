@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from geosurf.conventions import palette
-from geosurf.conventions.axes import vertical_label
+from geosurf.conventions.axes import vertical_label, vertical_words
 from geosurf.errors import InputError
 from geosurf.lazy import xarray
 from geosurf.render import artists
@@ -158,7 +158,11 @@ def draw_throw(
     # one line for each stretch of the fault on which both walls have a cut-off
     lines = {name: _stretches(found) for name, found in throws.items()}
     points = [line for parts in lines.values() for line in parts]
-    bands = {name: band for name, band in (shown or {}).items() if band is not None}
+    bands = {
+        name: band
+        for name, band in (shown or {}).items()
+        if band is not None and np.isfinite(band[:, 1]).any()
+    }
     if not points:
         raise InputError("no horizon has throw along this fault, so there is nothing to draw.")
     # no throw is in the picture, which is two metres high at least
@@ -181,6 +185,7 @@ def draw_throw(
     width = sheet.points(2.0)
     axes.axhline(0.0, color=palette.FRAME, linewidth=0.5 * width, zorder=1)
     order = list(horizons) or list(throws)
+    unit = vertical_words("Throw")[1]
     legend = []
     for row, (name, parts) in enumerate(lines.items()):
         red, green, blue = palette.stratum(order.index(name) if name in order else len(order))
@@ -199,7 +204,7 @@ def draw_throw(
             axes.plot(along, data, ":", color=colour, linewidth=width, zorder=3)
         if parts:
             low, high = (f(float(f(line[:, 1])) for line in parts) for f in (min, max))
-            span = f"{round(low)} to {round(high)} m".replace("-", "\N{MINUS SIGN}")
+            span = f"{round(low)} to {round(high)} {unit}".replace("-", "\N{MINUS SIGN}")
             legend.append(Entry(name, colour, span, "line"))
     legend += [Entry(name, detail=why, kind="heading") for name, why in (absent or {}).items()]
     draw_legend(sheet, tuple(legend), 640.0)
@@ -309,6 +314,14 @@ def draw_ends(sheet: Sheet, axes: Axes, azimuth: float) -> None:
             textcoords="offset pixels", ha="center", va="bottom", weight="bold",
             family=FONT, fontsize=points, color=palette.INK,
         )  # fmt: skip
+
+
+def in_words(exaggeration: float) -> str:
+    """Return the scale of a diagram as a sentence of its caption."""
+    unit = vertical_words()[1]
+    if unit == "ms":
+        return f"1 ms is as high as {exaggeration:.3g} m are wide."
+    return f"Vertical exaggeration {exaggeration:.3g}×."
 
 
 def diagram_axes(

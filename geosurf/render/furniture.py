@@ -282,7 +282,9 @@ def draw_colour_bar(
     layout, unit = sheet.layout, sheet.layout.unit
     left, low, high = layout.width - 250.0 * unit, ends[0] * unit, ends[1] * unit
     if len(levels) < 2:
-        sheet.text((left, high), f"{where} {plain_number(sign * levels[0])} m", 12.5)
+        what, _, unit_shown = words.rstrip("]").partition(" [")
+        value = plain_number(sign * levels[0])
+        sheet.text((left, high), f"{what} {where}: {value} {unit_shown}", 12.5)
         return
     n_band *= len(levels) - 1
 
@@ -318,7 +320,10 @@ def frame_map(
     draw_colour_bar(sheet, levels, ends=(260.0, 400.0), **bar)
     draw_north(sheet)
     draw_scale_bar(sheet, metres_per_pixel, "")
-    interval = f", contour interval {length_text(levels[1] - levels[0])}" if len(levels) > 1 else ""
+    interval = ""
+    if len(levels) > 1:
+        step, unit = float(levels[1] - levels[0]), vertical_words()[1]
+        interval = f", contour interval {length_text(step) if unit == 'm' else f'{step:g} {unit}'}"
     draw_words(sheet, title, f"Map view{interval}.{note}")
 
 

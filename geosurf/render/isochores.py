@@ -16,7 +16,7 @@ from scipy.ndimage import distance_transform_edt
 from scipy.spatial import cKDTree
 
 from geosurf.conventions import counted, palette
-from geosurf.conventions.axes import vertical_label
+from geosurf.conventions.axes import vertical_label, vertical_words
 from geosurf.errors import InputError
 from geosurf.lazy import xarray
 from geosurf.render import artists
@@ -324,12 +324,12 @@ def _legend(
     for k, horizon in enumerate(horizons[:2]):
         look = ("line", "dashes")[k]
         legend.append(Entry("Fault polygons", palette.ACCENT, f"at {horizon}", look))
-    large = _large_blocks(thickness)
+    large, unit = _large_blocks(thickness), vertical_words("Thickness")[1]
     rows = zip(map(str, thickness.block.values[large]), letters, values, strict=True)
     for name, letter, block in sorted(rows, key=lambda row: (row[1], row[0])):
         words = "no values"
         if np.isfinite(block).any():
-            words = f"mean {np.nanmean(block):.4g} m, max {np.nanmax(block):.4g} m"
+            words = f"mean {np.nanmean(block):.4g} {unit}, max {np.nanmax(block):.4g} {unit}"
 
         # a single block needs no letter on the map
         label = f"{letter}: {name}" if len(values) > 1 and letter != name else name

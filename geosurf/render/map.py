@@ -219,14 +219,16 @@ def draw_residuals(sheet: Sheet, axes: Axes, found: np.ndarray) -> list[Entry]:
 def _classes(off: np.ndarray, number: np.ndarray) -> Iterator[tuple[str, np.ndarray, RGB, float]]:
     """Name, rows, colour and size of each class of residuals, the largest drawn last."""
     yield "in a gap", np.isnan(off), palette.FAINT, 2.0
-    yield f"within {BOUNDS[0]:g} m, not drawn", number == 0, palette.PAPER, 0.0
+    unit = vertical_words()[1]
+    yield f"within {BOUNDS[0]:g} {unit}, not drawn", number == 0, palette.PAPER, 0.0
     for k in range(1, len(BOUNDS) + 1):
         upper = f" to {BOUNDS[k]:g}" if k < len(BOUNDS) else ""
         lower = f"{BOUNDS[k - 1]:g}" if upper else f"more than {BOUNDS[k - 1]:g}"
         for sign, word, (low, high) in ((1, "above", ABOVE), (-1, "below", BELOW)):
             share = (k - 1) / (len(BOUNDS) - 1)
             red, green, blue = (a + share * (b - a) for a, b in zip(low, high, strict=True))
-            yield f"{lower}{upper} m {word}", number == sign * k, (red, green, blue), 2.0 + 0.6 * k
+            words = f"{lower}{upper} {unit} {word}"
+            yield words, number == sign * k, (red, green, blue), 2.0 + 0.6 * k
 
 
 ABOVE = palette.rgb("#f6b0a0"), palette.rgb("#a50026")

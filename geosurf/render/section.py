@@ -23,6 +23,7 @@ from geosurf.render.diagram import (
     diagram_axes,
     draw_ends,
     highest_in_view,
+    in_words,
     lines_of,
     outline_of,
     range_shown,
@@ -172,7 +173,7 @@ def _figure(
     )
     legend = tuple(Entry(names[k], colours[k]) for k in np.unique(kinds).tolist())
     draw_legend(sheet, legend, 640.0)
-    draw_words(sheet, title, f"Vertical exaggeration {exaggeration:.3g}×.")
+    draw_words(sheet, title, in_words(exaggeration))
     return sheet.figure
 
 
@@ -268,7 +269,7 @@ def draw_section(
     draw_ends(sheet, axes, math.degrees(math.atan2(x1 - x0, y1 - y0)))
     legend = (*_legend(lines, areas, colours, faults), *wells)
     draw_legend(sheet, legend, 640.0)
-    words = f"Areas: whole section. Vertical exaggeration {exaggeration:.3g}×."
+    words = f"Areas: whole section. {in_words(exaggeration)}"
     if any(line["kind"] == "contact" for line, _, _ in lines):
         words = f"Fluid contacts: blue. {words}"
     draw_words(sheet, _title(corners) if title is None else title, words)

@@ -572,7 +572,15 @@ def warn_of_inputs(
         if isinstance(horizon, Sheet):
             for one in horizon.warnings:
                 if one.kind != "fault extended" or one.subject not in whole:
-                    memory.warn(one, issued=True)
+                    memory.warn(in_time(one, inputs.time), issued=True)
+
+
+def in_time(one: GeosurfWarning, time: str | None) -> GeosurfWarning:
+    """Return a warning of a model, which says what its vertical numbers are if it is in time."""
+    if time is None:
+        return one
+    words = f"In time (vertical numbers are ms, not m): {one.effect}"
+    return GeosurfWarning(one.kind, one.subject, words, one.remedy, one.place)
 
 
 def warnings_of_repeats(

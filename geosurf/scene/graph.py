@@ -663,7 +663,8 @@ class Graph:
         for name in self.inputs.faults:
             if lies_beside(self.whole(name), self.box):
                 self._warn_of_outside(name)
-        self.memory.warn(*warnings_of_rims(map(self.whole, self.inputs.faults), self.box, self.aoi))
+        for one in warnings_of_rims(map(self.whole, self.inputs.faults), self.box, self.aoi):
+            self.memory.warn(area.in_time(one, self.inputs.time))
         horizons = [self.surface(name) for name in self.inputs.horizons]
         warn_of_inputs(self.inputs, self.memory, self.read, horizons, self.tops)
         for horizon in self._lattices():
@@ -679,7 +680,8 @@ class Graph:
 
     def _warn_of_outside(self, name: str) -> None:
         """Warn of a fault that does not reach the model."""
-        self.memory.warn(warning_of_fault(self.whole(name), self.box, self.aoi))
+        found = warning_of_fault(self.whole(name), self.box, self.aoi)
+        self.memory.warn(area.in_time(found, self.inputs.time))
 
     def warnings(self) -> tuple[GeosurfWarning, ...]:
         """Return all warnings so far: first of the whole model, then by surface."""

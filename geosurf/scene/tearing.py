@@ -29,6 +29,7 @@ from geosurf.model.sheets import TearPlan
 from geosurf.model.surfaces import CUTOFF
 from geosurf.model.tears import FaultThrow
 from geosurf.rebuild import rebuild_surfaces
+from geosurf.scene.area import in_time
 from geosurf.scene.faults import LongerFaults
 from geosurf.scene.graph import Graph
 from geosurf.scene.inputs import undeclared
@@ -347,7 +348,7 @@ def torn_graph(plain: Graph) -> Graph:
     found = warnings_of(start if plain.plans else given, faults, sheets)
     found += warnings_of_passed(plain.faults.rules, given, faults)
     found += warnings_of_throw(sheets, plain.made_of)
-    plain.memory.warn(*map(_in_time, found) if inputs.time is not None else found)
+    plain.memory.warn(*(in_time(one, inputs.time) for one in found))
     for name in inputs.horizons:
         if throws := inputs.throws_at(name):
             sheets[name] = _thrown(plain, name, throws, faults)
@@ -366,12 +367,6 @@ def torn_graph(plain: Graph) -> Graph:
     graph.known_regions, graph.converted_from = plain.known_regions, plain.converted_from
     graph.zone_rows, graph.made_of = plain.zone_rows, plain.made_of
     return graph
-
-
-def _in_time(one: GeosurfWarning) -> GeosurfWarning:
-    """A warning of a model in time, which says what its vertical numbers are."""
-    words = f"In time (vertical numbers are ms, not m): {one.effect}"
-    return GeosurfWarning(one.kind, one.subject, words, one.remedy, one.place)
 
 
 def torn_or_plain(plain: Graph) -> Graph:

@@ -131,5 +131,5 @@ def test_the_key_says_everywhere_only_where_that_is_true(tmp_path, monkeypatch, 
     mean, most = f"mean {values.mean():.4g} m", f"max {height:.4g} m"
     assert f"{mean}, {most}" in said
     where = "away from faults" if faulted else "everywhere"
-    assert f"{where} {plain_number(height)} m" in said
+    assert f"Thickness {where}: {plain_number(height)} m" in said
     assert sum("everywhere" in words for words in said) == (not faulted)

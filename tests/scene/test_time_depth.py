@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.text import Text
 
 import geosurf as gs
 from tests import strategies
@@ -159,6 +161,12 @@ def test_a_scene_in_time_measures_milliseconds_and_refuses_volumes() -> None:
     assert float(thickness.max()) == pytest.approx(100.0)
     figure = scene.plot.section([(200.0, 1000.0), (3800.0, 1000.0)])
     assert "Two-way time [ms]" in [axes.get_ylabel() for axes in figure.axes]
+    plot = scene.plot
+    pictures = figure, plot.throw("F1"), plot.thickness("Top/Base", grid=200.0), plot.map("Top")
+    shown = "\n".join(text.get_text() for one in pictures for text in one.findobj(Text))
+    for words in ("1 ms is as high as", r"\d to \d+ ms", "max 100 ms", r"contour interval \d+ ms"):
+        assert re.search(words, shown), (words, shown)
+    assert "exaggeration" not in shown
     shift = [gs.ensemble.DepthShift("Top", 5.0)]
     for refused in (
         lambda: scene.volumes, scene.table, scene.volumetrics, scene.closures,
@@ -173,6 +181,16 @@ def test_a_scene_in_time_measures_milliseconds_and_refuses_volumes() -> None:
     assert "m³" not in shown
     with pytest.raises(gs.errors.InputError, match="moves horizons by metres"):
         gs.run_ensemble(in_time(3000.0, {"Top": -2000.0}), 2, uncertain=shift)
+
+
+def test_what_tears_warn_of_in_time_is_listed_once_as_milliseconds() -> None:
+    world = gs.synthetic.torn("Y", n=41, noise=2.0)
+    horizons = {name: one.assign_attrs(units="ms") for name, one in world.horizons.items()}
+    faults = {name: gs.triangulate_fault(one, name=name) for name, one in world.faults.items()}
+    with pytest.warns(gs.GeosurfWarning, match="^In time .vertical numbers are ms, not m.: Hori"):
+        found = gs.Scene(horizons, faults, time="two-way", tear=0.5).warnings
+    assert found
+    assert all(one.effect.startswith("In time") for one in found), found
 
 
 def test_depth_becomes_time_and_comes_back() -> None:
