@@ -688,7 +688,9 @@ class Scene:
     def volumes(self) -> xarray.DataArray:
         """Gross rock volume (GRV) of each unit of the reservoir [m3].
 
-        By zone and block, and contact where there are some. ``units.volumes`` has all units.
+        By zone and block, and contact where there are some. ``units.volumes`` has all units. Two
+        scenes are compared by ``one.to_series().sub(other.to_series(), fill_value=0.0)``:
+        ``one - other`` leaves out units that only one of them has.
         """
         need_depth(self.time, "volumes")
         return self._graph.measured_units.included().volumes
