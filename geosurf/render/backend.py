@@ -181,6 +181,8 @@ def _add_triangles(
         # with the mesh: `sharp` splits its points
         mesh.point_data["shades"] = np.round(255.0 * layer.shades).astype(np.uint8)
         shades = "shades"
+    # colours that stand for numbers are compared with the colour bar: shadows are weak there
+    ambient, diffuse = (0.42, 0.68) if shades is None else (0.75, 0.35)
 
     # smooth normals, but creases of units stay sharp: `sharp` splits their vertices
     mesh = mesh.compute_normals(
@@ -197,8 +199,8 @@ def _add_triangles(
         rgb=shades is not None,
         opacity=layer.opacity,
         smooth_shading=True,
-        ambient=0.42,
-        diffuse=0.68,
+        ambient=ambient,
+        diffuse=diffuse,
         specular=0.0,
         reset_camera=False,
         render=False,
