@@ -137,7 +137,7 @@ class Unit(Shown):
     bounded_by : tuple of str
         Names of the surfaces on its boundary.
     volume, area : float
-        [m3], [m2].
+        [m3], [m2]; in a model in time, volume is area times time [m2 ms].
     contact : str
         ``above OWC``, ``GOC/OWC``, ``below OWC``; empty where no fluid contact counts.
     beneath : tuple of str
@@ -150,6 +150,8 @@ class Unit(Shown):
     region : str
         Part of the field that it belongs to, through all zones: see `Scene.regions`. Empty above
         and below all regions, and for units of `carve_units`.
+    time : str or None
+        ``"two-way"`` or ``"one-way"`` in a model in time.
     """
 
     name: str
@@ -168,6 +170,7 @@ class Unit(Shown):
     fault_sides: tuple[str, ...] = ()
     compartment_of: str = ""
     region: str = ""
+    time: str | None = None
 
     @cached_property
     def vertices(self) -> np.ndarray:
@@ -217,14 +220,18 @@ class Unit(Shown):
 
     def _card(self) -> Card:
         """Return zone, block, volume and what bounds the unit."""
-        rows = [("zone", self.zone), ("block", self.block), ("volume", volume_text(self.volume, 5))]
+        with vertical_axis(self.time):
+            volume = volume_text(self.volume, 5)
+        rows = [("zone", self.zone), ("block", self.block), ("volume", volume)]
         rows += [("region", self.region)] if self.region else []
         rows += [("contact", self.contact)] if self.contact else []
         rows.append(("bounded by", ", ".join(self.bounded_by)))
         return Card(f"Unit {self.name}", rows)
 
     def __repr__(self) -> str:
-        return f"<Unit {self.name!r}: {volume_text(self.volume)}, {self.n_triangle} triangles>"
+        with vertical_axis(self.time):
+            volume = volume_text(self.volume)
+        return f"<Unit {self.name!r}: {volume}, {self.n_triangle} triangles>"
 
 
 # ---- unit table ----------------------------------------
@@ -815,7 +822,7 @@ def units_in(units: Units, regions: RegionFinder, time: str | None) -> Units:
     found, each = copy.copy(units), {name: copy.copy(unit) for name, unit in units.items()}
     for unit in each.values():
         unit.__dict__.pop("region", None)  # of the one that it is a copy of
-        unit.__dict__["_regions"] = regions
+        unit.__dict__.update(_regions=regions, time=time)
     by_labels = {labels: each[unit.name] for labels, unit in units._by_labels.items()}
     found.__dict__.update(_units=each, _by_labels=by_labels, _regions=regions, time=time)
     return found
