@@ -83,7 +83,7 @@ MUTANTS = (
     Mutant("faults", 'return 1 if keep == "+" else -1', 'return -1 if keep == "+" else 1', "tests/faults"),
     Mutant("faults", "front = c_before_b == (way_m[a] > 0)", "front = c_before_b != (way_m[a] > 0)", "tests/faults"),
     Mutant("faults", "ready = [f for f in left if not any(r.main in left for r in rules[f])]", "ready = list(left)", "tests/faults tests/scene"),
-    Mutant("faults", "is_own |= apart and gone == 0.0", "pass", "tests/faults/test_extend.py"),
+    Mutant("faults", "is_own = apart or (gone", "is_own = (gone", "tests/faults/test_extend.py"),
     # ---- ensembles
     Mutant("ensemble", 'n = int((self.group["status"][:] == 1).sum())', 'n = int((self.group["status"][:] != 0).sum())', "tests/ensemble/test_results.py"),
     Mutant("ensemble", "variance = (total[1] - n * mean * mean) / max(n - 1, 1)", "variance = (total[1] - n * mean * mean) / max(n, 1)", "tests/ensemble"),

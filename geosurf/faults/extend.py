@@ -1,10 +1,11 @@
 """A fault that stops inside the model box -> a fault that leaves it.
 
 Strike comes first, then up and down, so that the new corners are filled. Nothing that was given
-moves: the new triangles start at the old rim. Lines that are not parallel go on row by row, each
-row as long as all before it: how a fault goes on near its rim does not depend on how far it goes.
-Where dip lines converge (the inside of a bend) they cross sooner or later, which exact signs find.
-Then each goes on only as far as it has to; what crosses even so is refused with its place.
+moves: the new triangles start at the old rim. The first row of triangles is the same however far a
+fault goes; one that is lengthened goes on in whole rows, each as long as all before it, so that
+less is a part of more. To a box each line goes on from there only as far as it has to. Where dip
+lines converge (the inside of a bend) they cross sooner or later, which exact signs find: then
+there is no whole row, and what crosses even so is refused with its place.
 """
 
 from __future__ import annotations
@@ -145,7 +146,7 @@ def _part_of_strip(
 
 # starts and ways of lines, and how long they are: how far they still have to go (n,) [m]
 Reach = Callable[[np.ndarray, np.ndarray, float], np.ndarray]
-_MARGIN = 0.01  # of the diagonal of the box: how far beyond it an extension ends
+_MARGIN = 0.003  # of the diagonal of the box: how far beyond it an extension ends
 _LINES = "own", "averaged", "filled"  # how lines may go on: the first that has no defect
 _PARALLEL = 1e-9  # by which unit vectors of lines differ that are taken to be parallel
 _ROW = 0.5  # of the smaller side of a fault: the length of the first row
@@ -165,9 +166,9 @@ def extend_fault(
     Dip and strike lines go on by their last step: those of a grid, dip lines of sticks,
     and lines of steepest dip and of strike in the tangent plane at the rim of other meshes.
     On other meshes, and where sticks that are not quite parallel would cross, directions are
-    averaged along the rim, as far as the lines go on. Lines that are not parallel all go as far as
-    the longest, in rows each of which is as long as all before it: what a fault is near its rim
-    does not depend on the box. Sides that lie outside the box already are left alone.
+    averaged along the rim, as far as the lines go on; those along strike over the whole end, so
+    that they are parallel. What a fault is within the first row of triangles, half of its smaller
+    side, does not depend on the box. Sides that lie outside the box already are left alone.
 
     Parameters
     ----------
@@ -184,7 +185,7 @@ def extend_fault(
     -------
     ExtendedFault
         The vertices and triangles as given, bit for bit, then the new ones, which face
-        as their neighbours do. The list of extensions has their distances; they end a hundredth
+        as their neighbours do. The list of extensions has their distances; they end 0.3 %
         of the diagonal of the box beyond it.
 
     Raises
@@ -205,7 +206,7 @@ def extend_fault(
     >>> fault = TriSurface("F1", "fault", corners, [[0, 2, 1], [0, 3, 2]])
     >>> longer = extend_fault(fault, (-500, 500, -500, 500, -500, 500), sides=("up", "down"))
     >>> [(e.side, round(e.distance)) for e in longer.extensions]
-    [('up', 732), ('down', 590)]
+    [('up', 714), ('down', 573)]
     >>> longer.n_given, longer.surface.n_triangle
     (2, 6)
     """
@@ -267,7 +268,7 @@ def _in_turn(
         if box is None or rim_in_box(rim, longer.vertices, side, *box):
             reach = reach_of(side)
             longer, rim, guides, extension = continue_side(
-                longer, rim, guides, side, reach, until, first
+                longer, rim, guides, side, reach, until, first, 1 if box else _ROWS
             )
             found.append(extension)
     return ExtendedFault(longer, surface.n_triangle, tuple(found))
@@ -284,13 +285,20 @@ def first_row(surface: TriSurface) -> float:
 
 
 def continue_side(
-    surface: TriSurface, rim: Rim, guides: Guides, side: str, reach: Reach, until: str, first: float
+    surface: TriSurface,
+    rim: Rim,
+    guides: Guides,
+    side: str,
+    reach: Reach,
+    until: str,
+    first: float,
+    n_whole: int = _ROWS,
 ) -> tuple[TriSurface, Rim, Guides, Extension]:
     """Return (surface, rim, guides, extension) with one more side, row by row, the first so long.
 
     `reach` says how far lines still have to go (n,), from where they are, which way they go, and
-    how long they are already; all go as far as the longest. Where lines that converge would cross
-    before that, each goes on as far as it has to.
+    how long they are already; in the first rows (`n_whole`) all go as far as the longest, then, and
+    where lines that converge would cross before that, each as far as it has to.
     """
     corner = surface.vertices[rim.arcs[side][0]]
     if len(rim.arcs[side]) < 2:
@@ -302,10 +310,10 @@ def continue_side(
         )
     rows = partial(_in_rows, surface, rim, guides, side, reach, until, first)
     try:
-        return rows()
+        return rows(n_whole)
     except GeometryError as refused:
         try:
-            return rows(apart=True)
+            return rows(0)
         except (GeometryError, SurfaceError):
             raise refused from None
 
@@ -318,12 +326,13 @@ def _in_rows(
     reach: Reach,
     until: str,
     first: float,
-    apart: bool = False,
+    n_whole: int,
 ) -> tuple[TriSurface, Rim, Guides, Extension]:
-    """A side that goes on row by row; `apart`: in the first row each line as far as it has to."""
+    """A side that goes on row by row; after some whole ones each line as far as it has to."""
     n_given = surface.n_triangle
     length, least, most, words = first, 0.0, 0.0, []
-    for _ in range(_ROWS):
+    for k in range(_ROWS):
+        apart = k >= n_whole
         row = _row(surface, rim.axes, rim.arcs[side], guides, side, reach, length, most, apart)
         if row is None:
             break
@@ -364,7 +373,7 @@ def _row(
     and the part of it that goes on, the least and largest length of its lines, how these go on, and
     whether far enough.
 
-    None if they are so already. `apart`: each line of the first row as far as it has to.
+    None if they are so already. `apart`: each line as far as it has to.
 
     Lines of a grid go on as they are. Those of sticks, too, unless they would cross; then, and
     where a fault has none, directions are averaged along the rim, as far as the lines go on.
@@ -383,28 +392,33 @@ def _row(
     own = bool((guides.of(side)[arc] >= 0).all())
     ways = _LINES[:1] if own and guides.exact else _LINES
     defect = None
+    # directions are averaged as far along the rim as lines go on; along strike over all of the end
+    window = np.inf if side in ("start", "end") else gone + length
     # whole rows first, in each way: how lines go on does not depend on how much of a row is needed
-    for is_whole, lines in product((True, False), ways):
-        # tangents of a mesh are as noisy as its triangles: they are averaged before they count
-        if not own and lines == "own":
-            continue
+    for is_whole, lines in product((True,) if apart else (True, False), ways):
         edge, filled, arc = given, np.empty((0, 3), dtype=np.int64), given
-        window = 0.0 if lines == "own" else gone + length
         if lines == "filled":
             ahead = directions(x, t, arc, side, axes, guides, window)
             edge, filled, arc = without_notches(x, arc, ahead)
             if len(arc) < 2 or len(arc) == len(given):
                 continue
-        way = directions(x, t, arc, side, axes, guides, window)
+        way = directions(x, t, arc, side, axes, guides, 0.0 if lines == "own" else window)
         missing = reach(x[arc], way, gone)
-        longest = float(missing.max())
-        if longest <= 0.0 and arc is given:
+        if missing.max() <= 0.0 and arc is given:
             return None
+        if apart:
+            window = max(window, float(np.median(missing)))
+        # tangents of a mesh are as noisy as its triangles: they are averaged before they count
+        if not own and lines == "own":
+            continue
 
         # a row of parallel lines is flat, however long each of them is
-        is_own = gone == 0.0 and bool(np.ptp(way, axis=0).max() <= _PARALLEL)
-        is_own = is_own and longest > 0.0 and _is_enough(reach, x[arc], way, missing, gone)
-        is_own |= apart and gone == 0.0
+        is_own = apart or (gone == 0.0 and bool(np.ptp(way, axis=0).max() <= _PARALLEL))
+        for _ in range(_ROWS if is_own else 0):
+            if _is_enough(reach, x[arc], way, missing, gone):
+                break
+            missing = 1.5 * missing  # the new rim crosses an edge of the box between two lines
+        longest = float(missing.max())
         far = missing if is_own else np.full(len(arc), longest)
         is_last = (is_own or 0.0 < longest < length) and _is_enough(reach, x[arc], way, far, gone)
         needed = longest / length if is_last and not is_own else 1.0
