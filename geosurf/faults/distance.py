@@ -142,7 +142,11 @@ def _closest_pair(
 
     # the closest points are at an end of the segment, where it passes through the plane, or on it
     # and an edge of the triangle
-    found = [_of_ends(p, t[j]) for p in (s[i, 0], s[i, 1], _on_planes(s[i], t[j]))]
+    normal = np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0])[j]
+    places = [s[i, 0]]
+    if (s[:, 0] != s[:, 1]).any():  # no points
+        places += [s[i, 1], _on_planes(s[i], t[j], normal)]
+    found = [_of_ends(place, t[j], normal) for place in places]
     found += [_of_lines(s[i], t[j][:, [k, (k + 1) % 3]]) for k in range(3)]
     on_s, on_t = (np.concatenate([f[k] for f in found]) for k in range(2))
     distance = np.linalg.norm(on_s - on_t, axis=1)
@@ -151,24 +155,22 @@ def _closest_pair(
     return float(distance[row]), tuple(on_s[row].tolist()), tuple(on_t[row].tolist())
 
 
-def _on_planes(s: np.ndarray, t: np.ndarray) -> np.ndarray:
+def _on_planes(s: np.ndarray, t: np.ndarray, n: np.ndarray) -> np.ndarray:
     """Where segments come closest to the planes of triangles: in them, or at an end."""
-    a, b, c = t.swapaxes(0, 1)
+    a = t[:, 0]
     start, end = s.swapaxes(0, 1)
-    n = np.cross(b - a, c - a)
     one, two = (((place - a) * n).sum(axis=1) for place in (start, end))
     apart = one - two
     share = np.clip(np.where(apart == 0, 0.0, one / np.where(apart == 0, 1.0, apart)), 0.0, 1.0)
     return start + share[:, None] * (end - start)
 
 
-def _of_ends(p: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _of_ends(p: np.ndarray, t: np.ndarray, n: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Points and their feet in the insides of triangles; corners where the foot is outside.
 
     Feet on edges are found by `_of_lines`.
     """
     a, b, c = t[:, 0], t[:, 1], t[:, 2]
-    n = np.cross(b - a, c - a)
     size = np.maximum((n * n).sum(axis=1), np.finfo(float).tiny)
     foot = p - (((p - a) * n).sum(axis=1) / size)[:, None] * n
     inside = (n * n).sum(axis=1) > 0  # rounding may leave a triangle no area

@@ -13,6 +13,7 @@ from geosurf.cli import main
 from geosurf.ensemble import ContactLevel, DepthShift, FaultShift, Triangular, Uniform
 from geosurf.ensemble.run import planned
 from geosurf.errors import InputError, ScenarioError
+from geosurf.report.page import PNG_SIGNATURE
 from tests.ensemble.worlds import AREA, fault, layer_cake, plane
 from tests.planes import scenario_tables
 
@@ -79,6 +80,12 @@ def write(tmp_path):
     return written
 
 
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Pictures of a page are empty: `test_report` draws them."""
+    monkeypatch.setattr("geosurf.render.compose.figure_bytes", lambda *_: PNG_SIGNATURE)
+
+
 def test_a_scenario_gives_the_results_of_its_scene(write):
     path = write(CONTACT, ENSEMBLE)
     result = gs.run_ensemble(path).data
@@ -114,7 +121,9 @@ def test_where_throws_are_certain_nothing_is_thrown_again(write):
     assert not plan.run(0).reason
 
 
-def test_the_command_writes_tables_and_continues_with_keys_that_are_set(write, tmp_path, capsys):
+def test_the_command_writes_tables_and_continues_with_keys_that_are_set(
+    write, undrawn, tmp_path, capsys
+):
     """Tables without names are counted."""
     path, out, key = write(CONTACT, WITHOUT_MAPS), tmp_path / "out", "uncertain.1.uniform=[4, 6]"
     words = ["ensemble", str(path), "-o", str(out), "--workers", "1", "--set"]
@@ -134,7 +143,7 @@ def test_the_command_writes_tables_and_continues_with_keys_that_are_set(write, t
     assert "no table '4'. These tables have no names; count them" in capsys.readouterr().err
 
 
-def test_the_example_of_new_can_be_run_as_an_ensemble(tmp_path, capsys):
+def test_the_example_of_new_can_be_run_as_an_ensemble(undrawn, tmp_path, capsys):
     assert main(["new", str(tmp_path / "field"), "--example"]) == 0
     path = tmp_path / "field" / "scenario.toml"
     text, mark, fluids = path.read_text().partition("# How much oil is in place?")

@@ -38,6 +38,7 @@ file = "F1.nc"
 
 [output]
 views = ["southwest"]
+exploded = false
 maps = false
 sections_m = []
 size_px = [320, 240]
@@ -98,7 +99,7 @@ def test_lists_that_memory_does_not_hold_are_left_out_or_refused(tmp_path, monke
         gs.run_scenario(path, tmp_path / "out", pictures=False)
 
     # a tolerance would be refused where horizons are torn
-    path.write_text(body.replace("sections_m", "exploded = false\nsections_m") + "[tear]\n")
+    path.write_text(body + "[tear]\n")
     with pytest.warns(GeosurfWarning, match=r"free. Give grids with fewer nodes; or leave"):
         gs.run_scenario(path, tmp_path / "out", pictures=False)
 

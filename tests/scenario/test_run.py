@@ -59,7 +59,8 @@ def test_a_run_writes_everything_and_a_second_run_the_same_bytes(scenario, tmp_p
 
 def test_results_of_an_earlier_run_do_not_survive_and_other_files_do(scenario, tmp_path):
     out = tmp_path / "out"
-    run_scenario(scenario(('["southwest"]', "[]\nexploded = false")), out)
+    few = "[]\nexploded = false\nmaps = false\nallan = false\nthickness = false"
+    run_scenario(scenario(('["southwest"]', few)), out)
     (out / "notes.txt").write_text("mine")
     (out / "pictures" / "mine.png").write_text("mine")
     without_fault = scenario(
