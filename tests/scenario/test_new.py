@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
+from geosurf.errors import InputError
 from geosurf.scenario import build_scene, read_scenario
 from geosurf.scenario.new import NewScenario, new_scenario
 from geosurf.scenario.new.judge import Found
@@ -101,13 +102,13 @@ def test_files_of_every_kind(tmp_path: Path) -> None:
     (tmp_path / "picture.png").write_bytes(b"\x89PNG")
     gs.write(gs.TriSurface("thrust", "fault", [[0, 0, 0], [9, 0, 0], [0, 9, 9]], [[0, 1, 2]]),
              tmp_path / "thrust fault.ts")  # fmt: skip
-    new = new_scenario(tmp_path / "field", [tmp_path, tmp_path / "missing.gri"])
+    new = new_scenario(tmp_path / "field", [tmp_path])
     assert kinds(new) == {
         "01_Top ä.poi": "horizon", "Base ä.xyz": "horizon", "F1.pol": "fault",
         "thrust fault.ts": "fault", "outline.pol": "outline", "tops.csv": "tops",
         "loose.poi": "left out", "wall.poi": "left out", "many.csv": "left out",
         "gaps.pol": "left out", "notes.txt": "left out", "broken.gri": "left out",
-        "empty.poi": "left out", "picture.png": "left out", "missing.gri": "left out",
+        "empty.poi": "left out", "picture.png": "left out",
     }  # fmt: skip
     left = [one for one in new.found if one.kind == "left out"]
     text = new.path.read_text(encoding="utf-8")
@@ -116,6 +117,10 @@ def test_files_of_every_kind(tmp_path: Path) -> None:
     assert [entry.name for entry in scenario.horizons] == ["Top ä", "Base ä"]
     assert scenario.tear is not None
     assert scenario.tops is not None
+    for wrong, words in (("01_Top.poi", "Did you mean '01_Top ä.poi'"), ("*.grd", "the suffix")):
+        with pytest.raises(InputError, match=f"no file has such a name. .*{words}"):
+            new_scenario(tmp_path / "never", [tmp_path / "Base ä.xyz", tmp_path / wrong])
+    assert not (tmp_path / "never").exists()
 
 
 def test_faults_in_feet_meet_the_horizons(export: Callable[[str], FieldTruth]) -> None:

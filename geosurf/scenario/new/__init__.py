@@ -20,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-from geosurf.conventions import METRES_PER_UNIT, check_word, counted, toml_key
+from geosurf.conventions import METRES_PER_UNIT, check_word, counted, did_you_mean, toml_key
 from geosurf.errors import GeosurfWarning, InputError, OutputError, SurfaceError
 from geosurf.files import write_into_folder
 from geosurf.model.expected import path_of
@@ -107,7 +107,7 @@ def new_scenario(
     Raises
     ------
     InputError
-        If there are no files, or none of them holds a horizon or a sealed model.
+        If a file does not exist, or none of them holds a horizon or a sealed model.
     OutputError
         If the scenario exists and `replace` is False, or the folder cannot be written.
 
@@ -160,8 +160,10 @@ def _files_of(files: list[str] | list[Path]) -> list[Path]:
     found: dict[Path, None] = {}
     for word in files:
         path = path_of(word, "geosurf new")
-        if not path.exists() and any(sign in str(path) for sign in "*?["):  # the shell found none
-            raise InputError(f"{path}: no file has such a name. Check the folder and the suffix.")
+        if not path.exists():
+            beside = did_you_mean(path.name, [one.name for one in path.parent.glob("*")])
+            remedy = beside or " Check the folder and the suffix."
+            raise InputError(f"{path}: no file has such a name.{remedy}")
         inside = [path]
         if path.is_dir():
             # exports keep horizons and faults in folders of their own; hidden files are not data
