@@ -160,15 +160,19 @@ def test_pieces_tables_and_polygons_are_proposed_as_faults(
     files = [export("grids").files["Top"], tmp_path / "gaps.pol"]
     new = new_scenario(tmp_path / "gaps", [*files, tmp_path / "again.dat"], positive="down")
     assert kinds(new)["again.dat"] == "left out"
-    (asked,) = new.questions
+    asked, regions = new.questions
     assert "fault polygons of 'Top'" in asked.text
+    assert "do these faults separate regions?" in regions.text
     text = new.path.read_text(encoding="utf-8").splitlines()
-    end = text.index("", asked.line)
-    rows = [line.removeprefix("# ") for line in text[asked.line - 1 : end]]
-    new.path.write_text("\n".join([*text[: asked.line - 1], *rows, *text[end:]]))
+    for question in (asked, regions):
+        end = text.index("", question.line) if "" in text[question.line :] else len(text)
+        rows = slice(question.line - 1, end)
+        text[rows] = [line.removeprefix("# ") for line in text[rows]]
+    new.path.write_text("\n".join(text))
     scenario = read_scenario(new.path)
     assert [one.name for one in scenario.faults] == ["P1", "P2"]
     assert scenario.tear is not None
+    assert set(scenario.compartments) == {"P1", "P2"}
 
 
 def test_points_without_faults_are_gridded(tmp_path: Path) -> None:

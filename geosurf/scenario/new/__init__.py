@@ -385,8 +385,10 @@ def _tear(page: Page, ready: Ready) -> None:
 
 
 def _polygons(page: Page, folder: Path, ready: Ready) -> None:
-    """Fault polygons, which may stand for faults."""
+    """Fault polygons, which may stand for faults, and whether these separate regions."""
     taken = {one.name for one in ready.of("horizon", "fault", "contact")}
+    tear = [] if "[tear]" in page.lines else ["[tear]"]
+    faults = []
     for one in ready.of("polygons"):
         horizon = nearest_horizon(ready, one)
         clouds = [other.elevations for other in ready.of("horizon")]
@@ -395,6 +397,7 @@ def _polygons(page: Page, folder: Path, ready: Ready) -> None:
             # short names, since names of blocks consist of them
             name = f"P{k}" if f"P{k}" not in taken else f"{one.name} {k}"
             taken.add(name)
+            faults.append(name)
             lines += ["[[faults]]", f"name = {quoted(name)}"]
             lines += _dip(part * [1.0, 1.0, one.scale], clouds)
             lines += [] if one.positive is None or ready.positive else _file(folder, one, ready)[1:]
@@ -404,8 +407,16 @@ def _polygons(page: Page, folder: Path, ready: Ready) -> None:
         page.ask(
             f"has {one.path.name} fault polygons of {horizon!r}? Each may be a fault, at which "
             "horizons are cut. Without them the model has no faults.",
-            *lines, "[tear]",
+            *lines, *tear,
         )  # fmt: skip
+    if faults:
+        page.add("")
+        page.ask(
+            "do these faults separate regions? One that dies inside the field bounds no block. "
+            "Virtual walls without throw continue those that you uncomment here, too.",
+            "[compartments]",
+            *(f'{toml_key(name)} = "nearest"' for name in faults),
+        )
 
 
 def _dip(polygon: np.ndarray, horizons: list[np.ndarray]) -> list[str]:
