@@ -16,9 +16,10 @@ from geosurf.conventions import (
     metres_per_unit,
     real_numbers,
 )
+from geosurf.conventions.axes import FOOT
 from geosurf.conventions.checks import no_data_in
 from geosurf.conventions.crs import crs_of
-from geosurf.errors import InputError
+from geosurf.errors import GeosurfWarning, InputError
 from geosurf.model.base import Noun, frozen
 
 COLUMNS = ("well", "horizon", "easting", "northing", "elevation")
@@ -131,6 +132,55 @@ def tops_of(tops: Any) -> Tops:
             f"{absent[1]:g}, a usual mark of no data. Leave this top out, or correct it."
         )
     return Tops(wells, horizons, frozen(points + 0.0, np.float64), crs_of(tops))
+
+
+# ---- heights of another sign or unit ----------------------------------------
+# A top that is far from its horizon, and near it as a depth or in feet, is one.
+
+
+FARTHEST = 100.0  # m: a misfit that a wrong pick may have
+NEARER = 10.0  # times, with the other sign or unit
+READ_AS = {
+    -1.0: ("a depth", "positive='down'"),
+    FOOT: ("in feet", "length_unit='ft'"),
+    -FOOT: ("a depth in feet", "positive='down', length_unit='ft'"),
+}
+
+
+def doubtful_top(tops: Tops, rows: np.ndarray, model: np.ndarray) -> GeosurfWarning | None:
+    """
+    Return a warning of the first top that is met with another sign or unit; None without one.
+
+    Parameters
+    ----------
+    tops : Tops
+    rows : ndarray of int64
+        Which tops are compared.
+    model : ndarray of float64
+        Elevation of the horizon at each of them [m]; NaN where it has none.
+
+    Examples
+    --------
+    >>> tops = Tops(("W",), ("Top",), np.array([[0.0, 0.0, 2050.0]]))
+    >>> print(doubtful_top(tops, np.array([0]), np.array([-2053.0])).effect)
+    The top 'Top' in well 'W' is 4.1 km off its horizon; as a depth it would be 3 m off.
+    """
+    picked = tops.points[rows, 2]
+    off = np.abs(model - picked)
+    for factor, (what, how) in READ_AS.items():
+        as_read = np.abs(model - factor * picked)
+        doubted = np.flatnonzero((off > FARTHEST) & (NEARER * as_read < off))
+        if len(doubted):
+            first = doubted[0]
+            row = int(rows[first])
+            effect = (
+                f"The top {tops.words(row)} is {length_text(off[first])} off its horizon; "
+                f"{'' if what == 'in feet' else 'as '}{what} it would be "
+                f"{length_text(as_read[first])} off."
+            )
+            remedy = f"Give read_tops {how}, or elevations in metres, or correct this top."
+            return GeosurfWarning("tops", tops.horizons[row], effect, remedy, tops.points[row])
+    return None
 
 
 # ---- tie ----------------------------------------

@@ -34,7 +34,7 @@ from geosurf.model.network import Extension, FaultNetwork, Truncation
 from geosurf.model.patches import Curves, VoxelSearch
 from geosurf.model.protocols import View3D
 from geosurf.model.regions import Regions
-from geosurf.model.tops import TieReport, Tops
+from geosurf.model.tops import TieReport, Tops, doubtful_top
 from geosurf.model.units import sums_of
 from geosurf.rebuild import trim_sheets
 from geosurf.scene.area import check_system_of_places, refuse_other_systems, warnings_of_places
@@ -1494,9 +1494,12 @@ class Scene:
         refuse_other_systems(self._graph.read.crs, inputs.crs, checked, None)
         memory.warn(*warnings_of_names(checked, self.horizon_names))
         run = lambda: measure.well_misfit(self.patches, self.units, checked)  # noqa: E731
-        return self._measured(
+        found: xarray.Dataset = self._measured(
             "misfit", run, checked.wells, checked.horizons, checked.points.tobytes()
         )
+        doubt = doubtful_top(checked, np.arange(len(checked)), found.model.values)
+        memory.warn(*filter(None, [doubt]))
+        return found
 
     # ---- views and pictures --------------------------------------------------------------
 

@@ -103,6 +103,18 @@ def test_tops_from_a_file_and_without(planes, tmp_path):
     refused(InputError, "tops is dict without all of well", planes.misfit, {"well": ["W1"]})
 
 
+@pytest.mark.parametrize(
+    ("factor", "how"), [(-1.0, "positive='down', or"), (1 / 0.3048, "read_tops length_unit='ft'")]
+)
+def test_a_top_of_another_sign_or_unit_is_named_and_not_tied(planes, factor, how):
+    east, north, up = planes.surface("Top").vertices[37]  # F1 is not below it
+    tops = tops_at([east, north, factor * up])
+    with pytest.warns(GeosurfWarning, match=f"'Top' in well 'W0' is .* Give .*{how}"):
+        planes.misfit(tops)
+    with pytest.raises(InputError, match=how):
+        _ = planes.replace(tops=tops, tie=True).units
+
+
 # ---- A horizon on the nodes of a grid is where the model has it; what faults lose is stated.
 def test_a_torn_horizon_as_a_grid_states_what_it_loses(tmp_path):
     world = gs.synthetic.faulted("graben", n=41)

@@ -17,10 +17,10 @@ from geosurf.conventions import length_text, place
 from geosurf.conventions.axes import COORDINATES, points_in
 from geosurf.conventions.checks import are_points
 from geosurf.conventions.crs import crs_of
-from geosurf.errors import GeometryError, GeosurfWarning
+from geosurf.errors import GeometryError, GeosurfWarning, InputError
 from geosurf.measure.columns import columns_through
 from geosurf.model import Sheet, SheetReport, TriSurface, frozen
-from geosurf.model.tops import TieReport, TieSettings, Tops
+from geosurf.model.tops import TieReport, TieSettings, Tops, doubtful_top
 from geosurf.sheets.lattice.data import points_of
 from geosurf.sheets.tie.controls import (
     Controls,
@@ -89,7 +89,7 @@ def tie_horizon(
     Raises
     ------
     InputError
-        If the range is too small for the cells of the horizon.
+        If the range is too small for the cells of the horizon, or a top has another sign or unit.
     GeometryError
         If two tops contradict each other, or a top is not met within the tolerance.
 
@@ -117,6 +117,9 @@ def tie_horizon(
     cut = cut_horizon(made, faults)
     controls = first = controls_of(cut, tops, rows)
     rounds = 0
+    at_tops = tops.points[controls.top, 2] - controls.residual
+    if (doubt := doubtful_top(tops, controls.top, at_tops)) is not None:
+        raise InputError(str(doubt))
 
     # torn again after each correction: heights near faults are solved for, so that one
     # correction of the data does not meet tops there
