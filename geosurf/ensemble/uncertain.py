@@ -39,7 +39,7 @@ from geosurf.model.distributions import (
     distribution_of,
     reach_of,
 )
-from geosurf.model.tops import Tops, tops_of
+from geosurf.model.tops import Tops, doubtful_top, tops_of
 from geosurf.report.page import number
 from geosurf.warning import warn_of
 
@@ -300,7 +300,11 @@ class DepthError(Named):
             self._warn_of_outside(names[0], int((~inside).sum()), len(points))
         points, corners, shares = points[inside], corners[inside], shares[inside]
         # What the field has to be there: the pick minus the horizon of the base case.
-        errors = points[:, 2] - (horizon.points[corners, 2] * shares).sum(axis=1)
+        base = (horizon.points[corners, 2] * shares).sum(axis=1)
+        errors = points[:, 2] - base
+        picks = Tops(("of a pick",) * len(points), (names[0],) * len(points), points)
+        if (doubt := doubtful_top(picks, np.arange(len(points)), base)) is not None:
+            raise InputError(f"{self.parameter}: {doubt}")
         of_picks = _weights_at_picks(corners, shares, len(horizon.points), weights[0])
         return points[:, :2], errors, of_picks
 

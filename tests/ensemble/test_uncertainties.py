@@ -208,6 +208,7 @@ def test_a_default_box_is_that_of_the_base_case_and_tall_enough():
         ([DepthError("Top", sd=-1.0, range=500.0)], "sd is -1.0; give metres above 0"),
         ([DepthError("Top", sd=1.0, range=500.0, picks="wells")], "picks is 'wells'; give"),
         ([DepthError("Top", sd=1.0, range=500.0, picks=[[1, 2]])], "picks have shape"),
+        ([DepthError("Top", sd=1.0, range=500.0, picks=[[9, 9, 999]])], "as a depth it would"),
         (
             [DepthError((), sd=1.0, range=500.0, picks=[[9, 9, -999]])],
             "cannot meet the well tops of",
