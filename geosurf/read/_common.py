@@ -452,18 +452,24 @@ class Otherwise(str):
 
 
 class Ratio(Otherwise):
-    """In place of a length unit: values are ratios, and are taken as they are."""
+    """In place of a length unit: values are ratios, or of this unit, and taken as they are."""
 
     __slots__ = ()
 
 
-def check_ratio(stated: str | None, what: str) -> None:
-    """Refuse a unit that no ratio has; readers of grids put "m" where files state nothing."""
-    if str(stated) not in ("None", "1", "", "m", "fraction", "v/v", "m3/m3", "rm3/sm3", "Rm3/Sm3"):
-        raise InputError(
-            f"{what} is in {stated!r}; it must be a ratio. Divide percent by 100, and set "
-            "attrs['units'] = '1'."
-        )
+# readers of grids put "m" where files state nothing
+RATIOS = ("None", "1", "", "m", "fraction", "v/v", "m3/m3", "rm3/sm3", "Rm3/Sm3")
+VELOCITIES = ("None", "", "m", "m/s", "m s-1", "m.s-1", "m s^-1")
+
+
+def check_ratio(stated: str | None, what: str, unit: str = "1") -> None:
+    """Refuse a unit that no ratio has, or no velocity in m/s."""
+    if str(stated) in (VELOCITIES if unit == "m/s" else RATIOS):
+        return
+    wanted = "a ratio. Divide percent by 100, and set attrs['units'] = '1'"
+    if unit == "m/s":
+        wanted = "in m/s. Convert it"
+    raise InputError(f"{what} is in {stated!r}; it must be {wanted}.")
 
 
 def otherwise(words: Mapping[str, str | None]) -> dict[str, Any]:
@@ -505,7 +511,7 @@ def agreed_scale(
 ) -> float:
     """Return metres per unit from a file, the argument of a caller, or a format."""
     if isinstance(requested, Ratio):
-        check_ratio(stated, what)
+        check_ratio(stated, what, requested)
         return 1.0
     # A scene in time takes times only: its unit counts where the file states none.
     if isinstance(requested, TimeUnit):

@@ -102,7 +102,7 @@ def _velocity(graph: Graph, inputs: SceneInputs, time: str) -> Velocity:
 
     def run() -> Velocity:
         def open_map(value: Any, name: str) -> Lattice:
-            return opened_map(value, name, inputs.crs)
+            return opened_map(value, name, inputs.crs, unit="m/s")
 
         def of_wells(given: Any, datum: float) -> Any:
             if inputs.time is None:

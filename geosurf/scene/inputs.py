@@ -664,7 +664,7 @@ def factors_of_rock(values: Sequence[Any], crs: str | None, *, drawn: bool = Fal
     return found
 
 
-def opened_map(value: Any, name: str, crs: str | None, *, metres: bool = False) -> Lattice:
+def opened_map(value: Any, name: str, crs: str | None, *, unit: str = "1") -> Lattice:
     """
     Return the grid of a map of a property, given or read as a horizon is.
 
@@ -676,21 +676,23 @@ def opened_map(value: Any, name: str, crs: str | None, *, metres: bool = False) 
         Of the argument, for messages.
     crs : str or None
         Of the scene.
-    metres : bool
-        Whether values are lengths [m], which may have that unit.
+    unit : {"1", "m", "m/s"}
+        Of the values: ratios; lengths, which a map may have in another unit; or velocities.
 
     Raises
     ------
     InputError
-        For other things, values with a unit, or another reference system.
+        For other things, values with another unit, or another reference system.
     """
     if isinstance(value, str | Path):
-        words: Any = {"positive": Otherwise("up"), "length_unit": Ratio("m")}
+        length_unit = Otherwise("m") if unit == "m" else Ratio(unit)
+        words: Any = {"positive": Otherwise("up"), "length_unit": length_unit}
         value = read_horizon(value, **words)
-    unit = getattr(value, "attrs", {}).get("units")
-    if not (metres and unit == "m"):
-        check_ratio(unit, f"the map of {name}")
-    found = horizon_over(value, (), name=name, positive="up", length_unit="m", noun="map of")
+    stated = getattr(value, "attrs", {}).get("units", "m")
+    if unit != "m":
+        check_ratio(stated, f"the map of {name}", unit)
+        stated = "m"
+    found = horizon_over(value, (), name=name, positive="up", length_unit=stated, noun="map of")
     if found.lattice is None:
         raise InputError(f"the map of {name} is a mesh. Give a grid over easting and northing.")
     if crs is not None and found.crs is not None:

@@ -134,7 +134,7 @@ def _thickness(plain: Graph, one: MadeHorizon) -> Field:
             raise InputError(f"{what} is {value!r}. Give metres, 0 or more.")
         return Field(float(value))
     if hasattr(value, "dims") or isinstance(value, str) or hasattr(value, "__fspath__"):
-        return Field(opened_map(value, what, plain.inputs.crs, metres=True))
+        return Field(opened_map(value, what, plain.inputs.crs, unit="m"))
     known = value if hasattr(value, "__contains__") else ()
     keys = ("easting", "northing", "thickness")
     if any(key not in known for key in keys):

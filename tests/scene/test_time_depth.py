@@ -240,7 +240,7 @@ def test_what_cannot_be_meant_is_refused(
 
 
 def test_average_velocities_to_horizons_are_met_and_zones_follow() -> None:
-    slow = grid(2400.0 + 0.05 * np.add.outer(Y, X))
+    slow = grid(2400.0 + 0.05 * np.add.outer(Y, X), units="m/s")
     velocity = {"Top": slow, "Base": 2600.0, "below Base": 3500.0}
     scene = in_time(2000.0, {"Top": -2000.0, "Base": -2300.0}, velocity=velocity, box=None)
     time = scene.in_time()

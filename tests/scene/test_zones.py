@@ -34,7 +34,7 @@ def heights(scene, name):
 
 def test_planes_move_by_their_thickness_and_isopachs_along_the_normal():
     zones = {
-        "A": {"below": "Top", "thickness": 12.5},
+        "A": {"below": "Top", "thickness": grid(12.5 / 0.3048, units="ft")},
         "B": {"below": "A", "thickness": 8.0, "kind": "isopach", "base": "M"},
         "C": {"above": "Base", "thickness": 5.0},
     }
