@@ -92,7 +92,8 @@ def run_command(options: argparse.Namespace) -> Answer:
     include = scenario.output.include
     table = as_plain_text(volume_table(units, include), "GRV [million m³]")
     left = left_out(units, "To list them: --set output.include=all.", include)
-    lines = [f"\n{table}\n", *filter(None, [left]), f"{len(units)} units in {seconds:.1f} s."]
+    notes = left, units.included(include).ends_at_box
+    lines = [f"\n{table}\n", *filter(None, notes), f"{len(units)} units in {seconds:.1f} s."]
     if units.slivers:
         lines.append(f"{units.slivers_in_words}. To merge them: --set slivers.merge=true.")
     elif units.merged:

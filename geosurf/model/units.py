@@ -11,8 +11,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import check_name, counted, grouped, is_word, known_names, volume_text
-from geosurf.conventions.axes import vertical_axis
+from geosurf.conventions import (
+    check_name,
+    counted,
+    grouped,
+    is_word,
+    known_names,
+    number_text,
+    volume_text,
+)
+from geosurf.conventions.axes import vertical_axis, vertical_words
 from geosurf.conventions.card import MOST, Card
 from geosurf.conventions.palette import unit_colours
 from geosurf.errors import InputError
@@ -439,10 +447,14 @@ class Units(Shown, Mapping[str, Unit]):
         ]
         shades = [colours[labels[unit.name]] for unit in first]
         with vertical_axis(self.time):
-            words = part.slivers_in_words, part.merged_in_words, left_out(self, TABLE)
             title = f"{counted(len(part), 'unit')}, GRV {volume_text(part.volume)}"
-        notes = [*filter(None, words)]
-        return Card(title, rows, head, shades, notes, len(listed))
+            return Card(title, rows, head, shades, self._notes(), len(listed))
+
+    def _notes(self) -> list[str]:
+        """What stands below tables of the reservoir."""
+        part = self.included()
+        words = part.slivers_in_words, part.merged_in_words, left_out(self, TABLE), part.ends_at_box
+        return [*filter(None, words)]
 
     def __repr__(self) -> str:
         # Counts tell more than names: a model may have hundreds of units.
@@ -488,8 +500,7 @@ class Units(Shown, Mapping[str, Unit]):
             lines.append("  ".join([*words, volume.rjust(room)]))
         more = f", {len(rows) - MOST_ROWS} more of them" if len(rows) > MOST_ROWS else ""
         lines.append(f"{counted(len(part), 'unit')}{more}, GRV {volume_text(part.volume)}")
-        notes = part.slivers_in_words, part.merged_in_words, left_out(self, TABLE)
-        lines += filter(None, notes)
+        lines += self._notes()
         clipped = self.report.get("clipped", ())
         lines += map(str, clipped[:MOST_CLIPS])
         if len(clipped) > MOST_CLIPS:
@@ -696,6 +707,35 @@ class Units(Shown, Mapping[str, Unit]):
         more = f" and {n - MOST_SLIVERS} more" if n > MOST_SLIVERS else ""
         one = "1 of them is a sliver" if n == 1 else f"{n} of them are slivers"
         return f"{one} ({self.sliver_settings.rule}), {volume_text(total)} in all: {listed}{more}"
+
+    @property
+    def ends_at_box(self) -> str:
+        """Zones that reach the top or bottom of the model box, in a sentence; '' for none.
+
+        Examples
+        --------
+        >>> from geosurf import Scene, synthetic
+        >>> world = synthetic.tilted_planes()
+        >>> Scene({"Top": world.horizons["Top"]}, {}, world.box).units.ends_at_box[:43]
+        "'above Top' and 'below Top' end at the mode"
+        """
+        last = max((unit.zone_index for unit in self.values()), default=0)
+        outer = {last: "below ", 0: "above "}
+        zones: dict[str, None] = {}
+        for unit in self.values():
+            side = outer.get(unit.zone_index, "")
+            if side and all(word.startswith(side) for word in (unit.zone, unit.contact or side)):
+                zones[repr(", ".join(filter(None, (unit.zone, unit.contact))))] = None
+        if not zones:
+            return ""
+        many = len(zones) > 1
+        bottom, top = (number_text(z, 5) for z in self.box[4:])
+        name, metre = vertical_words()
+        return (
+            f"{' and '.join(zones)} {'end' if many else 'ends'} at the model box, {name.lower()} "
+            f"{bottom} to {top} {metre}: {'their' if many else 'its'} GRV depends on box= ([box] "
+            "in a scenario)."
+        )
 
     @property
     def merged_in_words(self) -> str:

@@ -300,8 +300,8 @@ def _sections(
 def _volumes(scene: ReportedModel, include: str) -> str:
     """The table of volumes and what it adds up to."""
     how = 'To list them: include="all" (in a scenario: in [output]).'
-    left = left_out(scene.units, how, include)
-    words = [*filter(None, [left]), tables.balance(scene.units), *tables.accuracy(scene)]
+    notes = left_out(scene.units, how, include), scene.units.included(include).ends_at_box
+    words = [*filter(None, notes), tables.balance(scene.units), *tables.accuracy(scene)]
     table = page.html_table(tables.volume_table(scene.units, include))
     return "\n".join([table, *map(page.paragraph, words)])
 

@@ -74,6 +74,9 @@ def test_run_prints_steps_volumes_and_where_things_are(folder, tmp_path, capsys)
     assert (tmp_path / "out" / "pictures" / "view_southwest.png").is_file()
     drawn = re.findall(r'<img[^>]* alt="([^"]*)"', Path(page).read_text(encoding="utf-8"))
     assert len(drawn) == len(set(drawn)) == 6
+    more = ["--set", "output.include=all", "--only", "csv"]
+    assert cli.main(["run", str(folder / "good.toml"), "-o", str(tmp_path / "all"), *more]) == 0
+    assert "'above Top' and 'below Base' end at the model box, " in capsys.readouterr().out
 
 
 def scripts_in(folder: Path) -> None:

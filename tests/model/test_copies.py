@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import copy
+import html
 import pickle
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -309,3 +311,19 @@ def test_a_certificate_names_the_units_that_are_no_balls():
     assert closed.passed
     assert closed.detail.startswith("2 units, 0 open edges; Euler number 2, but ")
     assert closed.detail.endswith(" 0")
+
+
+def test_volumes_that_end_at_the_box_are_told_with_the_box(tmp_path: Path) -> None:
+    world = gs.synthetic.tilted_planes(n=5)
+    one = gs.Scene({"Top": world.horizons["Top"]}, {}, world.box)
+    words = (
+        "'above Top' and 'below Top' end at the model box, elevation -2500 to -1700 m: their GRV"
+    )
+    page = gs.report_scene(one, tmp_path).read_text(encoding="utf-8")
+    for shown in (str(one.units), one.units._repr_html_(), page):
+        assert html.unescape(shown).count(words) == 1
+    cut = one.replace(contacts={"OWC": -2050.0}).units
+    assert "'above Top, above OWC' and 'below Top, below OWC' end at" in str(cut)
+    several = gs.Scene(world.horizons, world.faults, world.box).units
+    assert "end at the model box" not in str(several)
+    assert "'above Top' and 'below Base' end at" in several.included("all").ends_at_box
