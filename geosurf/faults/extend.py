@@ -311,7 +311,7 @@ def continue_side(
     rows = partial(_in_rows, surface, rim, guides, side, reach, until, first)
     try:
         return rows(n_whole)
-    except GeometryError as refused:
+    except (GeometryError, SurfaceError) as refused:
         try:
             return rows(0)
         except (GeometryError, SurfaceError):
