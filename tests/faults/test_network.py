@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from geosurf import (
     FaultNetwork,
@@ -28,6 +27,7 @@ from tests.faults.worlds import (
     upright,
     volumes,
 )
+from tests.grids import gridded
 from tests.strategies import grid, sheet
 
 
@@ -139,16 +139,14 @@ def test_faults_that_meet_outside_of_the_area_are_those_of_the_whole_model(west,
 @pytest.mark.filterwarnings("ignore:The area of interest runs along the rim of horizon 'Top'")
 def test_an_area_along_the_rim_of_a_rotated_grid_may_have_truncated_faults():
     """Its sides are moved inward, by some micrometres, before faults end at each other in it."""
-    j, i = np.meshgrid(np.arange(9.0), np.arange(9.0), indexing="ij")
-    cos, sin = np.cos(np.radians(30)), np.sin(np.radians(30))
-    nodes = {"easting": cos * i - sin * j, "northing": sin * i + cos * j}
-    coords = {name: (("row", "column"), values) for name, values in nodes.items()}
-    level = xr.DataArray(np.full((9, 9), 6.0), coords, ("row", "column"))
-    level.attrs = {"units": "m", "positive": "up"}
-    corners = np.stack([*nodes.values()], axis=-1)[[0, 0, 8, 8], [0, 8, 8, 0]].round(5)
-    faults, rule = {"F1": dipping(), "F2": antithetic()}, {"F2": ("F1", "hanging wall")}
-    horizons = {"Top": level, "Base": level.copy(data=level.values - 4.0)}
-    made, free = (Scene(horizons, faults, aoi=corners, truncations=r) for r in (rule, {}))
+    row, column = np.mgrid[:9, :9]
+    places = (column + 1j * row) * np.exp(1j * np.pi / 6.0)
+    levels = {"Top": np.full((9, 9), 6.0), "Base": np.full((9, 9), 2.0)}
+    horizons = {name: gridded(z, places.real, places.imag) for name, z in levels.items()}
+    corners = places[[0, 0, 8, 8], [0, 8, 8, 0]]
+    aoi, faults = np.stack([corners.real, corners.imag], axis=1).round(5), [dipping(), antithetic()]
+    free = Scene(horizons, {f.name: f for f in faults}, aoi=aoi)
+    made = free.replace(truncations={"F2": ("F1", "hanging wall")})
     assert made.box == free.box
     np.testing.assert_allclose(volumes(made.units), volumes(free.units), rtol=1e-9)
 

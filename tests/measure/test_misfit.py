@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.synthetic.torn_horizon import side_of
+from tests.grids import gridded
 from tests.measure.worlds import tops_at
 from tests.messages import refused
 
@@ -145,9 +145,7 @@ def test_a_horizon_without_walls_loses_nothing_on_its_own_nodes(rotated):
     name, horizon = next(iter(given.items()))
     if rotated:
         x, y = np.meshgrid(horizon.easting, horizon.northing)
-        axes = ("row", "column")
-        coords = {"northing": (axes, 0.8 * y + 0.6 * x), "easting": (axes, 0.8 * x - 0.6 * y)}
-        horizon = xr.DataArray(horizon.values, coords, axes, attrs=horizon.attrs)
+        horizon = gridded(horizon.values, 0.8 * x - 0.6 * y, 0.8 * y + 0.6 * x)
     grid = gs.Scene({name: horizon}).horizon_grid(name)
     assert "lost" not in grid.attrs
     np.testing.assert_array_equal(grid.easting, horizon.easting)

@@ -99,15 +99,9 @@ def test_the_throw_that_is_drawn_is_the_throw(scene):
         points = np.column_stack([throw.along_strike.values, throw.throw.values])[known]
         assert {tuple(p) for p in points} <= {tuple(p) for p in drawn}
     assert np.nanmax(drawn[:, 1]) > 20.0
-    assert not ax.collections  # F1 is too short for trends of the data beside it
-
-
-@pytest.mark.parametrize(("n", "bands"), [(31, 0), (41, 1)])
-def test_what_the_data_show_of_a_throw_is_a_band_that_the_caption_explains(n, bands):
-    world = gs.synthetic.torn("normal" if n == 31 else "Y", n=n)
-    figure = gs.Scene(world.horizons, world.faults, world.box, tear=True).plot.throw("F1")
-    assert sum(len(axes.collections) for axes in figure.axes) == bands
-    assert any("Dotted" in text.get_text() for text in figure.findobj(Text)) == bool(bands)
+    # a band where the data show a throw: beside this fault, there are too few for a trend
+    assert not ax.collections
+    assert "Dotted" not in " ".join(t.get_text() for t in scene.plot.throw("F1").findobj(Text))
 
 
 def test_the_legend_of_a_throw_picture_names_horizons_without_a_line():

@@ -167,6 +167,8 @@ def test_a_scene_in_time_measures_milliseconds_and_refuses_volumes() -> None:
     for words in ("1 ms is as high as", r"\d to \d+ ms", "max 100 ms", r"contour interval \d+ ms"):
         assert re.search(words, shown), (words, shown)
     assert "exaggeration" not in shown
+    assert "Dotted: what the data" in shown
+    assert any(axes.collections for axes in pictures[1].axes)  # a band of what they show
     shift = [gs.ensemble.DepthShift("Top", 5.0)]
     for refused in (
         lambda: scene.volumes, scene.table, scene.volumetrics, scene.closures,
