@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import csv
-import hashlib
 import math
-from pathlib import Path
 
 import pytest
 import xarray as xr
@@ -20,20 +18,13 @@ from geosurf.errors import (
     ScenarioError,
 )
 from geosurf.scenario import read_scenario, run, run_scenario
-
-
-def digests(folder: Path) -> dict[str, str]:
-    return {
-        path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
-        for path in sorted(folder.rglob("*"))
-        if path.is_file()
-    }
+from tests.folders import bytes_in
 
 
 def test_a_run_writes_everything_and_a_second_run_the_same_bytes(scenario, tmp_path):
     out, lines = tmp_path / "out", []
     scene = run_scenario(scenario(), out, progress=lines.append)
-    first = digests(out)
+    first = bytes_in(out)
     assert set(first) == {
         *("units.vtm", "curves.vtp", "volumes.csv", "volumes.nc", "certificate.txt"),
         *("pictures/view_southwest.png", "pictures/units_exploded.png", "pictures/search.png"),
@@ -54,7 +45,7 @@ def test_a_run_writes_everything_and_a_second_run_the_same_bytes(scenario, tmp_p
     assert (out / "report" / "index.html").read_text(encoding="utf-8").count("<img") == 10
 
     run_scenario(scenario(), out)
-    assert digests(out) == first
+    assert bytes_in(out) == first
 
 
 def test_results_of_an_earlier_run_do_not_survive_and_other_files_do(scenario, tmp_path):
@@ -68,7 +59,7 @@ def test_results_of_an_earlier_run_do_not_survive_and_other_files_do(scenario, t
         ('search = ["Top", "F1"]', 'formats = ["vtm", "csv"]\nclosures = "sealing"'),
     )
     run_scenario(without_fault, out, pictures=False)
-    assert set(digests(out)) == {
+    assert set(bytes_in(out)) == {
         *("units.vtm", "volumes.csv", "closures.csv", "certificate.txt", "report/index.html"),
         *("units/000_above_Top.vtp", "units/001_Top_Base.vtp", "units/002_below_Base.vtp"),
         *("notes.txt", "pictures/mine.png"),
@@ -113,10 +104,10 @@ fluids = "oil"
 def test_a_run_that_fails_leaves_the_results_that_were_there(scenario, tmp_path):
     out = tmp_path / "out"
     run_scenario(scenario(), out, pictures=False)
-    before = digests(out)
+    before = bytes_in(out)
     with pytest.raises(OpenUnitError, match=r"horizon 'Top'.*rim.*Shrink the box"):
         run_scenario(scenario(("[0, 4000]", "[-500, 4000]")), out)
-    after = digests(out)
+    after = bytes_in(out)
     after.pop("failure.png", None)  # beside the results, where pictures can be drawn
     assert after == before
 
@@ -158,7 +149,7 @@ def test_errors_of_pictures_cost_no_other_result(scenario, tmp_path, monkeypatch
         assert notes[name].remedy.endswith(f"Set {kind} = false in [output] to run without it.")
     page = (out / "report" / "index.html").read_text(encoding="utf-8")
     assert page.index("was not drawn") < page.index("(GRV) [million m³]</h2>")
-    there = digests(out)
+    there = bytes_in(out)
     assert {"volumes.csv", "certificate.txt", "report/index.html", "pictures/search.png"} <= {
         *there
     }

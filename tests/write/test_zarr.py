@@ -17,6 +17,7 @@ from benchmarks.stress.crash_writers import OTHERS
 from geosurf.errors import OutputError
 from geosurf.write.text_grids import lines_text, n_fixed, rows_text
 from geosurf.write.written import SMALLEST
+from tests.folders import bytes_in
 from tests.grids import gridded, nodes_of
 from tests.messages import refused
 
@@ -33,12 +34,6 @@ def scene():
 @pytest.fixture(scope="module")
 def blocks(scene):
     return scene.sample(cell=(700, 600, 90), codes=True)
-
-
-def bytes_of(folder):
-    """All files of a folder, hidden ones too."""
-    paths = (path for path in folder.rglob("*") if path.is_file())
-    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
 
 
 @pytest.mark.parametrize("codes", [False, True])
@@ -73,11 +68,11 @@ def test_law_the_same_as_netcdf(blocks, tmp_path):
 
 def test_law_the_same_bytes_each_time_and_nothing_hidden(blocks, tmp_path):
     gs.write(blocks, tmp_path / "a.zarr")
-    first = bytes_of(tmp_path / "a.zarr")
+    first = bytes_in(tmp_path / "a.zarr")
     gs.write(blocks.isel(elevation=slice(1)), tmp_path / "a.zarr")
-    assert bytes_of(tmp_path / "a.zarr") != first
+    assert bytes_in(tmp_path / "a.zarr") != first
     gs.write(blocks, tmp_path / "a.zarr")
-    assert bytes_of(tmp_path) == {f"a.zarr/{name}": data for name, data in first.items()}
+    assert bytes_in(tmp_path) == {f"a.zarr/{name}": data for name, data in first.items()}
 
 
 def folder_with_note(place, blocks):
@@ -114,10 +109,10 @@ STRANGERS = [folder_with_note, store_with_note, other_store, other_format, file_
 @pytest.mark.parametrize("make", STRANGERS, ids=lambda make: make.__name__)
 def test_law_what_is_no_block_model_stays(blocks, tmp_path, make):
     make(tmp_path / "a.zarr", blocks)
-    before = bytes_of(tmp_path)
+    before = bytes_in(tmp_path)
     with pytest.raises(OutputError, match=r"a\.zarr exists and is not, or not only, what geosurf"):
         gs.write(blocks.isel(elevation=slice(1)), tmp_path / "a.zarr")
-    assert bytes_of(tmp_path) == before
+    assert bytes_in(tmp_path) == before
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="child processes are forked")
