@@ -16,8 +16,7 @@ from functools import lru_cache
 from typing import Any
 
 from geosurf.conventions.machine import install_line, is_installed
-from geosurf.errors import InputError
-from geosurf.warning import warn_of
+from geosurf.errors import InputError, warn_of
 
 # attributes of a CF grid mapping that hold a whole reference system, the clearest first
 WHOLE = ("epsg_code", "epsg", "crs_wkt", "spatial_ref", "esri_pe_string", "projected_crs_name")

@@ -17,10 +17,9 @@ from geosurf.ensemble.models import content_of
 from geosurf.ensemble.record import Layers, Record, Rock, RockProperty, areas_of
 from geosurf.ensemble.uncertain import ContactLevel, VelocityFactor, words_of_uncertainty
 from geosurf.ensemble.uncertain_faults import FaultShift
-from geosurf.errors import GeosurfError, InputError
+from geosurf.errors import GeosurfError, InputError, silenced
 from geosurf.scene import Scene
 from geosurf.scene.given import given_settings, keep_results_apart, known_regions, measured_units
-from geosurf.warning import silenced
 
 _BROKEN = (ArithmeticError, AssertionError, LookupError, TypeError, ValueError)
 KINDS = "DepthShift, DepthError, ContactLevel, Throw, FaultShift and FaultDip of geosurf.ensemble"

@@ -29,7 +29,7 @@ from geosurf.ensemble.record import Record, Rock
 from geosurf.ensemble.results import Ensemble, open_ensemble
 from geosurf.ensemble.store import EnsembleStore, is_finished
 from geosurf.ensemble.uncertain import VelocityFactor
-from geosurf.errors import GeometryError, InputError
+from geosurf.errors import GeometryError, InputError, warn_of
 from geosurf.model.expected import flag_of, path_of
 from geosurf.scenario import build_scene, read_scenario
 from geosurf.scenario.keys import Scenario
@@ -38,7 +38,6 @@ from geosurf.scene import Scene
 from geosurf.scene.given import in_depth
 from geosurf.scene.result_cache import ResultCache
 from geosurf.stopping import temporary_folder
-from geosurf.warning import warn_of
 
 
 def run_ensemble(

@@ -25,7 +25,7 @@ from geosurf.ensemble.change import (
     names_among,
 )
 from geosurf.ensemble.fields import Covariance, FieldGrid, GaussianField
-from geosurf.errors import InputError
+from geosurf.errors import InputError, warn_of
 from geosurf.measure.velocity import DATUM, ELSEWHERE, is_by_name
 from geosurf.model.column import each_level, levels_of
 from geosurf.model.distributions import (
@@ -41,7 +41,6 @@ from geosurf.model.distributions import (
 )
 from geosurf.model.tops import Tops, doubtful_top, tops_of
 from geosurf.report.page import number
-from geosurf.warning import warn_of
 
 # ---- contact levels ----------------------------------------
 # Uncertain fluid contacts: their elevation, or a shift of it.

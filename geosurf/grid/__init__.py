@@ -11,7 +11,7 @@ import xarray as xr
 from geosurf.conventions import check_name, is_number, is_word, volume_text
 from geosurf.conventions.axes import need_depth
 from geosurf.conventions.running import running
-from geosurf.errors import GeosurfWarning, InputError
+from geosurf.errors import GeosurfWarning, InputError, warn
 from geosurf.grid.build import (
     assemble,
     checked,
@@ -31,7 +31,6 @@ from geosurf.model.column import ELSEWHERE
 from geosurf.model.expected import expect, number_of
 from geosurf.model.grids import AXES, CornerPointGrid
 from geosurf.model.protocols import ReportedModel, missing_members
-from geosurf.warning import warn
 
 __all__ = ["build_grid", "fault_multipliers"]
 

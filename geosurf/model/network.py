@@ -17,12 +17,11 @@ import numpy as np
 
 from geosurf.conventions import area_text, check_name, check_word, counted, grouped, length_text
 from geosurf.conventions.card import Card, small_map
-from geosurf.errors import GeometryError, InputError
+from geosurf.errors import GeometryError, InputError, warn_of
 from geosurf.model.base import Shown
 from geosurf.model.expected import outline_of
 from geosurf.model.sheets import Sheet
 from geosurf.model.surfaces import TriSurface
-from geosurf.warning import warn_of
 
 # ---- faults ----------------------------------------
 # What was done to faults: extensions and truncations.

@@ -20,9 +20,8 @@ import numpy as np
 
 from geosurf.conventions import did_you_mean, elevation_sign, first_given, metres_per_unit
 from geosurf.conventions.axes import TimeUnit, is_time_unit
-from geosurf.errors import FormatError, InputError
+from geosurf.errors import FormatError, InputError, warn_of
 from geosurf.read._guard import check_size, damaged, opened, read_some, refuse_beyond_memory
-from geosurf.warning import warn_of
 
 # ---- blocks ----------------------------------------
 # A text file in blocks of whole lines, of which one at a time is in memory.

@@ -31,14 +31,13 @@ from geosurf.conventions import counted
 from geosurf.conventions.axes import USUAL
 from geosurf.conventions.crs import label, warn_of_unclear_crs
 from geosurf.conventions.machine import need
-from geosurf.errors import FormatError, InputError
+from geosurf.errors import FormatError, InputError, warn_of
 from geosurf.lazy import xarray as xr
 from geosurf.model import FaultSticks
 from geosurf.model.base import in_crs_of
 from geosurf.read._common import Request, check_name, chosen, is_looking, noted, read_text
 from geosurf.read._guard import damaged, read_bytes, reading_with
 from geosurf.read._placed import AXES, crs_from, crs_of_prj, points_dataset
-from geosurf.warning import warn_of
 
 # attributes that name the fault or horizon of a feature, lower case; the first that is there counts
 NAMES = ("name", "fault", "fault_name", "faultname", "horizon", "surface")

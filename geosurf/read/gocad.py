@@ -25,7 +25,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from geosurf.conventions.crs import label
-from geosurf.errors import FormatError, InputError
+from geosurf.errors import FormatError, InputError, warn_of
 from geosurf.lazy import xarray as xr
 from geosurf.model import FaultSticks, TriSurface
 from geosurf.model.base import in_crs_of, with_crs
@@ -43,7 +43,6 @@ from geosurf.read._gocad import Draft, Header, Line, bodies, fill, row_of
 from geosurf.read._guard import damaged, read_bytes, refuse_large
 from geosurf.read._placed import fault_dataset, points_dataset
 from geosurf.read.grids import nodes_from_places
-from geosurf.warning import warn_of
 
 # ---- gocad lines ----------------------------------------
 # GOCAD VSet and PLine: points, and polylines that segments join.

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions.axes import COORDINATES, LABELS, USUAL
-from geosurf.errors import FormatError, InputError
+from geosurf.errors import FormatError, InputError, warn_of
 from geosurf.lazy import xarray as xr
 from geosurf.model import FaultSticks
 from geosurf.read._common import (
@@ -45,7 +45,6 @@ from geosurf.read._table import (
 )
 from geosurf.read.features import features
 from geosurf.read.tops import Layout, layout_of
-from geosurf.warning import warn_of
 
 # ---- attributes ----------------------------------------
 # Points, polygons and sticks with attributes, as RMS and Petrel export them.

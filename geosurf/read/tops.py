@@ -14,7 +14,7 @@ import numpy as np
 
 from geosurf.conventions import counted, did_you_mean, elevation_sign
 from geosurf.conventions.checks import HUGE, NO_DATA, no_data_in
-from geosurf.errors import FormatError, InputError
+from geosurf.errors import FormatError, InputError, warn_of
 from geosurf.lazy import xarray as xr
 from geosurf.model.expected import path_of
 from geosurf.read._common import (
@@ -33,7 +33,6 @@ from geosurf.read._guard import damaged
 from geosurf.read._table import checked_columns, checked_decimal, one_column
 from geosurf.read.las import tops_of_las
 from geosurf.read.registry import detect, refuse_foreign
-from geosurf.warning import warn_of
 
 # ---- measured tops ----------------------------------------
 # Well tops that have measured depths only: their places lie on the paths of the wells.

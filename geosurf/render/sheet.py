@@ -20,14 +20,13 @@ import numpy as np
 
 from geosurf.conventions import palette
 from geosurf.conventions.machine import need_plots
-from geosurf.errors import GeosurfWarning
+from geosurf.errors import GeosurfWarning, warn, warn_of
 from geosurf.model.expected import expect
 from geosurf.render import artists
 from geosurf.render.artists import AreaStyle, LineStyle, Spot, TextStyle
 from geosurf.render.layers import SYMBOLS, Entry, Room
 from geosurf.render.picture_style import FONT, PLAIN, PictureStyle, style_of
 from geosurf.stopping import interrupted_later
-from geosurf.warning import warn, warn_of
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from matplotlib.axes import Axes

@@ -27,7 +27,7 @@ from geosurf.conventions.axes import need_depth
 from geosurf.conventions.crs import label
 from geosurf.conventions.machine import warning_without_pictures
 from geosurf.conventions.running import running
-from geosurf.errors import InputError
+from geosurf.errors import InputError, warn
 from geosurf.files import write_into_folder
 from geosurf.model import Certificate
 from geosurf.model.expected import expect, number_of, path_of
@@ -36,7 +36,6 @@ from geosurf.model.units import left_out
 from geosurf.report import page, tables
 from geosurf.report.page import NOTHING, Section, Table, number, viewer_part
 from geosurf.report.tables import InputFile, described_files
-from geosurf.warning import warn
 
 __all__ = ["report_scene"]
 

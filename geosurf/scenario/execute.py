@@ -14,7 +14,7 @@ from geosurf.conventions.machine import (
     need_plots,
     warning_without_pictures,
 )
-from geosurf.errors import DependencyError
+from geosurf.errors import DependencyError, warn
 from geosurf.measure.volumetrics import totals_in_words
 from geosurf.model import Certificate
 from geosurf.model.column import CONFORMABLE
@@ -44,7 +44,6 @@ from geosurf.scenario.step_log import Progress, StepLog
 from geosurf.scenario.validate import read_scenario
 from geosurf.scene import Scene
 from geosurf.scene.result_cache import ResultCache, cache_in, check_with_cache
-from geosurf.warning import warn
 from geosurf.write import write
 from geosurf.write.written import commit
 

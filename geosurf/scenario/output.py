@@ -21,7 +21,14 @@ import numpy as np
 import xarray as xr
 
 from geosurf.arrangement.threads import gigabytes, lack_of_room
-from geosurf.errors import DependencyError, GeosurfWarning, OutputError, ScenarioError
+from geosurf.errors import (
+    DependencyError,
+    GeosurfWarning,
+    OutputError,
+    ScenarioError,
+    collected,
+    warn_of,
+)
 from geosurf.files import (
     MARK,
     PREFIX,
@@ -41,7 +48,6 @@ from geosurf.scenario.keys import Scenario, SealInput
 from geosurf.scenario.output_keys import FORMATS, GridInput, OutputSettings
 from geosurf.scene import Scene
 from geosurf.stopping import in_the_end
-from geosurf.warning import collected, warn_of
 from geosurf.write import write
 
 # ---- grid ----------------------------------------

@@ -10,7 +10,7 @@ depth.py            inputs in time become inputs in depth, and back
 zones.py            horizons made from the thickness of zones
 area.py             the box, the area of interest, the origin of the local frame; regions of
                     the field, proposed, named, or kept from the scene before
-                    warnings about inputs that look wrong; reference systems
+input_checks.py     warnings about inputs that look wrong; reference systems
 faults.py           faults, extended and truncated
 horizon_ends.py     faults that end at horizons, virtual walls at their targets
 tearing.py          horizons torn at the faults of the scene

@@ -58,15 +58,9 @@ from geosurf.model.units import units_in
 from geosurf.rebuild import patches_from, trim_sheets
 from geosurf.rebuild.ghosts import warnings_of_moves
 from geosurf.scene import area
-from geosurf.scene.area import (
-    NamedRegions,
-    boxes_meet,
-    coverage_in_words,
-    share_inside,
-    warn_of_inputs,
-    warnings_of_topology,
-)
+from geosurf.scene.area import NamedRegions, boxes_meet, coverage_in_words, share_inside
 from geosurf.scene.faults import FaultStage, LongerFaults, TearPlans
+from geosurf.scene.input_checks import in_time, warn_of_inputs, warnings_of_topology
 from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory
 from geosurf.scene.surfaces import (
@@ -664,7 +658,7 @@ class Graph:
             if lies_beside(self.whole(name), self.box):
                 self._warn_of_outside(name)
         for one in warnings_of_rims(map(self.whole, self.inputs.faults), self.box, self.aoi):
-            self.memory.warn(area.in_time(one, self.inputs.time))
+            self.memory.warn(in_time(one, self.inputs.time))
         horizons = [self.surface(name) for name in self.inputs.horizons]
         warn_of_inputs(self.inputs, self.memory, self.read, horizons, self.tops)
         for horizon in self._lattices():
@@ -681,7 +675,7 @@ class Graph:
     def _warn_of_outside(self, name: str) -> None:
         """Warn of a fault that does not reach the model."""
         found = warning_of_fault(self.whole(name), self.box, self.aoi)
-        self.memory.warn(area.in_time(found, self.inputs.time))
+        self.memory.warn(in_time(found, self.inputs.time))
 
     def warnings(self) -> tuple[GeosurfWarning, ...]:
         """Return all warnings so far: first of the whole model, then by surface."""

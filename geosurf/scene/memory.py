@@ -23,11 +23,10 @@ from geosurf.conventions import counted
 from geosurf.conventions.crs import crs_of
 from geosurf.conventions.machine import most_memory_so_far
 from geosurf.conventions.running import count_of, running
-from geosurf.errors import GeosurfWarning, InputError
+from geosurf.errors import GeosurfWarning, InputError, collected, issue, pass_on
 from geosurf.model import FaultSticks, FluidContact, Sheet, TriSurface
 from geosurf.model.expected import flag_of
 from geosurf.model.surfaces import Sector
-from geosurf.warning import collected, issue, pass_on
 
 # ---- fingerprint ----------------------------------------
 # Fingerprints: hashes of what the inputs of a scene hold.

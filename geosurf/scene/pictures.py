@@ -18,7 +18,7 @@ from typing import Any
 
 from geosurf.conventions.machine import need_plots
 from geosurf.conventions.text import check_word
-from geosurf.errors import GeometryError, GeosurfError, InputError
+from geosurf.errors import GeometryError, GeosurfError, InputError, warn_of
 from geosurf.files import refused_writing
 from geosurf.measure.section import check_line
 from geosurf.model.expected import listed, path_of
@@ -37,7 +37,6 @@ from geosurf.render.views import (
     words_of,
 )
 from geosurf.scene.plots import ScenePlots, cut_horizons, middle_lines, neighbours, warn_of_colours
-from geosurf.warning import warn_of
 
 # ---- attempt ----------------------------------------
 # One picture at a time: an error of one costs no other result.

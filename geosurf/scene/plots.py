@@ -13,7 +13,7 @@ import numpy as np
 from geosurf.conventions import check_word, did_you_mean
 from geosurf.conventions.axes import COORDINATES, vertical_axis
 from geosurf.conventions.machine import need_plots
-from geosurf.errors import GeometryError, GeosurfWarning, InputError
+from geosurf.errors import GeometryError, GeosurfWarning, InputError, warn_of
 from geosurf.lazy import xarray
 from geosurf.measure.columns import residuals
 from geosurf.measure.faces import MINUS, faces_of
@@ -48,7 +48,6 @@ from geosurf.scene.horizon_ends import lines_on
 from geosurf.scene.inputs import Box, undeclared
 from geosurf.scene.shown import data_of
 from geosurf.scene.surfaces import opened_horizon
-from geosurf.warning import warn_of
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from matplotlib.axes import Axes

@@ -27,7 +27,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from geosurf.conventions import counted
-from geosurf.errors import GeosurfError, GeosurfWarning, InputError
+from geosurf.errors import GeosurfError, GeosurfWarning, InputError, collected, issue, warn
 from geosurf.files import (
     read_own,
     remove,
@@ -54,7 +54,6 @@ from geosurf.model.surfaces import Sector
 from geosurf.model.units import Check
 from geosurf.scene.memory import known_fingerprint
 from geosurf.scene.scene import Scene
-from geosurf.warning import collected, issue, warn
 
 SUFFIX = ".gsr"
 LARGEST = 1 << 30  # [bytes] of one result

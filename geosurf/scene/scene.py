@@ -37,10 +37,14 @@ from geosurf.model.regions import Regions
 from geosurf.model.tops import TieReport, Tops, doubtful_top
 from geosurf.model.units import sums_of
 from geosurf.rebuild import trim_sheets
-from geosurf.scene.area import check_system_of_places, refuse_other_systems, warnings_of_places
 from geosurf.scene.depth import convert_points, in_milliseconds, inputs_in_time
 from geosurf.scene.faults import closures_of, known_fault, seal_of, throw_of
 from geosurf.scene.graph import Graph
+from geosurf.scene.input_checks import (
+    check_system_of_places,
+    refuse_other_systems,
+    warnings_of_places,
+)
 from geosurf.scene.inputs import (
     Box,
     SceneInputs,

@@ -14,7 +14,7 @@ import numpy as np
 from geosurf.carve.fluids import check_zones
 from geosurf.conventions import counted, did_you_mean, length_text, rising_diagonal
 from geosurf.conventions.crs import crs_of, refuse_other_crs
-from geosurf.errors import GeosurfWarning, HorizonError, InputError
+from geosurf.errors import GeosurfWarning, HorizonError, InputError, collected, warn
 from geosurf.model import FaultSticks, FluidContact, Lattice, Sheet, TriSurface
 from geosurf.model.base import in_crs_of, with_crs
 from geosurf.model.column import levels_of, names_of_zones
@@ -37,7 +37,6 @@ from geosurf.triangulate.horizon import (
 from geosurf.triangulate.mesh import check_horizon_mesh
 from geosurf.triangulate.outline import check_outline
 from geosurf.triangulate.spikes import check_spikes
-from geosurf.warning import collected, warn
 
 # ---- footprint ----------------------------------------
 # Horizons that are to be torn, as grids or points: their data, and where they lie in the map.

@@ -19,7 +19,7 @@ import numpy as np
 from geosurf.conventions import area_text, grouped, known_names
 from geosurf.conventions.checks import are_points
 from geosurf.conventions.crs import crs_of
-from geosurf.errors import GeosurfError, GeosurfWarning, InvariantError
+from geosurf.errors import GeosurfError, GeosurfWarning, InvariantError, collected
 from geosurf.faults.rules import Rule
 from geosurf.faults.sides import adjacency
 from geosurf.faults.truncate import main_side
@@ -29,15 +29,14 @@ from geosurf.model.sheets import TearPlan
 from geosurf.model.surfaces import CUTOFF
 from geosurf.model.tears import FaultThrow
 from geosurf.rebuild import rebuild_surfaces
-from geosurf.scene.area import in_time
 from geosurf.scene.faults import LongerFaults
 from geosurf.scene.graph import Graph
+from geosurf.scene.input_checks import in_time
 from geosurf.scene.inputs import undeclared
 from geosurf.scene.memory import Memory, OnStart, silent
 from geosurf.scene.surfaces import opened_horizon
 from geosurf.scene.zones import warnings_of_throw
 from geosurf.triangulate import triangulate_horizon
-from geosurf.warning import collected
 
 # ---- tear rounds ----------------------------------------
 # Horizons that are torn until all of them end on the same faults, in as few tears as possible.

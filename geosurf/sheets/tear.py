@@ -14,7 +14,7 @@ from scipy.ndimage import distance_transform_edt
 
 from geosurf.conventions import area_text, did_you_mean, is_number, place
 from geosurf.conventions.running import running
-from geosurf.errors import GeometryError, GeosurfError, GeosurfWarning, InputError
+from geosurf.errors import GeometryError, GeosurfError, GeosurfWarning, InputError, warn
 from geosurf.model import FaultCut, Sheet, SheetReport, TriSurface
 from geosurf.model.expected import flag_of
 from geosurf.model.lattice import Lattice
@@ -52,7 +52,6 @@ from geosurf.sheets.mesh.finish import (
 from geosurf.sheets.mesh.tear_ends import early_parts, lost_throw
 from geosurf.sheets.report.describe import fault_cuts, make_report
 from geosurf.sheets.report.propose_trim import by_wall, shows_smear, trims_of
-from geosurf.warning import warn
 
 TRIM_CHANGES = (1.0, -0.5, 2.0)  # cells by which trims are changed where a sheet stays open
 FORCED = 1  # other trims with which a sheet is closed at a loss, if it closes without them

@@ -8,13 +8,12 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import place, rising_diagonal, volume_text
-from geosurf.errors import SurfaceError
+from geosurf.errors import SurfaceError, warn_of
 from geosurf.kernels.exact.predicates import MAX_COORDINATE
 from geosurf.kernels.meshes.mesh import edges, join_pairs, weld
 from geosurf.model import Lattice, TriSurface
 from geosurf.model.base import in_crs_of
 from geosurf.model.surfaces import exact_normal
-from geosurf.warning import warn_of
 
 # ---- degenerate ----------------------------------------
 # Triangles without area, found exactly.

@@ -34,13 +34,12 @@ from geosurf.conventions import FAULT_DIMS, HORIZON_DIMS, elevation_sign
 from geosurf.conventions.axes import COORDINATES, LABELS, USUAL, on_map_axes
 from geosurf.conventions.crs import are_same, crs_of, label
 from geosurf.conventions.machine import need
-from geosurf.errors import InputError
+from geosurf.errors import InputError, warn_of
 from geosurf.lazy import xarray as xr
 from geosurf.model import FaultSticks, TriSurface
 from geosurf.model.base import Noun, with_crs
 from geosurf.model.expected import name_of
 from geosurf.triangulate.mesh import PlainMesh
-from geosurf.warning import warn_of
 
 
 def own_form(value: Any, name: str, role: str, positive: str | None = None) -> Any:

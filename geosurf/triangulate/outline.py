@@ -11,7 +11,7 @@ import numpy as np
 
 from geosurf.conventions import area_text, length_text, place, real_numbers
 from geosurf.conventions.checks import lines_of_foreign, straight_runs
-from geosurf.errors import InputError, InvariantError
+from geosurf.errors import InputError, InvariantError, warn_of
 from geosurf.kernels.exact.predicates import frame_of, orient2d_rows
 from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.kernels.meshes.mesh import edges
@@ -19,7 +19,6 @@ from geosurf.model import TriSurface
 from geosurf.model.base import any_of
 from geosurf.model.expected import SIDES, box_of_sides
 from geosurf.model.torn_lattice import TornLattice
-from geosurf.warning import warn_of
 
 
 def check_outline(outline: Any) -> np.ndarray:

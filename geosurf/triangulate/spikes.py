@@ -21,10 +21,9 @@ import numpy as np
 
 from geosurf.conventions import counted, place
 from geosurf.conventions.checks import HUGE, NO_DATA, UNITS_OF_MARKS
-from geosurf.errors import HorizonError
+from geosurf.errors import HorizonError, warn_of
 from geosurf.kernels.meshes.mesh import join_pairs
 from geosurf.model import TriSurface
-from geosurf.warning import warn_of
 
 # usual marks of absent values, and the units in which they may have been read as lengths
 MARKS = (*NO_DATA, 0.0)

@@ -14,13 +14,12 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import counted, is_number, place
-from geosurf.errors import SurfaceError
+from geosurf.errors import SurfaceError, warn_of
 from geosurf.model import FaultSticks, TriSurface
 from geosurf.model.base import in_crs_of
 from geosurf.model.expected import listed, name_of
 from geosurf.model.surfaces import points_of_stick
 from geosurf.triangulate.mesh import find_zero_area, orient_fault, refuse_far, refuse_zero_area
-from geosurf.warning import warn_of
 
 # A stick that climbs less than this part of its length is level: its ends do not show
 # about top and bottom, its neighbours do.

@@ -15,10 +15,10 @@ from geosurf.arrangement.candidates import pairs_with_itself
 from geosurf.arrangement.search import find_contacts
 from geosurf.arrangement.tree_pairs import ULP, needed, pairs_of_one_map
 from geosurf.arrangement.trees import tree_of
+from geosurf.errors import silenced
 from geosurf.model import Lattice
 from geosurf.model.surfaces import torn_sheet
 from geosurf.triangulate.outline import off_the_rims
-from geosurf.warning import silenced
 from tests import laws, oracles
 from tests.strategies import as_list
 

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.errors import HorizonError
+from geosurf.errors import HorizonError, silenced
 from geosurf.model import Lattice, TriSurface
 from geosurf.triangulate.spikes import check_spikes
-from geosurf.warning import silenced
 from tests.grids import gridded
 from tests.scene.conftest import level, upright
 from tests.strategies import BOX

@@ -11,10 +11,9 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.errors import GeosurfWarning
+from geosurf.errors import GeosurfWarning, warn
 from geosurf.scene import result_cache
 from geosurf.scene.result_cache import ResultCache, packed, unpacked
-from geosurf.warning import warn
 
 BOX = (50, 450, 50, 450, -2000, -1500)
 NUMBERS = np.arange(600.0).reshape(20, 30)

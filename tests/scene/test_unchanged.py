@@ -13,10 +13,9 @@ import pytest
 
 import geosurf as gs
 from geosurf.cli.console import printed_warnings
-from geosurf.errors import InputError
+from geosurf.errors import InputError, warn
 from geosurf.scene.inputs import INPUTS
 from geosurf.scene.memory import Memory
-from geosurf.warning import warn
 
 
 @pytest.fixture(scope="module")

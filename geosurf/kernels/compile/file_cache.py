@@ -22,7 +22,7 @@ import stat
 from contextlib import suppress
 from pathlib import Path
 
-from geosurf.errors import GeosurfWarning
+from geosurf.errors import GeosurfWarning, issue
 from geosurf.files import (
     read_own,
     remove,
@@ -33,7 +33,6 @@ from geosurf.files import (
     write_beside,
     write_whole,
 )
-from geosurf.warning import issue
 
 # ---- cache folder ----------------------------------------
 # The folder for compiled kernels and for the analysis of their sources.

@@ -17,7 +17,7 @@ from geosurf.conventions import length_text, place
 from geosurf.conventions.axes import COORDINATES, points_in
 from geosurf.conventions.checks import are_points
 from geosurf.conventions.crs import crs_of
-from geosurf.errors import GeometryError, GeosurfWarning, InputError
+from geosurf.errors import GeometryError, GeosurfWarning, InputError, collected, warn
 from geosurf.measure.columns import columns_through
 from geosurf.model import Sheet, SheetReport, TriSurface, frozen
 from geosurf.model.tops import TieReport, TieSettings, Tops, doubtful_top
@@ -33,7 +33,6 @@ from geosurf.sheets.tie.controls import (
 from geosurf.sheets.tie.correction import correction
 from geosurf.triangulate import triangulate_horizon
 from geosurf.triangulate.spikes import check_spikes
-from geosurf.warning import collected, warn
 
 ROUNDS = 8  # corrections before an error names the top that is not met
 MOST_NAMED = 6  # tops in one warning
