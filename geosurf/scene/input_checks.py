@@ -98,14 +98,14 @@ def check_system_of_places(scene: Callable[[], str | None], places: Any, name: s
 
 def warnings_of_places(found: xarray.Dataset, top: float) -> Iterator[GeosurfWarning]:
     """Yield a warning if all points that were asked for lie above the model."""
-    z = found.elevation.values if "elevation" in found.coords else np.empty(0)
+    z = found.elevation.values if "elevation" in found else np.empty(0)
     if z.size and np.nanmin(z) > top:
-        lowest = number_text(float(np.nanmin(z)))
+        lowest, depth = (number_text(float(value)) for value in (np.nanmin(z), abs(np.nanmax(z))))
         effect = (
             f"All points lie above the model: the lowest is at {lowest} m, the top of the model at "
             f"{number_text(top)} m."
         )
-        remedy = f"Elevation is positive up: write a depth of {lowest} m as -{lowest}."
+        remedy = f"Elevation is positive up: write a depth of {depth} m as -{depth}."
         yield GeosurfWarning("outside", "places", effect, remedy)
 
 

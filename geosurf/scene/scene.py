@@ -1049,6 +1049,11 @@ class Scene:
             For a path of fewer than two different points, a measured depth that falls, wells
             without names, or `md` with many wells.
 
+        Warns
+        -----
+        GeosurfWarning
+            If all points lie above the model, as for `sample`.
+
         Examples
         --------
         >>> import geosurf as gs
@@ -1072,8 +1077,11 @@ class Scene:
         for name, one in {"path": path}.items() if wells is None else wells.items():
             check_system_of_places(lambda: self.crs, one, name)
         if wells is None:
-            return well_intervals(self.units, path, md, self._locator, boundaries)
-        return intervals_of_wells(self.units, wells, self._locator, boundaries)
+            found = well_intervals(self.units, path, md, self._locator, boundaries)
+        else:
+            found = intervals_of_wells(self.units, wells, self._locator, boundaries)
+        self._graph.memory.warn(*warnings_of_places(found, self.box[5]))
+        return found
 
     def closures(
         self, horizon: str | None = None, *, faults: Any = "sealing", horizons: Any = "open",
