@@ -488,7 +488,11 @@ def _turn_signs(points: np.ndarray, p: np.ndarray, q: np.ndarray, r: np.ndarray)
 # Parts of the size of the area: a rim nearer to a side than NEAR runs along it (8 mm in 1 km, as
 # with corners of two decimals), and a side is moved by at least LEAST.
 NEAR, LEAST = 2.0**-17, 2.0**-34
-FURTHER = 4.0  # times as far inside as the farthest of these rim nodes
+# Slivers between a rim and a side can be too thin for float64. Their vertices then move by up to
+# ROUNDED (the first step of `rebuild.repair`), which puts a rim on the other side of an oblique
+# one; on a side along an axis it comes to lie.
+ROUNDED = 2.0**-28  # [m]
+FURTHER = 4.0  # times as far inside as the farthest of these rim nodes, or as they may move
 
 
 def off_the_rims(outline: np.ndarray, horizons: Sequence[TriSurface], what: str) -> np.ndarray:
@@ -528,8 +532,8 @@ def off_the_rims(outline: np.ndarray, horizons: Sequence[TriSurface], what: str)
     if not named:
         return outline
 
-    # far enough that rounding of the moved corners leaves no rim node inside
-    inward = max(FURTHER * max(named.values()), LEAST * size)
+    # far enough that rounding of the moved corners, or of the rim, leaves no rim node inside
+    inward = max(FURTHER * max(*named.values(), ROUNDED), LEAST * size)
 
     found = check_outline(moved_inward(outline, np.where(along, inward, 0.0)))
     lost = signed_area(outline) - signed_area(found)
@@ -538,8 +542,8 @@ def off_the_rims(outline: np.ndarray, horizons: Sequence[TriSurface], what: str)
     warn_of(
         "rim",
         next(iter(named)),
-        f"The {what} runs along the rim of horizon {names}, which ends up to "
-        f"{length_text(max(named.values()), 2)} inside it. geosurf moved its sides inward "
+        f"The {what} runs along the rim of horizon {names}, which is up to "
+        f"{length_text(max(named.values()), 2)} off its sides. geosurf moved them inward "
         f"by {length_text(inward, 2)}, which leaves out {area_text(lost)}.",
         "To choose the area yourself, pass one that ends farther inside the horizon.",
         (*_middle_of_side(outline, int(along.argmax())), float(horizons[0].bounds[4])),
@@ -548,9 +552,9 @@ def off_the_rims(outline: np.ndarray, horizons: Sequence[TriSurface], what: str)
 
 
 def _rim_beside(outline: np.ndarray, horizon: TriSurface, near: float) -> tuple[np.ndarray, float]:
-    """Which sides a rim runs along, and how far inside the farthest of these nodes is [m].
+    """Which sides a rim runs along, and how far off the farthest of the nodes that count is [m].
 
-    That is 0 if all are exactly on their sides, or outside.
+    That is 0 if all are exactly on their sides, or stay outside.
     """
     along_rim, depth = np.zeros(len(outline), dtype=bool), 0.0
     rim = _rim(horizon, outline, near)
@@ -566,7 +570,7 @@ def _rim_beside(outline: np.ndarray, horizon: TriSurface, near: float) -> tuple[
 def _beside_side(
     outline: np.ndarray, k: int, rim: np.ndarray, near: float
 ) -> tuple[np.ndarray, float]:
-    """Rows of the rim nodes beside side k, and how far inside the farthest of them is [m]."""
+    """Rows of the rim nodes beside side k, and how far off it the farthest that counts is [m]."""
     a, b = outline[k], outline[(k + 1) % len(outline)]
     # Distance of rim nodes from the side, positive inside, and position along it [m].
     along = (b - a) / np.hypot(*(b - a))
@@ -576,12 +580,14 @@ def _beside_side(
     rows = np.flatnonzero(
         (np.abs(inside) <= near) & (s >= -near) & (s <= np.hypot(*(b - a)) + near)
     )
-    # Only nodes that are exactly inside count.
+    # Nodes that are exactly inside count, and those that may move across an oblique side.
     points = np.concatenate([[a, b], rim[rows]])
     ends = np.zeros(len(rows), dtype=np.int64)
-    if not (_turn_signs(points, ends, ends + 1, np.arange(2, len(points))) > 0).any():
+    signs = _turn_signs(points, ends, ends + 1, np.arange(2, len(points)))
+    counts = (signs > 0) | ((signs < 0) & (inside[rows] > -ROUNDED) & (a != b).all())
+    if not counts.any():
         return rows, 0.0
-    return rows, max(float(inside[rows].max()), np.finfo(float).tiny)
+    return rows, max(float(np.abs(inside[rows[counts]]).max()), np.finfo(float).tiny)
 
 
 def _rim(horizon: TriSurface, outline: np.ndarray, near: float) -> np.ndarray:

@@ -11,8 +11,9 @@ from scipy.ndimage import label
 import geosurf as gs
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.model import Lattice
+from geosurf.rebuild.repair import STEPS
 from geosurf.triangulate.footprint import footprint_of
-from geosurf.triangulate.outline import off_the_rims, signed_area
+from geosurf.triangulate.outline import ROUNDED, moved_inward, off_the_rims, signed_area
 from geosurf.triangulate.shared_area import shared_area
 from tests.grids import gridded, ring_area
 from tests.grids import turned as places_of
@@ -190,9 +191,9 @@ def test_horizons_apart_have_no_area():
 
 
 # ---- Areas whose sides run along the rim of a horizon: closed, and what that leaves out is st
-def turned(degrees, shape=(9, 7)):
+def turned(degrees, shape=(9, 7), step=50.0, origin=(460000.0, 5930000.0)):
     """A grid turned about its corner, and its four corner nodes."""
-    east, north, i, j = places_of(degrees, shape, 50.0, (460000.0, 5930000.0))
+    east, north, i, j = places_of(degrees, shape, step, origin)
     grid = gridded(-1700 + 0.02 * i + 0.01 * j, east, north)
     corners = np.array([[east[a], north[a]] for a in ((0, 0), (0, -1), (-1, -1), (-1, 0))])
     return grid, corners
@@ -209,6 +210,15 @@ def test_the_corners_of_a_grid_are_an_area_that_is_closed(degrees, decimals):
     scene = gs.Scene({"T": grid}, {}, aoi=given)
     assert len(scene.units) == 2
     assert scene.check().ok
+
+
+@pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
+@pytest.mark.parametrize("off", [0.0, 1e-10])  # m, inside its corners
+def test_rims_that_a_repair_may_move_are_closed(off):
+    grid, corners = turned(30.0, (9, 9), 1.0, (0.0, 0.0))
+    area = moved_inward(corners, np.full(4, off))
+    assert gs.Scene({"T": grid, "B": grid - 4.0}, {}, aoi=area).check().ok
+    assert STEPS[0] == ROUNDED
 
 
 def test_the_warning_states_what_is_left_out():
