@@ -37,6 +37,29 @@ def pytest_collection_finish() -> None:
     gc.enable()
 
 
+def scene_of(world: Any) -> Any:
+    """The scene of a synthetic world."""
+    import geosurf as gs
+
+    return gs.Scene(world.horizons, world.faults, world.box)
+
+
+@pytest.fixture(scope="session")
+def planes() -> Any:
+    """Two tilted planes and a fault."""
+    from geosurf import synthetic
+
+    return scene_of(synthetic.tilted_planes(n=9))
+
+
+@pytest.fixture(scope="session")
+def graben() -> Any:
+    """Three horizons and two faults."""
+    from geosurf import synthetic
+
+    return scene_of(synthetic.graben(n=9))
+
+
 @pytest.fixture(scope="session")
 def shared() -> Path:
     """Folder of inputs that nobody here wrote; tests that need it are skipped without it."""

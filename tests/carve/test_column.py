@@ -33,8 +33,7 @@ def carve(surfaces, column=None, box=BOX):
     patches = rebuild_surfaces([*surfaces, *build_walls(box)])
     units = carve_units(patches, column)
     laws.assert_volumes_add_up(units, box)
-    certificate = certify(patches, units)
-    assert certificate.ok, str(certificate)
+    assert certify(patches, units).ok
     return units
 
 

@@ -199,14 +199,12 @@ def test_sticks_and_maps_become_surfaces(convert):
     assert (code, "3 triangles" in out or "triangles: rows, columns" in out) == (0, True)
 
 
-def test_a_sealed_model_becomes_units(convert):
-    world = gs.synthetic.tilted_planes(n=5)
-    scene = gs.Scene(world.horizons, world.faults, world.box)
-    gs.write(scene.units, "model.ml")
+def test_a_sealed_model_becomes_units(convert, planes):
+    gs.write(planes.units, "model.ml")
     code, out, _ = convert("model.ml", "model.csv")
     assert code == 0
     assert "table of the units, not their surfaces" in out
-    assert len(Path("model.csv").read_text().splitlines()) == 1 + len(scene.units)
+    assert len(Path("model.csv").read_text().splitlines()) == 1 + len(planes.units)
 
 
 UNCONVERTED = {

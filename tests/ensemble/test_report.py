@@ -22,6 +22,7 @@ from geosurf.ensemble import (
 from geosurf.ensemble.uncertain import words_of_distribution
 from geosurf.errors import InputError, OutputError
 from geosurf.report.page import number
+from tests.messages import refused
 
 
 @pytest.fixture(scope="module")
@@ -90,10 +91,8 @@ def test_failures_and_files_are_listed_and_what_has_not_run_is_counted(result, t
 
 def test_what_is_no_ensemble_is_refused(result, tmp_path):
     for wrong in (None, 5, result.drop_vars("status"), result.bulk):
-        with pytest.raises(InputError, match="takes the data of an ensemble"):
-            Ensemble(wrong)
+        refused(InputError, "takes the data of an ensemble", Ensemble, wrong)
     (tmp_path / "file").write_text("")
-    with pytest.raises(OutputError, match="file"):
-        Ensemble(result).report(tmp_path / "file")
+    refused(OutputError, "file", lambda: Ensemble(result).report(tmp_path / "file"))
     with pytest.raises(InputError, match="no realisation of this ensemble has been built"):
         Ensemble(result.assign(status=("realisation", [2] * 8))).report(tmp_path)

@@ -380,8 +380,7 @@ def test_two_writers_exclude_each_other(tmp_path, made):
 
 def test_a_missing_package_is_named(monkeypatch):
     monkeypatch.setattr(machine, "find_spec", lambda name: None if name == "zarr" else 1)
-    with pytest.raises(DependencyError, match=r'need zarr.*pip install "geosurf\[ensemble\]"'):
-        run(n=1)
+    refused(DependencyError, r'need zarr.*pip install "geosurf\[ensemble\]"', run, n=1)
 
 
 # ---- maps, progress, records -------------------------------------------------------------

@@ -413,10 +413,8 @@ def test_walls_that_are_not_closed_are_refused():
     fault = sheet("F1", [(1, 2, 3), (9, 2, 3), (9, 2, 12), (1, 2, 12)])
     patches = rebuild_surfaces([fault, *build_walls(BOX, NOTCHED)[:2]])  # without the top
     rows = np.flatnonzero(patches.surface_of_triangle > 0)
-    with pytest.raises(
-        GeometryError, match=r"'F1' lies inside and outside .* Give all that build_"
-    ):
-        inside_area(patches, rows)
+    words = r"'F1' lies inside and outside .* Give all that build_"
+    refused(GeometryError, words, inside_area, patches, rows)
 
 
 # ---- On which side a fault leaves a bent one: against arithmetic that a child could follow.

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 
-def column_integrals(surfaces, box) -> list[float]:
+def columns(surfaces, box) -> list[float]:
     """Integrals over a box of the lowest of the first k horizons, k = 1 .. n [m3].
 
     All horizons have the same nodes in map view and the same triangles, so that heights are

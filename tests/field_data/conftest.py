@@ -10,7 +10,6 @@ import pytest
 
 import geosurf as gs
 from tests.field_data.checked import kit
-from tests.field_data.columns import column_integrals
 
 
 @pytest.fixture(scope="session")
@@ -52,39 +51,23 @@ def read_grids(folder: Path) -> list[gs.TriSurface]:
     return found
 
 
-@pytest.fixture(scope="session")
-def near():
-    """Function of two surfaces: the mesh of the first, only where the second's box is."""
-
-    def crop(surface: gs.TriSurface, other: gs.TriSurface) -> tuple[np.ndarray, np.ndarray]:
-        low, high = np.reshape(other.bounds, (3, 2)).T
-        corners = surface.vertices[surface.triangles]
-        reach = (corners.max(axis=1) >= low) & (corners.min(axis=1) <= high)
-        used, faces = np.unique(surface.triangles[reach.all(axis=1)], return_inverse=True)
-        return surface.vertices[used], faces.reshape(-1, 3)
-
-    return crop
+def near(surface: gs.TriSurface, other: gs.TriSurface) -> tuple[np.ndarray, np.ndarray]:
+    """The mesh of a surface, only where another's box is."""
+    low, high = np.reshape(other.bounds, (3, 2)).T
+    corners = surface.vertices[surface.triangles]
+    reach = (corners.max(axis=1) >= low) & (corners.min(axis=1) <= high)
+    used, faces = np.unique(surface.triangles[reach.all(axis=1)], return_inverse=True)
+    return surface.vertices[used], faces.reshape(-1, 3)
 
 
-@pytest.fixture(scope="session")
-def pieces():
-    """Function of segments (n, 2): number of connected pieces, free ends and branches."""
+def pieces(segments: np.ndarray) -> tuple[int, int, int]:
+    """Number of connected pieces of segments (n, 2), of free ends and of branches."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
 
-    def count(segments: np.ndarray) -> tuple[int, int, int]:
-        from scipy.sparse import coo_array
-        from scipy.sparse.csgraph import connected_components
-
-        nodes, ends = np.unique(segments, return_inverse=True)
-        ends = ends.reshape(-1, 2)
-        graph = coo_array((np.ones(len(ends)), ends.T), shape=(len(nodes), len(nodes)))
-        degree = np.bincount(ends.ravel())
-        n_piece = connected_components(graph, directed=False)[0] if len(ends) else 0
-        return int(n_piece), int((degree == 1).sum()), int((degree > 2).sum())
-
-    return count
-
-
-@pytest.fixture(scope="session")
-def columns():
-    """Function of horizons and a box: see `column_integrals`."""
-    return column_integrals
+    nodes, ends = np.unique(segments, return_inverse=True)
+    ends = ends.reshape(-1, 2)
+    graph = coo_array((np.ones(len(ends)), ends.T), shape=(len(nodes), len(nodes)))
+    degree = np.bincount(ends.ravel())
+    n_piece = connected_components(graph, directed=False)[0] if len(ends) else 0
+    return int(n_piece), int((degree == 1).sum()), int((degree > 2).sum())

@@ -9,6 +9,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.carve.certificate import certify
+from tests.field_data.conftest import near, pieces
 
 WORLDS = ("tilted_planes", "graben", "listric", "dome_and_flat_fault", "egg_box", "noisy")
 UTM = (456000.0, 6.78e6, 0.0)
@@ -61,7 +62,7 @@ def curves(faults):
     return gs.intersect_surfaces(faults)
 
 
-def test_curves_of_all_pairs_are_the_exact_ones(faults, curves, verify, near, pieces):
+def test_curves_of_all_pairs_are_the_exact_ones(faults, curves, verify):
     in_contact = 0
     for i, j in itertools.combinations(range(len(faults)), 2):
         meshes = near(faults[i], faults[j]), near(faults[j], faults[i])
@@ -84,8 +85,7 @@ def test_curves_of_all_pairs_are_the_exact_ones(faults, curves, verify, near, pi
 
 def test_rebuilt_faults_share_all_their_curves(faults, verify):
     patches = gs.rebuild_surfaces(faults, self_intersections=True)
-    certificate = certify(patches)
-    assert certificate.ok, str(certificate)
+    assert certify(patches).ok
     distinct = np.unique(np.sort(patches.triangles, axis=1), axis=0)
     assert len(verify.nonconforming_pairs((patches.local, distinct))) == 0
 

@@ -216,15 +216,13 @@ os.kill(os.getpid(), signal.SIGKILL)
 
 
 @posix
-def test_nothing_is_removed_behind_a_linked_folder(tmp_path):
+def test_nothing_is_removed_behind_a_linked_folder(tmp_path, planes):
     put(tmp_path, {"mine/000_mine.vtp": "mine"})
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "units").symlink_to(tmp_path / "mine")
     refused(OutputError, "units is a link; remove it", run, tmp_path / "out", "new")
     (tmp_path / "u").symlink_to(tmp_path / "mine")
-    world = gs.synthetic.tilted_planes(n=5)
-    units = gs.Scene(world.horizons, world.faults, world.box).units
-    refused(OutputError, "u next to it is a link", gs.write, units, tmp_path / "u.vtm")
+    refused(OutputError, "u next to it is a link", gs.write, planes.units, tmp_path / "u.vtm")
     assert seen(tmp_path / "mine") == {"000_mine.vtp": "mine"}
 
 

@@ -141,11 +141,8 @@ def test_upright_triangles_that_overlap_above_a_slope(along, offset):
 def test_refusals():
     top = grid("Top", np.zeros((3, 3)))
     refused(InputError, r"1 surfaces were passed; at least 2 are needed", intersect_surfaces, [top])
-    with pytest.raises(
-        InputError,
-        match=r"surface 1 is a list, not a TriSurface. Convert it with triangulate_horizon",
-    ):
-        intersect_surfaces([top, [[0, 0, 0]]])
+    message = r"surface 1 is a list, not a TriSurface. Convert it with triangulate_horizon"
+    refused(InputError, message, intersect_surfaces, [top, [[0, 0, 0]]])
     empty = TriSurface("Empty", "fault", [[0, 0, 0]], np.empty((0, 3), dtype=int))
     with pytest.raises(SurfaceError, match=r"surface 'Empty' has no triangles; leave it out"):
         intersect_surfaces([top, empty])

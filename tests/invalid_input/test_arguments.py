@@ -52,8 +52,7 @@ def test_a_foreign_exception_and_a_foreign_warning_are_defects():
     def warns(value):
         warnings.warn("deprecated", DeprecationWarning, stacklevel=1)
 
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with warnings.catch_warnings(action="error"):
         assert outcome("fails", fails, [], {"value": 0}) == ("defect", ": ZeroDivisionError")
         assert outcome("warns", warns, [], {"value": 0}) == ("defect", ": DeprecationWarning")
     assert outcome("fails", fails, [], {"values": 0})[0] == "no such argument"

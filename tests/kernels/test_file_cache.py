@@ -29,8 +29,7 @@ def store(tmp_path, monkeypatch):
 
 def assert_miss_reported_once(store, words):
     """Two misses, one warning: kind, folder, what is wrong, remedy."""
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
+    with warnings.catch_warnings(record=True, action="always") as caught:
         assert store.load(NAME) is None
         assert store.load(NAME) is None
     (note,) = (warning.message for warning in caught)

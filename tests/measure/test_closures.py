@@ -13,6 +13,7 @@ import geosurf as gs
 from geosurf.errors import InputError
 from geosurf.synthetic.world import make_fault
 from tests.grids import gridded, lines_of, ring_area
+from tests.messages import refused
 
 X = np.arange(0.0, 2001.0, 100.0)
 Y = np.arange(-600.0, 601.0, 200.0)
@@ -297,8 +298,7 @@ def test_contacts_below_spill_points_are_warned_of_and_bad_words_refused() -> No
         ({"horizon": "Base"}, "no zone of the reservoir directly below"),
         ({"min_height": "5"}, "give metres"),
     ):
-        with pytest.raises(gs.errors.InputError, match=message):
-            scene.closures(**words)
+        refused(gs.errors.InputError, message, scene.closures, **words)
 
 
 def test_a_truncation_trap_closes_where_the_unconformity_holds():
@@ -331,5 +331,4 @@ def test_a_truncation_trap_closes_where_the_unconformity_holds():
     assert found.volume.item() == pytest.approx(16.0 * height.clip(0.0).sum(), rel=1e-3)
     assert found.area.item() == pytest.approx(16.0 * (height > 0.0).sum(), rel=1e-3)
     for wrong in ("open ", {"Bottom": "sealing"}, {"U": "juxtaposition"}):
-        with pytest.raises(InputError, match="horizons: "):
-            scene.closures("Top", horizons=wrong)
+        refused(InputError, "horizons: ", scene.closures, "Top", horizons=wrong)

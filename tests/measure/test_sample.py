@@ -14,6 +14,7 @@ from geosurf.errors import GeometryError, InputError
 from geosurf.measure.locate import locator_of
 from tests.grids import gridded
 from tests.measure.rays import unit_by_rays
+from tests.messages import refused
 from tests.strategies import BOX, UTM, faulted_worlds, sheet
 
 pytestmark = pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
@@ -88,9 +89,8 @@ def test_grids_agree_with_rays(scene, seed):
 
 
 @pytest.fixture(scope="module")
-def scene():
-    world = gs.synthetic.graben(n=21)
-    return gs.Scene(world.horizons, world.faults, world.box, contacts={"OWC": -2100.0})
+def scene(graben):
+    return graben.replace(contacts={"OWC": -2100.0})
 
 
 def test_names_are_those_of_units(scene):
@@ -146,8 +146,7 @@ def test_one_question_in_many_words(scene):
     ],
 )
 def test_refusals_say_what_to_type(scene, arguments, words):
-    with pytest.raises(InputError, match=words):
-        scene.sample(**arguments)
+    refused(InputError, words, scene.sample, **arguments)
 
 
 def test_distances_are_those_to_all_triangles(scene):
@@ -262,5 +261,4 @@ class TestWells:
         ],
     )
     def test_refusals(self, scene, path, md, words):
-        with pytest.raises(InputError, match=words):
-            scene.well_intervals(path, md=md)
+        refused(InputError, words, scene.well_intervals, path, md=md)

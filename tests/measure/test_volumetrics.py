@@ -32,11 +32,9 @@ def rotated(values: Any, angle: float, n: int = 20) -> xr.DataArray:
 
 
 @pytest.fixture(scope="module")
-def tilted() -> gs.Scene:
+def tilted(planes: gs.Scene) -> gs.Scene:
     """Two blocks of planes above and below two contacts."""
-    world = gs.synthetic.tilted_planes(n=9)
-    contacts = {"GOC": -2060.0, "OWC": -2120.0}
-    return gs.Scene(world.horizons, world.faults, world.box, contacts=contacts)
+    return planes.replace(contacts={"GOC": -2060.0, "OWC": -2120.0})
 
 
 def over_tetrahedra(unit: gs.Unit, *parts: Any) -> list[float]:
@@ -101,16 +99,14 @@ def test_kinks_of_a_map_are_met_exactly() -> None:
     )
 
 
-def test_a_map_and_its_finer_form_are_the_same_and_maps_add_up() -> None:
-    world = gs.synthetic.graben(n=17)
-    scene = gs.Scene(world.horizons, world.faults, world.box)
-    w, e, s, n = scene.box[:4]
+def test_a_map_and_its_finer_form_are_the_same_and_maps_add_up(graben: gs.Scene) -> None:
+    w, e, s, n = graben.box[:4]
     rng = np.random.default_rng(5)
     x, y = np.linspace(w, e, 6), np.linspace(s, n, 9)
     one, other = (given(rng.uniform(0.0, 0.5, (9, 6)), x, y) for _ in range(2))
     more = np.sort([*x, *rng.uniform(w, e, 7)]), np.sort([*y, *rng.uniform(s, n, 5)])
     fine = one.interp(easting=more[0], northing=more[1])
-    net = [scene.volumetrics(net_to_gross=each).net for each in (one, fine, other, one + other)]
+    net = [graben.volumetrics(net_to_gross=each).net for each in (one, fine, other, one + other)]
     np.testing.assert_allclose(net[1], net[0], rtol=1e-12)
     np.testing.assert_allclose(net[0] + net[2], net[3], rtol=1e-12)
 

@@ -40,8 +40,7 @@ def main() -> None:
             tables.append(f'[[{kind}]]\nname = "{name}"\nfile = "{file}"\npositive = "up"\n')
     tables.append('[output]\nformats = ["vtm", "vtp", "csv"]\n')
     (folder / "scenario.toml").write_text("".join(tables), encoding="utf-8")
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", gs.GeosurfWarning)
+    with warnings.catch_warnings(action="ignore", category=gs.GeosurfWarning):
         scene = gs.run_scenario(folder / "scenario.toml", folder / "out")
     assert scene.check().ok
     for name in RESULTS:

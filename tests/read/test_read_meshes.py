@@ -162,8 +162,7 @@ def test_a_file_cut_at_any_byte_is_refused_or_read_right_or_warned_of(tmp_path, 
     ends = range(0, len(data), 3)
     for n in ends:
         cut.write_bytes(data[:n])
-        with warnings.catch_warnings(record=True) as told:
-            warnings.simplefilter("always")
+        with warnings.catch_warnings(record=True, action="always") as told:
             try:
                 found = read(cut)
             except FormatError as error:

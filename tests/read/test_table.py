@@ -263,6 +263,5 @@ def test_a_table_of_several_horizons_is_named(tmp_path):
 
 def test_columns_in_another_order_are_refused(tmp_path):
     path = write(tmp_path, "1600 460000 5930000\n1700 460050 5930000\n")
-    with pytest.raises(FormatError, match=r"z is around 5930000.*columns=\[2, 3, 1\]"):
-        points(path)
+    refused(FormatError, r"z is around 5930000.*columns=\[2, 3, 1\]", points, path)
     assert points(path, columns=(2, 3, 1))[0] == [460000.0, 5930000.0, 1600.0]

@@ -376,8 +376,7 @@ def test_what_cannot_be_read_is_refused_in_words(tmp_path, text, words, message)
 
 def test_repeated_rows_are_listed_and_a_second_place_is_a_top_of_its_own(tmp_path):
     text = "Well,X,Y,Z,Top\nW1,1,5,-2,Top\nW1,1,5,-2,Top\nW1,1,5,-3,Top\n"
-    with warnings.catch_warnings(record=True) as found:
-        warnings.simplefilter("always")
+    with warnings.catch_warnings(record=True, action="always") as found:
         tops = gs.read_tops(written(tmp_path, text), positive="up")
     assert tops.elevation.values.tolist() == [-2.0, -3.0]
     assert len(found) == 1
@@ -422,16 +421,12 @@ def test_measured_tops_without_their_path_are_refused(tmp_path, paths):
     path = tmp_path / "tops.csv"
     path.write_text("Well,Surface,MD\nW-2,Top,1000\n")
     refused(FormatError, r"pass wells=gs\.read_wells", gs.read_tops, path, positive="up")
-    with pytest.raises(
-        FormatError, match=r"line 2: well 'W-2' has no path in wells=\. Did you mean"
-    ):
-        gs.read_tops(path, wells=paths)
+    words = r"line 2: well 'W-2' has no path in wells=\. Did you mean"
+    refused(FormatError, words, gs.read_tops, path, wells=paths)
     with pytest.raises(InputError, match=r"wells= has no md\. Pass what gs\.read_wells"):
         gs.read_tops(path, wells=paths.drop_vars("md"))
-    with pytest.raises(
-        InputError, match="Give 3 names of the header, those of well, measured depth"
-    ):
-        gs.read_tops(path, wells=paths, columns=(1, 2, 3, 4, 5))
+    words = "Give 3 names of the header, those of well, measured depth"
+    refused(InputError, words, gs.read_tops, path, wells=paths, columns=(1, 2, 3, 4, 5))
 
 
 def test_a_well_of_gocad_is_refused_with_what_to_do(tmp_path):
@@ -573,8 +568,7 @@ def test_what_cannot_be_a_path_is_refused(tmp_path):
         ({"md": MD[:3]}, "does not have 4 measured depths that rise"),
         ({"n": 5}, "expected 5 x 3"),
     ]:
-        with pytest.raises(FormatError, match=sentence):
-            gs.read_wells(single(tmp_path, **words))
+        refused(FormatError, sentence, gs.read_wells, single(tmp_path, **words))
     with pytest.raises(InputError, match="the file has positive="):
         gs.read_wells(single(tmp_path), positive="up")
     refused(InputError, "columns", lambda: gs.read_wells(single(tmp_path), columns={"md": "MD"}))

@@ -105,13 +105,12 @@ def test_a_result_that_cannot_be_held_is_refused_with_its_place(monkeypatch):
     top = grid("Top", np.random.default_rng(3).integers(0, 4, (6, 6)))
     wall = sheet("F1", [(1, -1, -1), (3, 9, -1), (3, 9, 5), (1, -1, 5)], (3, 3))
     words = r"float64 cannot represent .*, the first of surface '\w+' at \(E .*Move one of"
-    with pytest.raises(RoundingError, match=words) as caught:
-        rebuild_surfaces([top, wall])
-    assert set(caught.value.surfaces) == {"Top", "F1"}
-    assert caught.value.surfaces[0] in str(caught.value)
-    assert place(caught.value.place) in str(caught.value)
+    error = refused(RoundingError, words, rebuild_surfaces, [top, wall])
+    assert set(error.surfaces) == {"Top", "F1"}
+    assert error.surfaces[0] in str(error)
+    assert place(error.place) in str(error)
     corners = np.concatenate([top.vertices, wall.vertices])
-    assert (corners == caught.value.place).all(axis=1).any()
+    assert (corners == error.place).all(axis=1).any()
 
 
 # ---- Some of the worlds of `many`, and those in which it found something.

@@ -15,14 +15,14 @@ from geosurf.render.picture_style import PLAIN
 from geosurf.scene.plots import fluids_on
 from geosurf.scene.shown import IGNORED, USED, data_of
 from tests.grids import ring_area
+from tests.messages import refused
 
 SMALL = (640, 400)
 
 
 @pytest.fixture(scope="module")
-def scene():
-    world = gs.synthetic.graben(n=9)
-    return gs.Scene(world.horizons, world.faults, world.box, contacts={"OWC": -2100.0})
+def scene(graben):
+    return graben.replace(contacts={"OWC": -2100.0})
 
 
 def top_of(unit, horizon):
@@ -112,9 +112,7 @@ def test_residuals_of_a_torn_horizon_are_those_of_its_smear():
     figure = scene.plot.residuals("Top", size=SMALL)
     assert any("20 m" in text.get_text() for text in figure.axes[0].texts)
     assert scene.plot.picks("F1", size=SMALL).axes[1].get_xlim()[0] == 0.0
-    with pytest.raises(InputError, match="at is 2"):
-        scene.plot.picks("F1", at=2)
+    refused(InputError, "at is 2", scene.plot.picks, "F1", at=2)
     again = gs.Scene(scene.sheets, world.faults, scene.box)
-    with pytest.raises(InputError, match=r"data=gs\.read_horizon"):
-        again.plot.residuals("Top")
+    refused(InputError, r"data=gs\.read_horizon", again.plot.residuals, "Top")
     assert again.plot.residuals("Top", data=world.horizons["Top"], size=SMALL)

@@ -178,10 +178,8 @@ def test_zones_of_a_grid_have_the_colours_of_sections(scene, tmp_path):
 
 # ---- Wells on maps and sections: which tops are drawn, where, and what is refused.
 @pytest.fixture(scope="module")
-def model():
+def model(graben):
     """A scene and the misfits of its tops: two wells on the middle line, one far off."""
-    world = gs.synthetic.graben(n=9)
-    scene = gs.Scene(world.horizons, world.faults, world.box)
     rows = [
         (well, horizon, east, north, -2100.0)
         for well, east, north in (("25/4-1", 900.0, 1500.0), ("B", 2000.0, 1530.0), ("C", 900, 9))
@@ -189,7 +187,7 @@ def model():
     ]  # fmt: skip
     names = ("well", "horizon", "easting", "northing", "elevation")
     tops = dict(zip(names, map(list, zip(*rows, strict=True)), strict=True))
-    return scene.replace(tops=tops)
+    return graben.replace(tops=tops)
 
 
 def test_a_map_has_the_tops_of_its_horizon(model):

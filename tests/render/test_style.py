@@ -96,8 +96,7 @@ def test_different_names_have_different_short_labels(names, most):
 
 @pytest.mark.parametrize("name", ["Верх", "Κορυφή", "قمة"])
 def test_cyrillic_greek_and_arabic_have_letters(top, name):
-    with warnings.catch_warnings(record=True) as found:
-        warnings.simplefilter("always")
+    with warnings.catch_warnings(record=True, action="always") as found:
         picture = plotted(draw_map, top.renamed(name), size=SMALL)._repr_png_()
     assert [str(one.message) for one in found] == []
     assert picture != plotted(draw_map, top.renamed("Top"), size=SMALL)._repr_png_()

@@ -7,7 +7,6 @@ import zlib
 import numpy as np
 import pytest
 
-import geosurf as gs
 from geosurf.model import TriSurface, Units
 from geosurf.render.interactive import view_of
 from geosurf.report import report_scene
@@ -122,14 +121,8 @@ def png(width: int, height: int) -> bytes:
 
 
 @pytest.fixture(scope="module")
-def model():
-    world = gs.synthetic.tilted_planes(n=5)
-    return gs.Scene(world.horizons, world.faults, world.box)
-
-
-@pytest.fixture(scope="module")
-def units(model):
-    return model.units
+def units(planes):
+    return planes.units
 
 
 @pytest.fixture(scope="module")
@@ -138,7 +131,7 @@ def volumes():
 
 
 @pytest.fixture(scope="module")
-def seen(model, units, volumes, tmp_path_factory):
+def seen(planes, units, volumes, tmp_path_factory):
     """The page of a model with many blocks and surfaces, opened and printed."""
     folder = tmp_path_factory.mktemp("browser")
     corners = np.array([[0, 0, -9], [1e3, 0, -9], [0, 1e3, -9]])
@@ -148,12 +141,12 @@ def seen(model, units, volumes, tmp_path_factory):
     )
     blocks = (unit(EVIL * z or "Top", z, f"F{b}+", v) for (z, b), v in volumes.items())
     scene = changed(
-        model,
+        planes,
         **dict.fromkeys(("horizon_names", "fault_names", "horizons_inside", "faults_inside"), ()),
         surfaces=surfaces,
         coverage={surface.name: 1.0 for surface in surfaces},
         units=Units(blocks, BOX, {"open_rim": {"F1": 12.5}}),
-        view_3d=lambda: view_of([units, model.curves]),
+        view_3d=lambda: view_of([units, planes.curves]),
     )
     (folder / "grey.png").write_bytes(png(64, 40))
     page = report_scene(scene, folder, {EVIL: folder / "grey.png"}, title=EVIL)
@@ -181,15 +174,15 @@ def test_the_units_are_drawn_and_every_control_changes_the_picture(seen, units):
     assert found["all"] == found["top"]
 
 
-def test_a_section_shows_the_units_that_are_there(seen, model):
+def test_a_section_shows_the_units_that_are_there(seen, planes):
     """What is picked in a section at 30 % of the width is the unit at that point of the model."""
-    west, east, south, north, bottom, top = model.box
+    west, east, south, north, bottom, top = planes.box
     found = seen.found["view"]["section"]
     z = bottom + np.array([share for share, _ in found]) * (top - bottom)
     at = [west + 0.3 * (east - west), 0.5 * (south + north)]
     pixel = 4.0  # metres: next to a surface either unit is right
     near = [
-        model.sample([[*at, level + off] for level in z]).unit.values for off in (-pixel, 0, pixel)
+        planes.sample([[*at, level + off] for level in z]).unit.values for off in (-pixel, 0, pixel)
     ]
     inside = (near[0] == near[1]) & (near[1] == near[2])
     assert inside.sum() > 5

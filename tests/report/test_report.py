@@ -10,7 +10,6 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 
-import geosurf as gs
 from geosurf.model import Certificate, Check, Clipped, Remnant, TriSurface, Units
 from geosurf.model.protocols import Body, View3D
 from geosurf.render.interactive import view_of_surfaces, view_of_units
@@ -217,9 +216,8 @@ def test_text_can_be_read_in_every_scheme(scheme):
 
 # ---- The interactive view: what the page holds is the model, and the browser draws and reacts.
 @pytest.fixture(scope="module")
-def units():
-    world = gs.synthetic.tilted_planes(n=5)
-    return gs.Scene(world.horizons, world.faults, world.box).units
+def units(planes):
+    return planes.units
 
 
 def unpacked(page):

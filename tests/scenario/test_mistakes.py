@@ -205,9 +205,8 @@ def test_the_look_of_pictures_becomes_a_style(scenario):
 def test_a_wrong_scenario_gets_an_error_with_place_and_remedy(change, scenario):
     exchange, sentence = BAD[change]
     path = scenario(exchange)
-    with pytest.raises(ScenarioError, match=sentence) as caught:
-        read_scenario(path)
-    assert re.match(rf"{re.escape(str(path))}(, line \d+)?: ", str(caught.value))
+    error = refused(ScenarioError, sentence, read_scenario, path)
+    assert re.match(rf"{re.escape(str(path))}(, line \d+)?: ", str(error))
 
 
 def test_an_empty_scenario_needs_a_horizon(scenario):

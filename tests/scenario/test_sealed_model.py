@@ -55,17 +55,16 @@ def body(*bounds):
     return np.concatenate([w.vertices[w.triangles] for w in gs.build_walls(bounds)])
 
 
-def test_bodies_are_identified_by_a_point_inside():
-    world = gs.synthetic.graben(n=5)
-    units = gs.Scene(world.horizons, world.faults, world.box).units
+def test_bodies_are_identified_by_a_point_inside(graben):
+    units = graben.units
     bodies = {name: unit.vertices[unit.triangles] for name, unit in units.items()}
     turned = {name: corners[::-1, ::-1] for name, corners in bodies.items()}
     assert units_of_bodies(bodies, units) == {name: name for name in units}
     assert units_of_bodies(turned, units) == {name: name for name in units}
-    _, east, *others = world.box
+    _, east, *others = graben.box
     odd = {
         "beside the model": body(east + 1, east + 9, *others),
-        "a lid alone": body(*world.box)[-2:],
+        "a lid alone": body(*graben.box)[-2:],
         "nothing": np.empty((0, 3, 3)),
     }
     assert units_of_bodies(odd, units) == dict.fromkeys(odd, "")

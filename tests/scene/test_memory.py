@@ -16,6 +16,7 @@ from geosurf.errors import InputError
 from geosurf.scene.memory import CHOICE, Store, budget_of_family, buffers_of, fingerprint
 from tests import laws
 from tests.grids import gridded
+from tests.messages import refused
 from tests.scene.conftest import level, upright
 from tests.strategies import BOX
 
@@ -191,10 +192,8 @@ def test_budgets_can_be_chosen(said, size, monkeypatch):
 def test_what_is_no_budget_is_one_sentence(said, monkeypatch):
     monkeypatch.setenv(CHOICE, said)
     world = gs.synthetic.tilted_planes(n=5)
-    with pytest.raises(
-        InputError, match=rf"^{CHOICE} is '.*', which is not a size\. Give bytes, or"
-    ):
-        gs.Scene(world.horizons, world.faults, world.box)
+    words = rf"^{CHOICE} is '.*', which is not a size\. Give bytes, or"
+    refused(InputError, words, gs.Scene, world.horizons, world.faults, world.box)
 
 
 def test_what_none_of_the_last_scenes_has_used_goes():

@@ -289,14 +289,8 @@ LEVEL = -2150.0
 
 
 @pytest.fixture(scope="module")
-def plain():
-    world = gs.synthetic.graben(n=9)
-    return gs.Scene(world.horizons, world.faults, world.box)
-
-
-@pytest.fixture(scope="module")
-def scene(plain):
-    return plain.replace(contacts={"OWC": LEVEL})
+def scene(graben):
+    return graben.replace(contacts={"OWC": LEVEL})
 
 
 def by_block(table, zones):
@@ -310,8 +304,8 @@ def by_block(table, zones):
 
 
 @pytest.mark.parametrize("column", [{}, {"Top": "erosional"}, {"Middle": "base"}])
-def test_it_is_what_lies_between_two_horizons_and_a_contact_cuts_nothing_else(plain, column):
-    plain = plain.replace(column=column)
+def test_it_is_what_lies_between_two_horizons_and_a_contact_cuts_nothing_else(graben, column):
+    plain = graben.replace(column=column)
     scene = plain.replace(contacts={"OWC": LEVEL, "FWL": LEVEL - 20.0})
     assert scene.reservoir == plain.reservoir == INNER
     assert scene.volumes.sum().item() == pytest.approx(plain.volumes.sum().item(), rel=1e-12)
@@ -333,8 +327,8 @@ def test_it_is_what_lies_between_two_horizons_and_a_contact_cuts_nothing_else(pl
     np.testing.assert_allclose(scene.volumes, scene.units.included().volumes, rtol=1e-12)
 
 
-def test_chosen_zones_and_named_zones(plain):
-    scene = plain.replace(reservoir=["Middle/Base"], contacts={"OWC": LEVEL})
+def test_chosen_zones_and_named_zones(graben):
+    scene = graben.replace(reservoir=["Middle/Base"], contacts={"OWC": LEVEL})
     assert set(scene.volumes.zone.values) == {"Middle/Base"}
     assert {u.zone for u in scene.units.values() if u.contact} == {"Middle/Base"}
 
@@ -347,8 +341,8 @@ def test_chosen_zones_and_named_zones(plain):
     # it travels, and the default follows the horizons
     assert pickle.loads(pickle.dumps(scene)).reservoir == ("Middle/Base",)
     assert scene.replace(faults={"F2": None}).reservoir == ("Middle/Base",)
-    assert plain.replace(horizons={"Middle": None}).reservoir == ("Top/Base",)
-    few = plain.replace(horizons={"Middle": None, "Base": None})
+    assert graben.replace(horizons={"Middle": None}).reservoir == ("Top/Base",)
+    few = graben.replace(horizons={"Middle": None, "Base": None})
     assert few.reservoir == ("above Top", "below Top")
     assert few.volumes.sum().item() == pytest.approx(few.units.volume, rel=1e-15)
 

@@ -167,8 +167,7 @@ def test_writers_at_once_leave_whole_files(tmp_path):
             if found.tobytes() != NUMBERS.tobytes() or cache.load("sums-shared.gsr") is None:
                 wrong.append(1)
 
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with warnings.catch_warnings(action="error"):
         threads = [threading.Thread(target=work) for _ in range(4)]
         for thread in threads:
             thread.start()

@@ -121,17 +121,11 @@ NONE = {
 }  # fmt: skip
 
 
-@pytest.fixture(scope="module")
-def scene_picture_choice():
-    world = gs.synthetic.tilted_planes(n=3)
-    return gs.Scene(world.horizons, world.faults, world.box)
-
-
-def test_a_camera_gives_a_further_view_in_the_style_of_all(scene_picture_choice, tmp_path):
+def test_a_camera_gives_a_further_view_in_the_style_of_all(planes, tmp_path):
     style = gs.PictureStyle(theme="dark", colours={"Top": "teal", "Tpo": "red"})
     look = {"camera": (225, 30), "zoom": 1.5, "style": style, "size": (300, 200)}
     with pytest.warns(gs.GeosurfWarning, match="'Tpo': its colour is not used.*'Top'"):
-        drawn = scene_picture_choice.render_pictures(tmp_path, **NONE, **look)
+        drawn = planes.render_pictures(tmp_path, **NONE, **look)
     ((caption, path),) = drawn.items()
     assert caption.endswith("seen from azimuth 225°, 30° above the horizontal.")
     assert path.name == "view_camera.png"

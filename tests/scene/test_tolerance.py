@@ -16,6 +16,7 @@ from geosurf.model import Lattice
 from geosurf.report.tables import accuracy
 from geosurf.triangulate.decimate import Frame, kept_nodes, measure_differences
 from tests.grids import gridded
+from tests.messages import refused
 from tests.scene.conftest import FAULT, waves
 
 
@@ -24,10 +25,8 @@ def test_a_torn_horizon_has_no_tolerance():
     fault = Scene(world.horizons, world.faults, world.box).surface("F1")
     sheet = gs.throw_horizon(world.horizons["Top"], [fault], {"F1": 20.0}, name="Top")
     horizons = {**world.horizons, "Top": sheet}
-    with pytest.raises(
-        InputError, match=r"'Top' is a sheet torn at faults, .* Leave tolerance out"
-    ):
-        Scene(horizons, world.faults, world.box, tolerance=5.0)
+    words = r"'Top' is a sheet torn at faults, .* Leave tolerance out"
+    refused(InputError, words, Scene, horizons, world.faults, world.box, tolerance=5.0)
 
 
 # ---- Scenes with a tolerance: models of every k-th node, within proven bounds, in the same or

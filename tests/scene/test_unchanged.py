@@ -18,34 +18,28 @@ from geosurf.scene.inputs import INPUTS
 from geosurf.scene.memory import Memory
 
 
-@pytest.fixture(scope="module")
-def scene():
-    world = gs.synthetic.graben(n=9)
-    return gs.Scene(world.horizons, world.faults, world.box)
-
-
 @pytest.mark.parametrize("name", INPUTS)
-def test_inputs_cannot_be_set(scene, name):
+def test_inputs_cannot_be_set(graben, name):
     with pytest.raises(InputError, match=rf"scene\.{name} cannot be set.*scene\.replace\({name}="):
-        setattr(scene, name, None)
+        setattr(graben, name, None)
     with pytest.raises(InputError, match="cannot be changed"):
-        delattr(scene, name)
+        delattr(graben, name)
 
 
-def test_what_is_shown_cannot_be_changed_in_place(scene):
+def test_what_is_shown_cannot_be_changed_in_place(graben):
     with pytest.raises(TypeError):
-        scene.extend["F1"] = ("up",)
+        graben.extend["F1"] = ("up",)
     with pytest.raises(TypeError):
-        scene.truncations["F1"] = ("F2", "+")
-    scene.column["Top"] = "erosional"
-    assert scene.column["Top"] == "conformable"
+        graben.truncations["F1"] = ("F2", "+")
+    graben.column["Top"] = "erosional"
+    assert graben.column["Top"] == "conformable"
 
 
 @pytest.mark.parametrize(
     "again", [copy.copy, copy.deepcopy, lambda s: pickle.loads(pickle.dumps(s))]
 )
-def test_copies_are_scenes_of_their_own(scene, again):
-    ruled = scene.replace(extend={"F1": "up"})
+def test_copies_are_scenes_of_their_own(graben, again):
+    ruled = graben.replace(extend={"F1": "up"})
     other = again(ruled)
     assert dict(other.extend) == {"F1": ("up",)}
     assert other.surface("F1").n_triangle == ruled.surface("F1").n_triangle

@@ -78,12 +78,6 @@ def test_replace_adds_and_removes(scene):
 
 # ---- Curves, units and certificate of a scene.
 # ---- Words of the field, and depths in place of elevations, lead to what was meant.
-@pytest.fixture(scope="module")
-def planes():
-    world = gs.synthetic.tilted_planes(n=5)
-    return gs.Scene(world.horizons, world.faults, world.box)
-
-
 @pytest.mark.parametrize(
     ("word", "rule"),
     [("unconformity", "erosional"), ("Erosion", "erosional"), ("onlap", "base"), ("bse", "base")],

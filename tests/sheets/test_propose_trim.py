@@ -120,8 +120,7 @@ def test_acute_wedges_are_met_whatever_the_trim(kind, trim):
 # ---- The throw of a sheet is compared with what its data show, and named where they differ.
 def torn(data, faults, **options):
     """A sheet, and its warnings of throw by fault."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", gs.errors.GeosurfWarning)
+    with warnings.catch_warnings(action="ignore", category=gs.errors.GeosurfWarning):
         sheet = gs.tear_horizon(data, faults, name="Top", positive="up", **options)
     return sheet, {w.subject: w for w in sheet.warnings if w.kind == "throw not as data"}
 
@@ -170,8 +169,7 @@ def test_random_networks_are_not_named_where_they_are_right(family, smear):
 def test_a_scene_lists_the_throw_of_model_and_data():
     world = gs.synthetic.torn("normal", 61, smear=2)
     for trim, differs in (("auto", False), (1.5, True)):
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", gs.errors.GeosurfWarning)
+        with warnings.catch_warnings(action="ignore", category=gs.errors.GeosurfWarning):
             scene = gs.Scene(world.horizons, world.faults, tear=trim)
             found = scene.throw_audit().sel(horizon="Top")
         assert (found.differs > 0).values.all() == differs

@@ -134,15 +134,13 @@ def test_what_the_remedy_types_ends_the_throw():
     (fault,) = sheet.faults
     longer = gs.lengthen_fault(fault, literal_eval(typed[1])).surface
     assert longer.bounds[3] > 2440.0 - 3 * CELL
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with warnings.catch_warnings(action="error"):
         torn(longer.bounds[3], 2500.0, trim=2.0)
 
 
 @pytest.mark.parametrize(("end", "trim"), [(2500.0, 1.0), (2500.0, 3.0), (2900.0, 2.0)])
 def test_a_fault_as_long_as_its_throw_has_none(end, trim):
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with warnings.catch_warnings(action="error"):
         assert torn(end, 2500.0, trim=trim).warnings == ()
 
 

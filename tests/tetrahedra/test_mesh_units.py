@@ -69,9 +69,8 @@ def is_closed(faces: np.ndarray) -> bool:
 
 
 @pytest.fixture(scope="module")
-def units() -> Units:
-    world = gs.synthetic.tilted_planes(n=9)
-    return gs.Scene(world.horizons, world.faults, world.box).units
+def units(planes: gs.Scene) -> Units:
+    return planes.units
 
 
 def test_the_boundary_is_closed_around_every_unit(units: Units) -> None:
@@ -107,8 +106,7 @@ def test_damaged_meshes_are_found() -> None:
         ("occurs twice", (tets, *twice)),
     ]
     for words, damaged in damages:
-        with pytest.raises(InvariantError, match=words):
-            regions_of(*damaged, len(x))
+        refused(InvariantError, words, regions_of, *damaged, len(x))
 
 
 def test_parts_of_split_faces_are_turned_as_the_face_and_cover_it(units: Units) -> None:
@@ -147,8 +145,7 @@ def test_bad_input_is_named(units: Units, monkeypatch: pytest.MonkeyPatch) -> No
     with pytest.raises(InputError, match=r"size=0\.1 asks for .* tetrahedra.*Give size=10 or more"):
         gs.mesh_units(units, size=0.1)
     monkeypatch.setattr(machine, "find_spec", lambda name: None)
-    with pytest.raises(DependencyError, match=r"geosurf\[tet\].*AGPL"):
-        gs.mesh_units(units)
+    refused(DependencyError, r"geosurf\[tet\].*AGPL", gs.mesh_units, units)
 
 
 def fan(n: int = 400) -> Boundary:
@@ -232,7 +229,7 @@ class TetGen:
     ],
 )
 def test_what_tetgen_refuses_is_named_and_leaves_no_files(
-    then: str, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    then: str, words: str, units: Units, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     here, fake = tmp_path / "here", tmp_path / "fake"
     for folder in (here, fake):
@@ -243,8 +240,7 @@ def test_what_tetgen_refuses_is_named_and_leaves_no_files(
     seconds = 0.3 if "sleep" in then else 60.0
     for name in ("PATIENCE", "SHORT"):
         monkeypatch.setattr(tetrahedra, name, (seconds, 0.0))
-    with pytest.raises(GeometryError, match=f"TetGen cannot fill .*{words}"):
-        gs.mesh_units(units_of_two())
+    refused(GeometryError, f"TetGen cannot fill .*{words}", lambda: gs.mesh_units(units))
     assert not [*here.iterdir()]
 
 
@@ -275,11 +271,6 @@ def test_another_order_of_vertices_is_tried_and_turned_back(
     np.testing.assert_array_equal(parts, faces[[0, 1, 3]])
     assert parents.tolist() == [0, 1, 3]
     assert len(set(seen)) == len(seen) == n_refused + 1
-
-
-def units_of_two() -> Units:
-    world = gs.synthetic.tilted_planes(n=5)
-    return gs.Scene(world.horizons, {}, world.box).units
 
 
 def of_cubes() -> TetMesh:
@@ -339,7 +330,8 @@ def test_exodus_has_a_block_for_each_unit(tmp_path: Path, suffix: str) -> None:
 
 @HAS_TETGEN
 @pytest.mark.parametrize("size", [None, 250.0])
-def test_units_are_filled_exactly(units: Units, size: float | None) -> None:
+def test_units_are_filled_exactly(planes: gs.Scene, size: float | None) -> None:
+    units = planes.units
     mesh = gs.mesh_units(units, size)
     assert mesh.unit_names == tuple(units)
     np.testing.assert_allclose(mesh.volumes.values, units.volumes.values, rtol=1e-12)
@@ -352,9 +344,7 @@ def test_units_are_filled_exactly(units: Units, size: float | None) -> None:
     # the middle of each tetrahedron is in its unit, by exact location
     middles = mesh.vertices[mesh.tetrahedra].mean(axis=1)
     large = mesh.cell_volumes > 1.0
-    world = gs.synthetic.tilted_planes(n=9)
-    scene = gs.Scene(world.horizons, world.faults, world.box)
-    found = scene.sample(middles[large]).unit.values
+    found = planes.sample(middles[large]).unit.values
     assert found.tolist() == [mesh.unit_names[k] for k in mesh.region[large]]
 
 

@@ -355,8 +355,7 @@ def bytes_of(sticks):
 @pytest.mark.parametrize("shape", [listric, overturned])
 def test_sticks_and_their_points_may_come_in_any_order(shape, rng):
     sticks = [shape(300.0 * k) for k in range(5)]
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")  # in order there is nothing to warn of
+    with warnings.catch_warnings(action="error"):  # in order there is nothing to warn of
         expected = bytes_of(sticks)
     for _ in range(3):
         mixed = [sticks[i][rng.permutation(len(sticks[i]))] for i in rng.permutation(5)]

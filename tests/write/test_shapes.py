@@ -14,14 +14,14 @@ import geosurf as gs
 from geosurf.conventions.axes import COORDINATES
 from geosurf.errors import DependencyError, OutputError
 from tests.grids import lines_of
+from tests.messages import refused
 
 CRS = "EPSG:23031"
 
 
 @pytest.fixture(scope="module")
-def scene():
-    world = gs.synthetic.tilted_planes(n=9)
-    return gs.Scene(world.horizons, world.faults, world.box, crs=CRS)
+def scene(planes):
+    return planes.replace(crs=CRS)
 
 
 def points(**more):
@@ -175,7 +175,5 @@ def test_fault_polygons_come_back_from_pol_and_csv(scene_lines, tmp_path):
 
 
 def test_what_is_no_file_says_what_is(scene_lines, tmp_path):
-    with pytest.raises(
-        OutputError, match=r"suffixes .epc\. Or write its scene.units, scene.curves or"
-    ):
-        gs.write(scene_lines, tmp_path / "a.vtm")
+    words = r"suffixes .epc\. Or write its scene.units, scene.curves or"
+    refused(OutputError, words, gs.write, scene_lines, tmp_path / "a.vtm")

@@ -39,12 +39,6 @@ def curves():
     )
 
 
-@pytest.fixture(scope="module")
-def scene():
-    world = gs.synthetic.tilted_planes(n=3)
-    return gs.Scene(world.horizons, world.faults, world.box)
-
-
 def horizon(values=((1.5, np.nan), (2.5, 1 / 3)), rotated=False, **attrs):
     values = np.array(values, dtype=float)
     attrs = {"long_name": "Top"} | attrs
@@ -123,8 +117,8 @@ def test_curves(tmp_path):
 
 
 @pytest.mark.parametrize("suffix", [".vtp", ".vtu"])
-def test_patches_keep_their_labels(tmp_path, suffix, scene):
-    pyvista, patches = pytest.importorskip("pyvista"), scene.patches
+def test_patches_keep_their_labels(tmp_path, suffix, planes):
+    pyvista, patches = pytest.importorskip("pyvista"), planes.patches
     (path,) = gs.write(patches, tmp_path / f"patches{suffix}")
     mesh = pyvista.read(path)
     np.testing.assert_array_equal(mesh.points, patches.vertices)
@@ -135,8 +129,8 @@ def test_patches_keep_their_labels(tmp_path, suffix, scene):
 
 
 @pytest.mark.parametrize("suffix", [".vtp", ".ts", ".stl"])
-def test_a_unit_comes_back_closed(tmp_path, suffix, scene):
-    unit = scene.units["Top/Base F1+"]
+def test_a_unit_comes_back_closed(tmp_path, suffix, planes):
+    unit = planes.units["Top/Base F1+"]
     (path,) = gs.write(unit, tmp_path / f"unit{suffix}")
     back = gs.read_fault(path)
     corners = back.vertices[back.triangles] - unit.origin
@@ -147,19 +141,19 @@ def test_a_unit_comes_back_closed(tmp_path, suffix, scene):
         assert path.read_text().count("TFACE") == 1  # xtgeo reads no second one
 
 
-def test_units_as_tables(tmp_path, scene):
-    volumes = [unit.volume for unit in scene.units.values()]
-    (path,) = gs.write(scene.units, tmp_path / "units.nc")
+def test_units_as_tables(tmp_path, planes):
+    volumes = [unit.volume for unit in planes.units.values()]
+    (path,) = gs.write(planes.units, tmp_path / "units.nc")
     with xr.open_dataset(path) as table:
-        assert table.unit.values.tolist() == [*scene.units]
-        assert table.block.values.tolist() == [unit.block for unit in scene.units.values()]
+        assert table.unit.values.tolist() == [*planes.units]
+        assert table.block.values.tolist() == [unit.block for unit in planes.units.values()]
         assert table.volume.values.tolist() == volumes
         assert table.volume.attrs["units"] == "m3"
-        assert table.attrs["box"].tolist() == [*scene.box]
-    (path,) = gs.write(scene.units, tmp_path / "units.csv")
+        assert table.attrs["box"].tolist() == [*planes.box]
+    (path,) = gs.write(planes.units, tmp_path / "units.csv")
     with path.open(newline="") as file:
         rows = list(csv.DictReader(file))
-    assert [row["unit"] for row in rows] == [*scene.units]
+    assert [row["unit"] for row in rows] == [*planes.units]
     assert [float(row["volume_m3"]) for row in rows] == volumes
 
 
@@ -287,17 +281,17 @@ def test_a_name_that_is_changed_is_among_the_losses(tmp_path, name):
         assert told == (" ".join(changed.split()) != name)
 
 
-def test_a_folder_that_cannot_be_written(tmp_path, scene):
+def test_a_folder_that_cannot_be_written(tmp_path, planes):
     with pytest.raises(OutputError, match=r"F1.ts: cannot be written \(No such file.*Check"):
         gs.write(surface(), tmp_path / "none" / "F1.ts")
     (tmp_path / "file").write_text("x")
     with pytest.raises(OutputError, match=r"cannot be written \(.*is a file, not a folder"):
         gs.write(surface(), tmp_path / "file" / "F1.ts")
     with pytest.raises(OutputError, match="cannot be written"):
-        gs.write(scene.units, tmp_path / "file" / "model.vtm")
+        gs.write(planes.units, tmp_path / "file" / "model.vtm")
     (tmp_path / "model").write_text("in the way")
     with pytest.raises(OutputError, match="cannot be written"):
-        gs.write(scene.units, tmp_path / "model.vtm")
+        gs.write(planes.units, tmp_path / "model.vtm")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "model"]
 
 
