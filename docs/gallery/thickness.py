@@ -2,4 +2,4 @@
 
 from field import SIZE, scene
 
-scene.plot.thickness("Top/Middle", grid=30.0, path="docs/pictures/isochore.png", size=SIZE)
+scene.plot.thickness("Top/Middle", 30.0, path="docs/pictures/isochore.png", size=SIZE)

@@ -419,7 +419,7 @@ class ScenePlots:
         return plotted(draw_map, surface, curves, overlay=overlay, **options, **checked)
 
     def thickness(
-        self, zone: str, *, grid: Any = None, contact: str | None = None, **look: Unpack[FlatLook]
+        self, zone: str, grid: Any = None, *, contact: str | None = None, **look: Unpack[FlatLook]
     ) -> Any:
         """Draw the thickness map of a zone, with the fault polygons of its horizons.
 

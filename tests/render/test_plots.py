@@ -47,7 +47,7 @@ def line_through(scene):
 
 PLOTS = {
     "map": lambda scene, ax: scene.plot.map("Top", ax=ax),
-    "thickness": lambda scene, ax: scene.plot.thickness("Top/Base", ax=ax),
+    "thickness": lambda scene, ax: scene.plot.thickness("Top/Base", 50.0, ax=ax),
     "section": lambda scene, ax: scene.plot.section(line_through(scene), ax=ax),
     "allan": lambda scene, ax: scene.plot.allan("F1", ax=ax),
     "throw": lambda scene, ax: scene.plot.throw("F1", ax=ax),
