@@ -192,3 +192,12 @@ def test_no_trend_is_drawn_across_another_fault():
     for audit, mine in zip(sheet.report.throw.values(), inside, strict=True):
         assert mine.sum() > 20
         assert np.isnan(audit.data[mine]).all()
+
+
+def test_planes_without_throw_show_no_smear():
+    """What a rebuild without data near a fault misses by is no throw to have a share of."""
+    world = gs.synthetic.graben(n=31)
+    sheet = gs.tear_horizon(world.horizons["Base"], world.faults, name="Base")
+    assert (sheet.warnings, set(sheet.report.trims.values())) == ((), {2.0})
+    with pytest.raises(gs.errors.GeometryError, match="too few data beyond the trim hold the"):
+        gs.tear_horizon(world.horizons["Base"], world.faults, name="Base", trim=8)

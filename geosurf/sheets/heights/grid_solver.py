@@ -247,7 +247,7 @@ class GridSolver:
 
         # under noise the solve with shapes of tips makes these heights anew
         if evidence.throws is None or self.noise.weight is None:
-            heights[nodes] = self._smoothest(graph, value, solved, targets)
+            heights[nodes] = self._smoothest(graph, value, solved, targets, nodes)
         bent, apart = self._bend_at_tips(nodes, tears, targets, evidence)
         return Heights(
             values=heights,
@@ -286,14 +286,31 @@ class GridSolver:
         return replace(state, values=values)
 
     def _smoothest(
-        self, graph: Graph, value: np.ndarray, solved: np.ndarray, targets: Targets
+        self,
+        graph: Graph,
+        value: np.ndarray,
+        solved: np.ndarray,
+        targets: Targets,
+        nodes: np.ndarray,
     ) -> np.ndarray:
-        """Smoothest heights of solved nodes of a band, bool (n,), without shapes of tips."""
+        """Smoothest heights of the solved nodes of a band, bool (n,), without shapes of tips."""
         number = np.where(solved, np.cumsum(solved) - 1, -1)
         filled = np.where(np.isfinite(value), value, 0.0)
+        picks = self.inputs.picks
+
+        def loose(unknown: int) -> GeometryError:
+            """The error for a block that has data, but too few."""
+            at = picks.frame.node_places(nodes[unknown : unknown + 1])[0]
+            return GeometryError(
+                f"horizon {picks.name!r}: too few data beyond the trim hold the block at (easting "
+                f"{at[0]:.3f}, northing {at[1]:.3f}). Give a smaller trim, or add data there.",
+                place=(*at, float(np.median(picks.z))),
+                surfaces=(picks.name,),
+            )
+
         return smoothest(
-            graph, number, filled, self.inputs.picks.frame.stretch, pull=targets.pull,
-            target=targets.data, scale=self.noise.scale, order=self.noise.order,
+            graph, number, filled, picks.frame.stretch, pull=targets.pull, target=targets.data,
+            scale=self.noise.scale, order=self.noise.order, loose=loose,
         )  # fmt: skip
 
     def _unknown(self, lost: np.ndarray, tears: Tears) -> np.ndarray:

@@ -7,7 +7,7 @@ tip.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -201,6 +201,7 @@ def smoothest(
     target: np.ndarray | None = None,
     scale: float = 1.0,
     order: int = 3,
+    loose: Callable[[int], Exception] | None = None,
 ) -> np.ndarray:
     """Solve for the unknown nodes.
 
@@ -217,6 +218,8 @@ def smoothest(
         Cells over which such data are averaged.
     order : int
         Of the highest differences: 3, or 4 for data without noise.
+    loose : callable, optional
+        Makes the error if data do not hold an unknown, by its number.
 
     Returns
     -------
@@ -229,7 +232,7 @@ def smoothest(
     if order == 4:
         weights, fourth = fourth_order(graph, stretch)
     system, right, level = equations(graph, unknown, value, weights, pull, target, fourth=fourth)
-    return system.solved([right])[0] + level
+    return system.solved([right], loose)[0] + level
 
 
 @dataclass(frozen=True, eq=False)
@@ -249,12 +252,19 @@ class System:
     lower: np.ndarray
     start: np.ndarray
 
-    def solved(self, rights: Sequence[np.ndarray]) -> list[np.ndarray]:
-        """Solve for some right sides (n_unknown,); once, since the matrix becomes its factor."""
+    def solved(
+        self, rights: Sequence[np.ndarray], loose: Callable[[int], Exception] | None = None
+    ) -> list[np.ndarray]:
+        """Solve for some right sides (n_unknown,); once, since the matrix becomes its factor.
+
+        `loose` makes the error if data do not hold an unknown, by its number.
+        """
         # a pivot of 0 means an unknown that nothing ties, which callers rule out by `grounded`
         stuck = factorise(self.first, self.lower, self.start)
         if stuck >= 0:
             number = int(np.flatnonzero(self.place == stuck)[0])
+            if loose is not None:
+                raise loose(number)
             raise InvariantError(
                 f"the sheet's equations are singular at unknown {number} of {len(self.place)}; "
                 "please report this with the horizon and its faults."

@@ -15,6 +15,7 @@ import numpy as np
 
 from geosurf.conventions.running import running
 from geosurf.errors import GeometryError
+from geosurf.kernels.lattices.sets import is_among
 from geosurf.model import TrimProposal, TriSurface
 from geosurf.model.surfaces import cutoffs_among
 from geosurf.sheets.faults.traces import FaultMesh, mesh_in_frame
@@ -39,6 +40,7 @@ NARROWER = 2.0  # cells by which that is less than the smear of all: one cell is
 SHARE = 1.5  # cells of trim for each cell of smear
 SPARE = 0.5  # cells more than that
 LEAST = 2.0  # cells: the smallest trim that is chosen without being asked for
+NO_THROW = 1e-3  # cells: what a rebuild without the data near a fault may differ without any
 FEWEST = 10  # data that a wall has to have in a cell of distance
 
 
@@ -319,5 +321,10 @@ def _seen(
             beside, place = beside[at >= 0], near.place[at[at >= 0]]
             torn = (place > trace.start) & (place < trace.stop)
             throw[beside[torn]] = np.interp(place[torn], walls.place, walls.throw)
-    rows, far, off, throw = (of[throw != 0.0] for of in (rows, far, off, throw))
+    # blocks without data of their own, and faults without throw, show no smear
+    number, size = np.bincount(fault[rows], minlength=len(faults)), NO_THROW * picks.frame.cell
+    mean = np.bincount(fault[rows], abs(throw), len(faults)) / np.maximum(number, 1)
+    shows = (throw != 0.0) & (mean[fault[rows]] > size)
+    shows &= ~is_among(picks.nodes_of(rows), state.stray)
+    rows, far, off, throw = (of[shows] for of in (rows, far, off, throw))
     return Seen(fault[rows], side[rows], far, off * np.sign(throw), np.abs(throw), hidden)
