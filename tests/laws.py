@@ -152,8 +152,7 @@ def assert_curves_are_whole(curves) -> None:
     for row, chain, closed in zip(
         curves.surfaces_of_curve.tolist(), curves.curves, curves.closed, strict=True
     ):
-        inner = chain[1:-1].tolist()
-        assert all(degree[tuple(row), p] == 2 for p in inner)
+        assert all(degree[tuple(row), p] == 2 for p in chain[1:-1].tolist())
         if not closed:
             assert degree[tuple(row), int(chain[0])] != 2
             assert degree[tuple(row), int(chain[-1])] != 2
@@ -205,6 +204,14 @@ def assert_shares_vertices(patches) -> None:
         frozenset((t[k], t[(k + 1) % 3])) for t in patches.triangles.tolist() for k in range(3)
     }
     assert {frozenset(e) for e in patches.curve_edges.tolist()} <= edges
+
+
+def volume_by_zone(units) -> dict[str, float]:
+    """Volume of each zone, over all its blocks."""
+    found: Counter = Counter()
+    for unit in units.values():
+        found[unit.zone] += unit.volume
+    return dict(found)
 
 
 def length_of(points, segments) -> float:

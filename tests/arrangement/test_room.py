@@ -22,8 +22,7 @@ LIMITED = pytest.mark.skipif(sys.platform != "linux", reason="limits of memory a
 
 def crossing(n):
     """n triangles, each of which meets nearly all others: n * n / 2 pairs."""
-    rng = np.random.default_rng(3)
-    return soup("Salt", rng.normal(size=(n, 3, 3)))
+    return soup("Salt", np.random.default_rng(3).normal(size=(n, 3, 3)))
 
 
 CHILD = """
@@ -105,8 +104,7 @@ def test_the_surface_whose_numbers_are_too_small_is_named(size):
 @pytest.mark.parametrize("size", [MIN_COORDINATE, 2.0**-240, 1.0, MAX_COORDINATE / 4])
 def test_the_sizes_that_are_promised_are_taken(size):
     """Coordinates with all of their digits, at both ends of the range."""
-    rng = np.random.default_rng(5)
-    corners = size * (1 + rng.random((4, 3, 3)))
+    corners = size * (1 + np.random.default_rng(5).random((4, 3, 3)))
     surfaces = [soup("A", corners[:2]), soup("B", corners[2:])]
     small, plain = (
         rebuild_surfaces(

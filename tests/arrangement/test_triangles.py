@@ -90,8 +90,7 @@ def test_law_the_textbook_says_the_same_where_its_numbers_are_clear(P, Q):
     assert np.abs(steps.normals @ steps.direction).max() < 1e-9 * np.abs(steps.normals).max()
     origin = steps.cut_points[0][0]
     for points in steps.cut_points:
-        off = np.cross(points - origin, steps.direction)
-        assert np.abs(off).max() < 1e-9
+        assert np.abs(np.cross(points - origin, steps.direction)).max() < 1e-9
     low, high = steps.intervals[:, 0].max(), steps.intervals[:, 1].min()
     if high < low - 1e-9:
         assert (contact.kind, steps.overlap) == ("disjoint", None)

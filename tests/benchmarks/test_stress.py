@@ -231,8 +231,7 @@ def test_what_the_engine_raises_is_counted(monkeypatch):
     assert "easting 1" in row.refusals[0]["refused"]
 
     monkeypatch.setattr(stress, "intersect_surfaces", lambda *a, **k: 1 // 0)
-    outcome = run_case(make_case("strips", 0))
-    assert outcome.wrong == [
+    assert run_case(make_case("strips", 0)).wrong == [
         "intersect_surfaces: ZeroDivisionError: integer division or modulo by zero"
     ]
 

@@ -46,8 +46,7 @@ def units(patches):
 
 def failed(certificate):
     assert certificate.ok == all(check.passed for check in certificate.checks)
-    lines = str(certificate).splitlines()
-    assert [line[:4] for line in lines] == [
+    assert [line[:4] for line in str(certificate).splitlines()] == [
         "pass" if c.passed else "FAIL" for c in certificate.checks
     ]
     return {check.name for check in certificate.checks if not check.passed}

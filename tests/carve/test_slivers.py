@@ -151,8 +151,7 @@ def test_a_block_of_slivers_goes_across_its_fault_and_its_names_go_with_it():
     assert wet.volumes.identical(wet.units.included().volumes)
 
     # the fault is still a surface, with one unit on both of its sides
-    across = scene.juxtaposition("F1", "all")
-    assert set(across.kind.values) == {"within one unit"}
+    assert set(scene.juxtaposition("F1", "all").kind.values) == {"within one unit"}
     walls = [scene.cutoffs("Top", "F1", side) for side in ("+", "-")]
     assert np.array_equal(*map(np.concatenate, walls))  # its cut-offs stay, where zones meet there
     assert set(juxtaposition_table(scene.patches, plain, "F1").kind.values) != {"within one unit"}
@@ -173,8 +172,7 @@ def test_a_sliver_of_another_zone_makes_a_horizon_an_inner_face():
     assert math.fsum(u.volume for u in units.values()) == pytest.approx(192.0, rel=1e-15)
     taken = units[one.into]
     assert taken.volume == pytest.approx(plain.units[one.into].volume + volume, rel=1e-15)
-    patches = plain.patches
-    assert certify(patches, units).ok
+    assert certify(plain.patches, units).ok
 
 
 # ---------------------------------------------------------------- tables and the certificate
@@ -188,8 +186,7 @@ def test_tables_list_slivers_apart_and_totals_include_them():
     assert table.sliver.dtype == bool
     assert int(table.sliver.sum()) == 2
     assert float(table.volume.sum()) == 192.0
-    volumes = volume_table(units, "all")
-    assert volumes.head == ("Zone", "A", "B", "no region", "all regions")
+    assert volume_table(units, "all").head == ("Zone", "A", "B", "no region", "all regions")
     assert len(remnant_table(units.slivers).rows) == 2
     merged = wedge(slivers={"min_volume": 5.0, "merge": True}).units
     assert "2 slivers merged into neighbours, 7 m³ in all" in merged.merged_in_words
@@ -203,8 +200,7 @@ def test_tables_list_slivers_apart_and_totals_include_them():
 
 def test_the_default_is_a_share_of_the_zone():
     """A wedge of 1 cm at the wall is a sliver in every zone, whatever the zones hold."""
-    thin = upright("F1", 3.9998)
-    scene = Scene({"Top": TOP, "Base": BASE}, {"F1": thin}, BOX)
+    scene = Scene({"Top": TOP, "Base": BASE}, {"F1": upright("F1", 3.9998)}, BOX)
     assert {s.name for s in scene.units.slivers} == {
         "above Top F1+", "Top/Base F1+", "below Base F1+",
     }  # fmt: skip

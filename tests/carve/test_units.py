@@ -69,8 +69,7 @@ def test_planar_worlds_are_exact(make, n, offset):
         # UTM nodes are rounded to 1e-9 m, and so is the truth at that place
         assert found == pytest.approx(volume, rel=1e-12 if not any(offset) else 1e-9), (zone, sides)
     for (horizon, fault), length in world.truth["curve_length"].items():
-        curves = scene.curves_between(horizon, fault)
-        assert curves.length >= length * (1 - 1e-12)
+        assert scene.curves_between(horizon, fault).length >= length * (1 - 1e-12)
     assert certify(scene.patches, units).ok
 
 
@@ -255,8 +254,7 @@ def test_shells_of_some_units_are_those_of_all():
     contacts = {"OWC": -2100.0}
     units = Scene(world.horizons, world.faults, world.box, contacts=contacts).units
     shells = next(iter(units.values()))._shell[0]
-    n = len(shells.volumes)
-    some = np.arange(n)[::3]
+    some = np.arange(len(shells.volumes))[::3]
     found = [*shells.triangles_of(some)]
     assert "in_full" not in shells.cells.__dict__  # nothing else was listed
     for u, (x, triangles) in zip(some.tolist(), found, strict=True):

@@ -74,8 +74,7 @@ def test_a_run_sets_keys_writes_only_some_results_and_answers_in_json(scenario, 
     out = tmp_path / "out"
     words = ["run", scenario, "-o", out, "--json", "--only", "csv,vtp", "--set", "title=Other"]
     assert cli.main([*map(str, words), "--set", "faults=[]"]) == 0
-    said = capsys.readouterr()
-    found = json.loads(said.out)
+    found = json.loads(capsys.readouterr().out)
     assert {path.name for path in out.iterdir()} == {"certificate.txt", "curves.vtp", "volumes.csv"}
     assert (out / "certificate.txt").read_text().startswith("Other (title=Other, faults=[])\n")
     assert [unit["unit"] for unit in found["units"]] == ["Top/Base"]

@@ -201,8 +201,7 @@ def test_a_run_without_pictures_loads_only_what_it_needs(tmp_path):
     words = ["run", str(tmp_path / "s.toml"), "-o", str(tmp_path / "out"), "--no-pictures"]
     code = f"import sys, geosurf.cli as c; assert c.main({words!r}) == 0; print(*sys.modules)"
     loaded = set(told_by("-c", code).splitlines()[-1].split())
-    heavy = {"matplotlib", "pyvista", "vtkmodules", "meshio"}
-    assert not heavy & loaded
+    assert not {"matplotlib", "pyvista", "vtkmodules", "meshio"} & loaded
     assert ("dask.array" in loaded) == bool(find_spec("dask"))  # a library never hides it
     assert not {name for name in loaded if name.startswith(NOT_FOR_ALL)}
     assert {path.name for path in (tmp_path / "out").iterdir()} == {
@@ -211,13 +210,17 @@ def test_a_run_without_pictures_loads_only_what_it_needs(tmp_path):
     }
 
 
-def test_doctor_and_warmup(capsys, monkeypatch):
+def test_doctor(capsys):
     assert cli.main(["doctor"]) in (0, 2)
     said = capsys.readouterr().out
     assert [line.split()[1] for line in said.splitlines()][:2] == ["python", "numpy"]
     assert re.search(
         "^ok +kernels +kernels (are (frozen|compiled)|run as plain)", said, re.MULTILINE
     )
+
+
+@pytest.mark.long  # of the compile machinery: an edit of kernels, not of the model
+def test_warmup(capsys, monkeypatch):
     few = warmup.kernel_files(warmup.ROOT)[:2]
     monkeypatch.setattr(warmup, "kernel_files", lambda _: few)
     assert cli.main(["warmup"]) == 0

@@ -19,8 +19,7 @@ UNITS = ["above Top", "Top/Base F1- above OWC", "Top/Base F1+ above OWC", "Top/B
 @pytest.fixture(scope="module")
 def result():
     """An ensemble of which the volumes are known functions of the parameters."""
-    rng = np.random.default_rng(8)
-    drawn = rng.normal(size=(300, 3))
+    drawn = np.random.default_rng(8).normal(size=(300, 3))
     volume = 100.0 + np.stack(
         [drawn[:, 0], 5 * drawn[:, 1] - drawn[:, 0], np.exp(drawn[:, 0]), 0 * drawn[:, 0]], axis=1
     )
@@ -115,8 +114,7 @@ def test_a_tornado_ranks_parameters_by_their_effect(result):
     lone = ensemble.tornado(unit=UNITS[2]).isel(parameter=0)
     assert lone.parameter == "throw F1"
     assert float(lone.rank_correlation) == pytest.approx(1.0)
-    nothing = ensemble.tornado(unit=UNITS[3]).rank_correlation
-    assert (nothing == 0).all()
+    assert (ensemble.tornado(unit=UNITS[3]).rank_correlation == 0).all()
     # without words: the rock that holds oil
     assert ensemble.tornado().identical(ensemble.tornado(fluid="oil"))
 

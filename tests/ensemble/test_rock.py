@@ -143,8 +143,7 @@ def test_scenarios_state_them(tmp_path):
         "porosity = {oil = {uniform = [0.2, 0.3]}, elsewhere = 0.2}\n"
         "water_saturation = 0.2\nformation_volume_factor = 1.25\n"
     )
-    given = read_scenario(path).volumetrics
-    assert given.net_to_gross == Normal(0.8, 0.1, 0.5, 1.0)
+    assert read_scenario(path).volumetrics.net_to_gross == Normal(0.8, 0.1, 0.5, 1.0)
     for wrong in ("{uniform = [0.3, 0.2]}", "{normal = [0.8]}", "{lognormal = [0.8, 0.1]}"):
         words = ["validate", str(path), "--set", f"volumetrics.porosity={wrong}"]
         assert main(words) == 2

@@ -151,8 +151,7 @@ def test_a_longer_ensemble_continues_a_shorter_one(tmp_path, truth):
     first = run(n=7, store=tmp_path / "e.zarr")
     second = run(store=tmp_path / "e.zarr")
     assert bytes_of(tmp_path / "e.zarr") == truth
-    columns = second.bulk.sel(unit=first.unit)[:7]
-    np.testing.assert_array_equal(columns, first.bulk)
+    np.testing.assert_array_equal(second.bulk.sel(unit=first.unit)[:7], first.bulk)
     again = run(store=tmp_path / "e.zarr", progress=lambda line: pytest.fail(line))
     assert again.identical(second)
     with pytest.raises(InputError, match=f"holds {N} realisations, more than n=7"):
@@ -397,8 +396,7 @@ def test_maps_are_those_of_the_volumes(tmp_path, made):
     # everywhere alike: the contact decides where the lower part is present
     part = result.probability.sel(layer="Top/Base below OWC")
     assert 0.0 < float(part.min()) <= float(part.max()) < 1.0
-    whole = result.probability.sel(layer="Top/Base")
-    assert (whole == 1.0).all()
+    assert (result.probability.sel(layer="Top/Base") == 1.0).all()
     spread = result.thickness_sd.sel(layer="Top/Base").mean()
     assert float(spread) == pytest.approx(np.hypot(10.0, 5.0), rel=0.35)
 
@@ -427,8 +425,7 @@ def test_the_base_case_of_a_torn_field_is_searched_once(monkeypatch):
     world = gs.synthetic.torn("normal", n=31)
     short = {"F1": world.faults["F1"].isel(down_dip=slice(1, None))}
     scene = gs.Scene(world.horizons, short, tear=True, extend={"F1": ("up",)})
-    error = DepthError("Top", sd=5.0, range=900.0)
-    plan, _ = planned(scene, 4, [error], None, None)
+    plan, _ = planned(scene, 4, [DepthError("Top", sd=5.0, range=900.0)], None, None)
     torn, real = [], tear.tear_from
     monkeypatch.setattr(
         tear, "tear_from", lambda *args, **words: torn.append(args) or real(*args, **words)

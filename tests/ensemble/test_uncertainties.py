@@ -95,8 +95,7 @@ def test_units_that_only_some_realisations_have_are_empty_in_the_others():
 
 
 def test_a_fault_from_a_grid_moves_like_its_mesh():
-    world = gs.synthetic.tilted_planes(n=5)
-    grid = gs.triangulate_fault(world.faults["F1"], name="F1")
+    grid = gs.triangulate_fault(gs.synthetic.tilted_planes(n=5).faults["F1"], name="F1")
     mesh = gs.TriSurface("F1", "fault", grid.vertices, grid.triangles)
     for move in (shifted, turned):
         np.testing.assert_allclose(move(grid, 7.0).vertices, move(mesh, 7.0).vertices, atol=1e-9)

@@ -313,8 +313,7 @@ def test_law_faults_that_share_a_stick_share_what_it_goes_on_with(rng):
 def test_a_scene_lengthens_first_and_extends_then():
     faults = {"F1": dipping(), "F2": sheet("F2", [(7, 1, 1), (7, 2, 1), (7, 2, 2), (7, 1, 2)])}
     scene = gs.Scene({}, faults, BOX, lengthen={"F1": {"strike": 0.5}}, extend={"F1": "down"})
-    sides = [(e.fault, e.side, e.until) for e in scene.fault_actions]
-    assert sides == [
+    assert [(e.fault, e.side, e.until) for e in scene.fault_actions] == [
         ("F1", "start", "the given distance"), ("F1", "end", "the given distance"),
         ("F1", "down", "the model box"),
     ]  # fmt: skip

@@ -30,7 +30,7 @@ from tests.faults.worlds import (
     vector_area,
     volumes,
 )
-from tests.grids import gridded
+from tests.grids import gridded, ring_area
 from tests.messages import refused
 from tests.planes import INPUTS, write_grids
 from tests.strategies import grid, sheet, shuffled
@@ -384,9 +384,7 @@ def test_what_happens_in_the_box_beyond_the_area_does_not_matter():
     scene = Scene({}, faults, BOX, aoi=NOTCHED, truncations=RULES)
     assert scene.check().ok
     assert {unit.block for unit in scene.units.values()} >= {"F1-", "F1+ F2+", "F1+ F2-"}
-    ring = np.array(NOTCHED)
-    p, q = ring, np.roll(ring, -1, axis=0)
-    area = 0.5 * abs((p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]).sum())
+    area = abs(ring_area(NOTCHED))
     assert scene.units.volume == pytest.approx(8.0 * area, rel=1e-12)
     again = scene.replace(aoi=None)
     refused(GeometryError, "goes on around", lambda: again.units)
@@ -494,5 +492,4 @@ def test_law_nearly_flat_folds_far_from_the_origin_are_told_exactly(a, b, lift):
     if patches.report["moved_vertices"]:
         return
     rows = [np.flatnonzero(patches.surface_of_triangle == k) for k in (1, 0)]
-    beside = adjacency(patches, *rows)
-    assert beside.beside.tolist() == [[lift > 0, lift < 0]]
+    assert adjacency(patches, *rows).beside.tolist() == [[lift > 0, lift < 0]]

@@ -57,8 +57,7 @@ def read_apart(path: Path) -> tuple[str, str, int]:
     def case() -> tuple[str, ...]:
         """Memory at the start, verdict, and why."""
         resource.setrlimit(resource.RLIMIT_AS, (address_space() + SPACE,) * 2)
-        start = memory_of_this_process()
-        return str(start), *verdict_of(path)
+        return str(memory_of_this_process()), *verdict_of(path)
 
     told, stack, peak = spoiled.forked(case, SECONDS)
     if told:

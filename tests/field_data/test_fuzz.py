@@ -111,5 +111,4 @@ def test_lattices_that_do_not_fit_are_refused(parts, words):
 
 def test_masked_nodes_are_absent():
     z = np.ma.masked_array(np.zeros((3, 3)), mask=np.eye(3))
-    lattice = gs.Lattice(np.arange(3.0), np.arange(3.0), z)
-    assert lattice.present.sum() == 6
+    assert gs.Lattice(np.arange(3.0), np.arange(3.0), z).present.sum() == 6

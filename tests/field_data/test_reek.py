@@ -107,8 +107,7 @@ def test_the_dip_of_the_horizons_closes_the_faults_of_its_polygons(data, tmp_pat
     first, *lines = asked.partition("\n\n")[0].splitlines()  # the next question has no answer
     answered = "\n".join([f"# {first}", *(line.removeprefix("# ") for line in lines)])
     new.path.write_text(head + answered)
-    scenario = read_scenario(new.path)
-    dips = {fault.name: fault.dip for fault in scenario.faults}
+    dips = {fault.name: fault.dip for fault in read_scenario(new.path).faults}
     assert dips["P3"] == pytest.approx(80, abs=5)  # 38 in the polygon
     scene = gs.run_scenario(new.path, tmp_path / "out", pictures=False)
     assert scene.check().ok

@@ -288,8 +288,7 @@ def test_virtual_walls_bound_volumes_and_are_no_faults_of_the_deck():
     assert len(grid.faces) > 0
 
     # north of the fault only its wall parts both blocks
-    j = grid.faces.column[:, 1]
-    assert j.max() < 0.6 * grid.shape[1]
+    assert grid.faces.column[:, 1].max() < 0.6 * grid.shape[1]
 
 
 @pytest.mark.parametrize(("seed", "cell"), [(941066, 30.0), (941016, 15.0), (941072, 30.0)])

@@ -133,8 +133,7 @@ def test_a_point_reaches_segments_through_faces_that_it_does_not_end_in():
         [(-1, 0, 0), (1, 0, 0), (0, -1, 0)],  # C: its first edge in the line y = z = 0
         [(0, -9, -9), (0, 9, -9), (0, 0, 9)],  # D: x = 0
     ]
-    surface = soup("A", corners)
-    fast, slow, _ = both_ways([surface], True)
+    fast, slow, _ = both_ways([soup("A", corners)], True)
     assert fast == slow
     middle = [p for _, ends in fast for p in ends]
     assert len(middle) > 8

@@ -140,7 +140,6 @@ def test_planes_through_a_point_share_one_vertex_there(n, at, rng):
         mine = (curves.surfaces_of_segment == (i, j)).all(axis=1)
         lines = curves.points[curves.segments[mine]]
         assert self_overlap.on_segments(np.array([at]), lines).any()
-        alone = intersect_surfaces([sheets[i], sheets[j]])
-        assert alone.length == pytest.approx(
+        assert intersect_surfaces([sheets[i], sheets[j]]).length == pytest.approx(
             laws.length_of(curves.points, curves.segments[mine]), rel=1e-9
         )

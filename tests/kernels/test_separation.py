@@ -310,8 +310,7 @@ def test_more_than_one_tile(holes):
     lattices = [Lattice(*wide(holes), rising, False) for rising in (False, True)]
     check_boxes(lattices[0])
     for lattice in lattices:
-        corners = triangles_of(lattice)
-        assert lattice.n_triangle == len(corners)
+        assert lattice.n_triangle == len(triangles_of(lattice))
 
 
 @pytest.mark.parametrize("spot", [(0, 0), (5, 17), (2 * BLOCK + 3, TILE + BLOCK + 2)])

@@ -292,8 +292,7 @@ def test_pairs_of_lines_follow_the_strike_in_whatever_order_they_come():
     lines = [[[x, y, z], [x, y + 30.0, z]] for y in (50.0, 0.0) for x, z in ((10.0, -50.0),)]
     foot = [[[0.0, y, -30.0], [0.0, y + 30.0, -30.0]] for y in (0.0, 50.0)]
     found = separation(lines, foot, dip_azimuth=90.0)
-    found_at = np.unique(found.along_strike.values.round(9))
-    assert found_at.tolist() == [0.0, 30.0, 50.0, 80.0]
+    assert np.unique(found.along_strike.values.round(9)).tolist() == [0.0, 30.0, 50.0, 80.0]
     assert (np.diff(found.along_strike.values) > 0).all()
     assert (np.diff(found.pair.values) >= 0).all()
 

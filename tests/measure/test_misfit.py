@@ -133,8 +133,7 @@ def test_a_torn_horizon_as_a_grid_states_what_it_loses(tmp_path):
 
 @pytest.mark.parametrize("rotated", [False, True])
 def test_a_horizon_without_walls_loses_nothing_on_its_own_nodes(rotated):
-    given = gs.synthetic.waves(n=9).horizons
-    name, horizon = next(iter(given.items()))
+    name, horizon = next(iter(gs.synthetic.waves(n=9).horizons.items()))
     if rotated:
         x, y = np.meshgrid(horizon.easting, horizon.northing)
         horizon = gridded(horizon.values, 0.8 * x - 0.6 * y, 0.8 * y + 0.6 * x)

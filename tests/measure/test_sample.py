@@ -157,8 +157,7 @@ def test_distances_are_those_to_all_triangles(scene):
     points = np.array([w, s, low]) + (1.4 * rng.random((60, 3)) - 0.2) * size
     found = scene.sample(points, distance=True).distance.values
     corners = np.concatenate([u.vertices[u.triangles] for u in scene.units.values()])
-    expected = [to_triangles(corners, p) for p in points]
-    assert np.abs(found - expected).max() < 1e-8
+    assert np.abs(found - [to_triangles(corners, p) for p in points]).max() < 1e-8
 
 
 def to_triangles(corners, p):

@@ -82,8 +82,7 @@ def test_planes_have_the_ratio_of_the_rock_between_the_layers_that_meet(kind, ti
         across = scene.throw("Top", fault, direction="mean").throw
         assert float(abs(found.throw).max()) == pytest.approx(float(abs(across).max()), abs=1e-6)
         np.testing.assert_allclose(found.class_area.sum("sgr_class"), found.area, rtol=1e-12)
-        table = scene.juxtaposition(fault, "all")
-        np.testing.assert_array_equal(found.area, table.area)
+        np.testing.assert_array_equal(found.area, scene.juxtaposition(fault, "all").area)
 
 
 def test_smear_is_that_of_the_nearer_end():

@@ -97,8 +97,7 @@ def print_nothing(*_):
 def test_scenes_of_any_inputs_travel_with_their_results(kind):
     world = gs.synthetic.graben(n=9)
     given = dict(inputs_of_kinds()[kind])
-    faults = given.pop("faults", world.faults)
-    scene = gs.Scene(world.horizons, faults, **given)
+    scene = gs.Scene(world.horizons, given.pop("faults", world.faults), **given)
     assert scene.check().ok
     _ = scene.section([(600, 600), (2000, 900)]), scene.thickness("Top/Middle"), scene.tops
     one = scene.replace(tolerance=0.5)

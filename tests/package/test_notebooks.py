@@ -67,8 +67,7 @@ def test_the_first_runs_in_a_kernel_of_its_own(tmp_path: Path) -> None:
 @pytest.fixture
 def shell() -> Iterator[Any]:
     """What runs cells; `capture_output` looks for the one of the process."""
-    made = InteractiveShell.instance()
-    yield made
+    yield InteractiveShell.instance()
     InteractiveShell.clear_instance()
 
 

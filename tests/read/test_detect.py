@@ -45,9 +45,7 @@ EARTHVISION = (
     "# Type: scattered data\n# Field: 1 x\n# Field: 2 y\n# Field: 3 z meters\n# Field: 4 column\n"
     "# Field: 5 row\n# Grid_size: 3 x 2\n# Grid_space: 500,520,1000,1020\n# End:\n"
 ) + "".join(
-    f"{500 + 10 * j} {1000 + 20 * i} {Z[i, j]!r} {j + 1} {i + 1}\n".replace("np.float64", "")
-    .replace("(", "")
-    .replace(")", "")
+    f"{500 + 10 * j} {1000 + 20 * i} {float(Z[i, j])!r} {j + 1} {i + 1}\n"
     for i, j in itertools.product(range(2), range(3))
     if np.isfinite(Z[i, j])
 )

@@ -28,15 +28,9 @@ def written(tmp_path, content, name="a.txt"):
     return path
 
 
-@pytest.fixture
-def file(tmp_path):
-    return lambda text: written(tmp_path, text, "lines.dat")
-
-
-def test_lines_are_polygons_or_sticks(file):
-    path = file(LINES)
-    found = gs.read_polygons(path, positive="down")
-    assert [line.tolist() for line in found] == [
+def test_lines_are_polygons_or_sticks(tmp_path):
+    path = written(tmp_path, LINES, "lines.dat")
+    assert [line.tolist() for line in gs.read_polygons(path, positive="down")] == [
         [[0, 0, -1500], [0, 50, -1600]],
         [[90, 0, -1500], [95, 50, -1600]],
     ]
@@ -65,8 +59,7 @@ def test_points_of_several_vsets_are_elevations(tmp_path):
 def test_lines_are_parts_and_chains_of_segments(tmp_path):
     body = f"ILINE\n{VERTICES}SEG 7 8\nSEG 8 3\nILINE\nATOM 9 3\nVRTX 4 9 9 0\nSEG 9 4\nSEG 4 9\n"
     path = written(tmp_path, HEAD_GOCAD_LINES.format("PLine 1") + body + "END\n")
-    lines = gs.read_polygons(path)
-    assert [line.tolist() for line in lines] == [
+    assert [line.tolist() for line in gs.read_polygons(path)] == [
         [[0, 0, -10], [5, 0, -20], [5, 5, -30]],
         [[5, 5, -30], [9, 9, 0], [5, 5, -30]],
     ]

@@ -361,8 +361,7 @@ def test_scale_offset_and_unit_of_the_band_count(tmp_path):
     path = made(
         tmp_path / "t.tif", (10, 0, 0, 0, -10, 0), np.nan_to_num(BAND * 8).astype("i2"), scale=0.5
     )
-    top = gs.read_horizon(path, positive="up")
-    assert top.values[1, 0] == (10 * 0.5 + 10) * 0.3048
+    assert gs.read_horizon(path, positive="up").values[1, 0] == (10 * 0.5 + 10) * 0.3048
 
 
 @pytest.mark.parametrize(

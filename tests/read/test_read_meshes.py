@@ -451,31 +451,21 @@ END
 """
 
 
-@pytest.fixture
-def model(tmp_path):
-    """Function of a text: a file that holds it."""
-
-    def write(text: str):
-        path = tmp_path / "two.ml"
-        path.write_text(text)
-        return path
-
-    return write
-
-
-def test_parts_are_welded_and_roles_are_those_of_the_model(model):
-    surfaces = read_model3d(model(HEAD_READ_MODEL3D + TSURF % "F1" + TSURF % "Top"))
+def test_parts_are_welded_and_roles_are_those_of_the_model(tmp_path):
+    text = HEAD_READ_MODEL3D + TSURF % "F1" + TSURF % "Top"
+    surfaces = read_model3d(written(tmp_path, text))
     assert {name: s.role for name, s in surfaces.items()} == {"F1": "fault", "Top": "horizon"}
     for surface in surfaces.values():
         assert (surface.n_vertex, surface.n_triangle) == (4, 2)
         assert surface.bounds == (0.0, 9.0, 0.0, 9.0, -200.0, -100.0)
 
 
-def test_horizons_are_turned_so_that_their_normals_point_up(model):
+def test_horizons_are_turned_so_that_their_normals_point_up(tmp_path):
     upside_down = (TSURF % "Top").replace("TRGL 1 2 3", "TRGL 1 3 2")
     upside_down = upside_down.replace("TRGL 4 5 6", "TRGL 4 6 5")
     for text in (TSURF % "Top", upside_down):
-        top = read_model3d(model(HEAD_READ_MODEL3D + TSURF % "F1" + text))["Top"]
+        path = written(tmp_path, HEAD_READ_MODEL3D + TSURF % "F1" + text)
+        top = read_model3d(path)["Top"]
         for a, b, c in top.vertices[top.triangles][:, :, :2].tolist():
             assert (b[0] - a[0]) * (c[1] - a[1]) > (b[1] - a[1]) * (c[0] - a[0])
 
@@ -502,5 +492,5 @@ def test_horizons_are_turned_so_that_their_normals_point_up(model):
         ),
     ],
 )
-def test_damage_is_named(model, text, message):
-    refused(FormatError, message, lambda: read_model3d(model(text)))
+def test_damage_is_named(tmp_path, text, message):
+    refused(FormatError, message, read_model3d, written(tmp_path, text, "two.ml"))

@@ -582,8 +582,7 @@ def test_two_reference_systems_are_refused(tmp_path):
 
 
 def test_packages_without_wells_name_what_they_have(tmp_path):
-    world = gs.synthetic.graben(n=5)
-    path = gs.write(world.horizons["Top"], tmp_path / "t.epc")[0]
+    path = gs.write(gs.synthetic.graben(n=5).horizons["Top"], tmp_path / "t.epc")[0]
     refused(FormatError, r"no trajectory of a well; .* Grid2dRepresentation", gs.read_wells, path)
     with pytest.raises(FormatError, match=r"no horizons.*WellboreTrajectoryRepresentation"):
         gs.read_horizon(single(tmp_path))

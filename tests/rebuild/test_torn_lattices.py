@@ -149,8 +149,7 @@ def test_a_moved_grid_is_the_moved_list(surface, step):
 def test_a_grid_with_a_shut_triangle_becomes_a_list():
     axis = np.array([0.0, 0.26, 0.3, 1.0])
     surface = TriSurface("H", "horizon", lattice=Lattice(axis, axis, np.zeros((4, 4))))
-    every = np.arange(16)
-    made = moved_surface(surface, every, rounded, 0.25, NONE)
+    made = moved_surface(surface, np.arange(16), rounded, 0.25, NONE)
     assert made.lattice is None
     assert made.n_triangle < surface.n_triangle
 

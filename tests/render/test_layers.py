@@ -52,8 +52,7 @@ def test_blocks_move_sideways_and_zones_up_and_down(units):
 def surfaces():
     flat = grid("Top", np.zeros((11, 11)), spacing=10.0)
     wall = sheet("F1", [(50, 0, -50), (50, 100, -50), (50, 100, 50), (50, 0, 50)])
-    far = grid("Far", np.full((2, 2), 500.0), spacing=100.0)
-    return [flat, wall, far]
+    return [flat, wall, grid("Far", np.full((2, 2), 500.0), spacing=100.0)]
 
 
 def test_surfaces_are_cut_to_what_is_near(surfaces):
@@ -143,8 +142,7 @@ def test_torn_horizons_are_drawn_as_far_as_their_faults():
     scene = Scene({"Top": sheet}, faults, (100, 900, 100, 900, -2050, -1550))
     shown = as_modelled(scene, scene.surface("Top"), 10**6)
     assert shown.name == "Top"
-    ghost = sheet.surface.vertices[sheet.ghost]
-    outer = ghost[sheet.outer]
+    outer = sheet.surface.vertices[sheet.ghost][sheet.outer]
     assert not (shown.vertices[:, None] == outer[None]).all(axis=2).any()
     fault = scene.surface("F1")
     assert as_modelled(scene, fault, 10) is fault

@@ -73,8 +73,7 @@ def test_each_plot_is_a_figure_or_goes_into_axes(scene, plot):
 
 def test_figures_can_be_pickled(scene):
     for figure in (scene.plot.map("Top"), scene.plot.view(size=(300, 200))):
-        again = pickle.loads(pickle.dumps(figure))
-        assert again._repr_png_() == figure._repr_png_()
+        assert pickle.loads(pickle.dumps(figure))._repr_png_() == figure._repr_png_()
 
 
 def test_maps_have_world_coordinates(scene):

@@ -267,8 +267,7 @@ def test_a_body_of_one_point_more_than_two_bytes_count_is_numbered_with_four():
     def body(n):
         p = np.random.default_rng(1).random((n, 3))
         t = np.stack([np.arange(n), np.roll(np.arange(n), 1), np.roll(np.arange(n), 2)], axis=1)
-        rows = np.zeros(n, dtype=int)
-        return Body("b", "g", (0, 0, 0), p, t, rows, t[:, :2])
+        return Body("b", "g", (0, 0, 0), p, t, np.zeros(n, dtype=int), t[:, :2])
 
     for n, kind in ((65_536, "u2"), (65_537, "u4")):
         head, data = pack(View3D((body(n),), (0, 1, 0, 1, 0, 1)))

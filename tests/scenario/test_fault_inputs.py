@@ -96,8 +96,7 @@ def test_proposals_are_applied_and_listed(tmp_path: Path) -> None:
     plain = scene_of(tmp_path, text)
     said: list[str] = []
     (tmp_path / "scenario.toml").write_text(f"{HEAD}{text}[network]\napply = true\n")
-    scenario = read_scenario(tmp_path / "scenario.toml")
-    scene = build_scene(scenario, StepLog(said.append))
+    scene = build_scene(read_scenario(tmp_path / "scenario.toml"), StepLog(said.append))
     trial = plain.propose_fault_network().trial(plain)
     assert len(trial.decisions) > 1
     assert [line.split()[0] for line in said].count("network") == len(trial.decisions)

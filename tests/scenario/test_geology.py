@@ -132,8 +132,7 @@ half_height_m = 900
 centre_along_m = 0
 centre_elevation_m = -1900
 """
-    read = read_scenario(scenario(folder, more))
-    scene = build_scene(read)
+    scene = build_scene(read_scenario(scenario(folder, more)))
     fault = scene.surface("F1")
     grids = {name: gs.read_horizon(folder / f"{name}.nc") for name in ("Top", "Base")}
     ellipse = gs.EllipticThrow(20.0, 9000, 900, (0, -1900))

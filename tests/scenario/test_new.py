@@ -177,8 +177,7 @@ def test_pieces_tables_and_polygons_are_proposed_as_faults(
 
 def test_points_without_faults_are_gridded(tmp_path: Path) -> None:
     """Volumes between two planes that are given as scattered points."""
-    rng = np.random.default_rng(7)
-    place = rng.uniform(0.0, 1000.0, (900, 2))
+    place = np.random.default_rng(7).uniform(0.0, 1000.0, (900, 2))
     for name, z in (("Top", -1000.0 + 0.05 * place[:, 0]), ("Base", 0.0 * place[:, 0] - 1100.0)):
         np.savetxt(tmp_path / f"{name}.xyz", np.column_stack([place, z]), fmt="%.3f")
     new = new_scenario(tmp_path / "field", [tmp_path / "Top.xyz", tmp_path / "Base.xyz"])

@@ -67,8 +67,7 @@ def test_a_fault_that_dies_divides_the_field_along_the_shortest_join() -> None:
     zone = {unit.block: unit.volume for unit in walled.units.values() if unit.zone == "Top/Base"}
     assert sorted(zone) == ["F1+", "F1-"]
     assert min(zone.values()) in (pytest.approx(4.0 * 6 * 10), pytest.approx(4.0 * 6 * 16))
-    table = walled.units.table
-    assert set(table["compartment_of"].values) == {"whole"}
+    assert set(walled.units.table["compartment_of"].values) == {"whole"}
     assert "compartment_of" not in scene(faults).units.table.coords
 
 
@@ -255,8 +254,7 @@ def test_they_are_those_of_the_arrangement(first):
 
 
 def test_a_moved_contact_repeats_nothing_else():
-    given = world(1)
-    scene = gs.Scene(**given | {"contacts": {"OWC": 2.125}})
+    scene = gs.Scene(**world(1) | {"contacts": {"OWC": 2.125}})
     _ = scene.volumes
     moved = scene.replace(contacts={"OWC": 2.375})
     assert moved.volumes.sum().item() == pytest.approx(432.0)

@@ -108,8 +108,7 @@ def test_a_scene_refuses_and_warns():
     with pytest.warns(gs.GeosurfWarning, match="'Top' jumps by"):
         (found,) = scene.warnings
     assert (found.kind, found.subject) == ("spike", "Top")
-    twin = scene.replace(box=(0, 5000, 0, 3000, -2600, -1300))
-    assert twin.warnings == (found,)
+    assert scene.replace(box=(0, 5000, 0, 3000, -2600, -1300)).warnings == (found,)
 
 
 # ---- Horizons in the wrong order are named, with their share of the area and the volume.

@@ -156,8 +156,7 @@ def test_a_fault_beside_the_box_is_named(fault, where):
     assert len(scene.units) == 4
     assert scene.warnings == (found,)
     box = eval(re.search(r"box=(\([^)]*\))", found.remedy)[1])
-    wide = gs.Scene({}, {"Out": fault}, box)
-    assert wide.warnings == ()
+    assert gs.Scene({}, {"Out": fault}, box).warnings == ()
 
 
 # ---- bodies and folds ---------------------------------------------------------------------------
@@ -270,8 +269,7 @@ def test_a_fault_that_stops_short_of_a_side_is_named_with_its_gap(gap):
     assert np.allclose(found.place[:2], (500, 1000 - gap))
     assert [unit for unit in scene.units if "F1" in unit] == []  # units go around it
     # the remedy that it prints
-    fault = scene.surface("F1")
-    whole = gs.extend_fault(fault, BOX_OPEN_RIMS, sides="strike").surface
+    whole = gs.extend_fault(scene.surface("F1"), BOX_OPEN_RIMS, sides="strike").surface
     again = scene.replace(faults={"F1": whole})
     assert not again.warnings
     box = ast.literal_eval(found.remedy.split("box=")[-1].removesuffix("."))

@@ -166,8 +166,7 @@ def test_bytes_are_counted_once_and_stay_below_the_budget(seed):
     arrays = [np.zeros(rng.randrange(1, 400)) for _ in range(12)]
     store = Store(budget=24 * KB)
     for _ in range(300):
-        what = rng.random()
-        if what < 0.4:
+        if rng.random() < 0.4:
             store.get(rng.randrange(60))
         else:
             some = rng.sample(arrays, rng.randrange(4))
@@ -261,8 +260,7 @@ def test_nothing_waits_for_the_garbage_collector():
     try:
         chain(5)
         gc.collect()
-        ours = [type(one) for one in gc.garbage if _is_ours(one)]
-        assert not ours
+        assert not [type(one) for one in gc.garbage if _is_ours(one)]
     finally:
         gc.set_debug(0)
         gc.garbage.clear()

@@ -57,8 +57,7 @@ def random_world(seed):
 def slow_regions(scene):
     """Regions by a matching that lists every triangle and asks for the best pair each time."""
     units, patches = list(scene.units.values()), scene.patches
-    names = scene.horizon_names
-    inner = {f"{a}/{b}" for a, b in itertools.pairwise(names)}
+    inner = {f"{a}/{b}" for a, b in itertools.pairwise(scene.horizon_names)}
     blocks = list(dict.fromkeys((u.zone, u.block) for u in units if u.zone in inner))
     shared: dict[bool, dict] = {True: {}, False: {}}
     for t, row, (front, back) in zip(
@@ -265,8 +264,7 @@ def test_tables_samples_wells_closures_and_files_have_it(worlds, tmp_path):
     places = zip(closed.zone.values, closed.block.values, closed.region.values, strict=True)
     assert closed.sizes["closure"]
     assert all((z, b) in scene.regions[r].blocks for z, b, r in places)
-    table = volume_table(scene.units)
-    assert table.head == ("Zone", *scene.regions, "all regions")
+    assert volume_table(scene.units).head == ("Zone", *scene.regions, "all regions")
 
 
 def test_scenarios_name_them(tmp_path):
@@ -397,8 +395,7 @@ def test_pictures_show_it(scene):
 
 
 def test_scenarios_have_it(tmp_path):
-    world = gs.synthetic.tilted_planes(n=5)
-    tables = scenario_tables(tmp_path, world.horizons)
+    tables = scenario_tables(tmp_path, gs.synthetic.tilted_planes(n=5).horizons)
     path = tmp_path / "scenario.toml"
     path.write_text(f'title = "A"\nreservoir = ["Top/Bsae"]\n{tables}[output]\ninclude = "al"\n')
     mistakes = [(one.line, one.sentence) for one in find_mistakes(path)]
@@ -425,8 +422,7 @@ def test_a_sealed_model_keeps_it_and_the_regions(scene, tmp_path, suffix):
     if suffix == ".epc":
         pytest.importorskip("h5py")
     chosen = scene.replace(reservoir=[INNER[0]])
-    path = gs.write(chosen.units, tmp_path / f"model{suffix}")[0]
-    back = gs.read_units(path)
+    back = gs.read_units(gs.write(chosen.units, tmp_path / f"model{suffix}")[0])
     assert back.reservoir == (INNER[0],)
     assert len(back.included()) == len(chosen.units.included()) < len(back)
     assert [u.region for u in back.values()] == [u.region for u in chosen.units.values()]
@@ -438,8 +434,7 @@ def test_ensembles_answer_for_it(scene):
 
     level = ContactLevel("OWC", shift=Uniform(-9.0, 9.0))
     result = gs.run_ensemble(scene, 10, uncertain=[level], progress=False)
-    zones = result.sums("zone")
-    assert tuple(zones.zone.values) == INNER
+    assert tuple(result.sums("zone").zone.values) == INNER
     everything = result.sums("zone", include="all")
     assert tuple(everything.zone.values) == ("above Top", *INNER, "below Base")
     for name in everything.zone.values:  # no contact moves any zone as a whole

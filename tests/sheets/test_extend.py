@@ -122,8 +122,7 @@ def test_points_with_a_wide_hole_leak_and_are_filled_from_their_side_of_a_fault(
 
 
 def test_a_scene_lists_what_is_extrapolated_and_the_map_hatches_it(tmp_path):
-    wide = gs.extend_horizon(grid(plane), distance=300.0)
-    scene = gs.Scene({"T": wide})
+    scene = gs.Scene({"T": gs.extend_horizon(grid(plane), distance=300.0)})
     with pytest.warns(
         GeosurfWarning, match=r"'T' is extrapolated over 2\.\d+ km², up to (29\d|300) m"
     ):
@@ -136,8 +135,7 @@ def test_a_scene_lists_what_is_extrapolated_and_the_map_hatches_it(tmp_path):
         draw_map, surface, path=tmp_path / "hatched.png", size=(400, 300), hatched=surface
     )
     assert plain.read_bytes() != hatched.read_bytes()
-    data = gs.Scene({"T": grid(plane)})
-    assert data.warnings == ()
+    assert gs.Scene({"T": grid(plane)}).warnings == ()
 
 
 def test_a_decreasing_axis_keeps_its_marks():

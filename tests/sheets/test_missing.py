@@ -8,6 +8,7 @@ import pytest
 import geosurf as gs
 from geosurf.errors import GeometryError, InputError, ScenarioError
 from geosurf.scenario import build_scene, read_scenario
+from tests import laws
 from tests.grids import gridded
 from tests.messages import refused
 from tests.planes import scenario_tables
@@ -90,13 +91,6 @@ def world(there, lean=-0.5):
     }
 
 
-def volumes(scene):
-    found = {}
-    for unit in scene.units.values():
-        found[unit.zone] = found.get(unit.zone, 0.0) + unit.volume
-    return found
-
-
 @pytest.mark.parametrize(
     ("onto", "west", "lean"), [("lower", True, -0.5), ("upper", False, 0.5), ("upper", True, 0.0)]
 )
@@ -113,7 +107,7 @@ def test_the_zone_between_is_absent_and_the_other_takes_its_space(onto, west, le
     # all other zones, and the sum of both, are those of a model without this horizon
     without = gs.Scene({k: v for k, v in world(there, lean).items() if k != "Mid"}, faults, DEEP,
                        tear=True)  # fmt: skip
-    one, two = volumes(scene), volumes(without)
+    one, two = (laws.volume_by_zone(each.units) for each in (scene, without))
     assert one["above Top"] == pytest.approx(two["above Top"], rel=1e-12)
     assert one["Top/Mid"] + one["Mid/Base"] == pytest.approx(two["Top/Base"], rel=1e-12)
 

@@ -66,8 +66,7 @@ def test_scattered_points_meet_a_polygon():
     world = gs.synthetic.torn("normal", n=61)
     points = world.truth["scattered"](900, 0.0, 1)
     near = np.abs(points[:, 0] - 500) < 150  # what picks beside the fault would show is gone
-    ring = ring_of(world)
-    fault = gs.fault_from_polygons({"Top": ring}, name="F1", lengthen=300)
+    fault = gs.fault_from_polygons({"Top": ring_of(world)}, name="F1", lengthen=300)
     sheet = gs.tear_horizon(points[~near], [fault], name="Top", positive="up", spacing=20)
     assert error_of(sheet.cuts["F1"], world) < 0.03
 

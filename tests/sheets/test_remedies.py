@@ -44,8 +44,7 @@ def test_a_fault_without_throw_is_no_reason_to_refuse(dip, monkeypatch):
     left_out = [one for one in sheet.report.remedies if one.kind == "tear left out"]
     assert all("the data show no throw there" in one.effect for one in left_out)
     assert dip > 45.0 or left_out
-    gap = np.abs(sheet.lattice.elevation - top.values)
-    assert gap.max() < 2.5
+    assert np.abs(sheet.lattice.elevation - top.values).max() < 2.5
 
 
 def test_a_fault_half_outside_the_data_is_torn_inside():

@@ -71,8 +71,7 @@ def test_the_lattice_that_is_proposed_has_one_cell_per_point():
 
 def test_no_point_speaks_across_a_cut(normal):
     """Against a slow look at all six links of each cell."""
-    points = normal.truth["scattered"](3000)
-    picks = scattered("Top", points, 25.0)
+    picks = scattered("Top", normal.truth["scattered"](3000), 25.0)
     meshes = [mesh_in_frame(f, picks.frame) for f in fault_surfaces(normal.faults)]
     solver = PointSolver.over(inputs_of(picks, meshes, Trims((1.0,) * len(meshes))))
     cuts = rebuild(solver).state.cuts
@@ -129,8 +128,7 @@ def test_law_points_of_any_lattice_are_met_exactly(seed, ratio, turn, gaps):
     axes = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
     xy = np.round((grid * step) @ axes + [456000.0, 5930000.0], 2)
     points = np.column_stack([xy, rng.normal(-2000.0, 30.0, len(xy))])
-    sheet = gs.tear_horizon(points, {}, name="Top", positive="up")
-    lattice = sheet.lattice
+    lattice = gs.tear_horizon(points, {}, name="Top", positive="up").lattice
     nodes = np.column_stack(
         [a.ravel() for a in (lattice.easting, lattice.northing, lattice.elevation)]
     )
@@ -202,8 +200,7 @@ def test_points_that_fit_neither_wall_are_no_mistakes_of_side(seed):
     clean, spoilt, fault, _, _ = points_beside_a_fault(seed)
     clean[:, 2] = 2.0 * clean[:, 2] - spoilt[:, 2]
     assert (clean != spoilt).any()
-    sheet = gs.tear_horizon(clean, [fault], name="Top", positive="up")
-    assert sheet.report.left_out == []
+    assert gs.tear_horizon(clean, [fault], name="Top", positive="up").report.left_out == []
 
 
 def test_outliers_are_kept_when_asked():

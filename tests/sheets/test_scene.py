@@ -15,46 +15,39 @@ from geosurf.sheets.mesh import build
 from tests.messages import refused
 
 
-@pytest.fixture(scope="module")
-def pair():
-    """Function of a kind of world: two sheets on one set of faults, and a scene of them."""
-
-    @cache
-    def make(kind: str):
-        sheets = {}
-        for name, level in (("Top", 0.0), ("Base", -120.0)):
-            world = gs.synthetic.torn(kind, 41, level=level)
-            sheets[name] = gs.tear_horizon(
-                world.truth["points"], world.faults, name=name, positive="up"
-            )
-        faults = {fault.name: fault for fault in sheets["Top"].faults}
-        return sheets, gs.Scene(sheets, faults, (100.0, 900.0, 100.0, 900.0, -2070.0, -1530.0))
-
-    return make
+@cache
+def pair(kind: str):
+    """Two sheets on the faults of a world, and a scene of them."""
+    sheets = {}
+    for name, level in (("Top", 0.0), ("Base", -120.0)):
+        world = gs.synthetic.torn(kind, 41, level=level)
+        points = world.truth["points"]
+        sheets[name] = gs.tear_horizon(points, world.faults, name=name, positive="up")
+    faults = {fault.name: fault for fault in sheets["Top"].faults}
+    return sheets, gs.Scene(sheets, faults, (100.0, 900.0, 100.0, 900.0, -2070.0, -1530.0))
 
 
 @pytest.mark.parametrize(("kind", "n_unit"), [("normal", 3), ("through", 6), ("reverse", 3)])
-def test_units_of_torn_sheets_are_closed_and_certified(pair, kind, n_unit):
+def test_units_of_torn_sheets_are_closed_and_certified(kind, n_unit):
     _, scene = pair(kind)
     assert len(scene.units) == n_unit
     assert scene.check().ok
 
 
-def test_a_torn_sheet_has_no_curves_with_itself(pair):
+def test_a_torn_sheet_has_no_curves_with_itself():
     _, scene = pair("normal")
     words = r"horizon 'Top' is torn, so .* Name a fault"
     refused(gs.errors.InputError, words, scene.curves_between, "Top", "Top")
 
 
-def test_volume_between_torn_sheets_is_that_of_the_truth(pair):
+def test_volume_between_torn_sheets_is_that_of_the_truth():
     """Both sheets are torn alike, 120 m apart, so their zone is 120 m thick but for the gap."""
     _, scene = pair("normal")
     area = 800.0 * 800.0
-    volume = scene.units["Top/Base"].volume
-    assert volume == pytest.approx(120.0 * area, rel=0.04)
+    assert scene.units["Top/Base"].volume == pytest.approx(120.0 * area, rel=0.04)
 
 
-def test_cutoffs_of_a_scene_end_where_the_sheet_ends(pair):
+def test_cutoffs_of_a_scene_end_where_the_sheet_ends():
     """Both walls inside the box, nothing of what was carried on past the fault."""
     sheets, scene = pair("through")
     lines = scene.cutoffs("Top", "F1")
@@ -68,7 +61,7 @@ def test_cutoffs_of_a_scene_end_where_the_sheet_ends(pair):
     assert own >= set(map(tuple, found.tolist()))
 
 
-def test_a_sheet_needs_the_faults_that_tear_it(pair):
+def test_a_sheet_needs_the_faults_that_tear_it():
     sheets, _ = pair("normal")
     scene = gs.Scene({"Top": sheets["Top"]}, {}, (100.0, 900.0, 100.0, 900.0, -2070.0, -1530.0))
     with pytest.raises(gs.errors.InputError, match=r"'Top' is torn at fault 'F1', which is not in"):
@@ -80,7 +73,7 @@ def test_a_sheet_needs_the_faults_that_tear_it(pair):
         gs.Scene({"Top": sheets["Top"]}, {"F1": moved}).surface("Top")
 
 
-def test_what_is_dropped_is_accounted_for(pair):
+def test_what_is_dropped_is_accounted_for():
     _, scene = pair("normal")
     report = scene.patches.report["dropped_area"]
     assert set(report) == {0, 1}
@@ -222,7 +215,6 @@ def test_a_sheet_is_in_the_reference_system_of_its_data(world, make):
 def test_faults_in_another_reference_system_are_refused(world, make):
     top = world.horizons["Top"].assign_attrs(crs=UTM31)
     (fault,) = world.faults.values()
-    same = make(top, {"F1": fault.assign_attrs(crs=UTM31.lower())})
-    assert same.crs == UTM31
+    assert make(top, {"F1": fault.assign_attrs(crs=UTM31.lower())}).crs == UTM31
     words = r"'F1' is in EPSG:32632, but 'Top' is in EPSG:326"
     refused(gs.errors.InputError, words, lambda: make(top, {"F1": fault.assign_attrs(crs=UTM32)}))

@@ -172,8 +172,7 @@ def forms():
 
 @pytest.mark.parametrize("form", forms())
 def test_a_profile_in_any_form_is_met_along_the_strike(form):
-    sheet = gs.throw_horizon(horizon(), {"F1": wall()}, {"F1": forms()[form]})
-    cut = sheet.cuts["F1"]
+    cut = gs.throw_horizon(horizon(), {"F1": wall()}, {"F1": forms()[form]}).cuts["F1"]
     asked = 10.0 + along(cut.stations) / 40.0
     assert cut.throw == pytest.approx(asked, abs=1e-6)
     assert np.ptp(cut.throw) > 15.0
@@ -181,8 +180,7 @@ def test_a_profile_in_any_form_is_met_along_the_strike(form):
 
 def test_a_map_of_throw_is_read_where_the_rock_was():
     grid = gridded([[20.0, 40.0], [20.0, 40.0]], [-500.0, 1500.0]).drop_attrs()
-    sheet = gs.throw_horizon(horizon(), {"F1": wall(90.0)}, {"F1": grid})
-    cut = sheet.cuts["F1"]
+    cut = gs.throw_horizon(horizon(), {"F1": wall(90.0)}, {"F1": grid}).cuts["F1"]
     assert cut.throw == pytest.approx(25.0 + cut.stations[:, 0] / 100.0, abs=1e-6)
 
 
@@ -269,8 +267,7 @@ def test_beds_are_read_on_their_triangles(turned):
     if turned:
         x, y, z = (np.ascontiguousarray(part.T[::-1]) for part in (x, y, z))
     top = gs.TriSurface("Top", "horizon", lattice=gs.Lattice(x, y, z, not turned))
-    sheet = gs.throw_horizon(top, {"F1": wall(45.0, 45.0)}, {"F1": throw})
-    moved = sheet.lattice.elevation
+    moved = gs.throw_horizon(top, {"F1": wall(45.0, 45.0)}, {"F1": throw}).lattice.elevation
     if turned:
         z, moved = z[::-1].T, moved[::-1].T
     far = np.add.outer(axis[1:], axis[1:]) > 1200.0

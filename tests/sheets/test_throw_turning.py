@@ -118,8 +118,7 @@ def test_units_between_sheets_on_a_cone_are_closed_and_fill_the_box():
     }
     assert scene.units.volume == pytest.approx(scene.units.box_volume, rel=1e-12)
     for name in sheets:
-        found = sheets[name].cuts["F1"].throw
-        assert np.nanmax(np.abs(found - 50.0)) < 0.02
+        assert np.nanmax(np.abs(sheets[name].cuts["F1"].throw - 50.0)) < 0.02
         # the model says the same, by the same lines; across the mean strike it is something else
         model = scene.throw(name, "F1")
         assert model.sizes["point"] > n

@@ -72,13 +72,11 @@ def test_law_one_well_moves_a_plane_by_a_known_amount_and_nothing_beyond_the_ran
 
 
 def test_law_all_wells_are_met_wherever_they_are():
-    rng = np.random.default_rng(4)
-    place = rng.uniform(20.0, 980.0, (14, 2))
+    place = np.random.default_rng(4).uniform(20.0, 980.0, (14, 2))
     added = 0.02 * place[:, 0] - 9.0  # smooth: no two contradict each other
     tops = np.column_stack([place, on_plane(*place.T) + added])
     scene = gs.Scene({"Top": plane()}, tops=tops_at(tops), tie={"range": REACH})
-    found = scene.misfit()
-    np.testing.assert_allclose(found.misfit, 0.0, atol=1e-8)
+    np.testing.assert_allclose(scene.misfit().misfit, 0.0, atol=1e-8)
     assert scene.ties["Top"].before == pytest.approx(np.abs(added).max())
     again = gs.Scene({"Top": plane()}, tops=tops_at(tops), tie={"range": REACH})
     one, two = (one.surface("Top").vertices.tobytes() for one in (scene, again))
@@ -157,8 +155,7 @@ def test_torn_horizons_meet_their_tops_and_still_end_on_their_faults(kind):
     surfaces = {fault.name: fault for fault in faults}
     scene = gs.Scene({"Top": tied.made}, surfaces, world.box, tops=tops_at(wells), tie=True)
     assert scene.check().ok
-    found = scene.misfit().misfit.values
-    assert np.nanmax(np.abs(found)) <= 0.05
+    assert np.nanmax(np.abs(scene.misfit().misfit.values)) <= 0.05
 
 
 def test_tops_that_contradict_each_other_are_refused_by_name():

@@ -133,8 +133,7 @@ def columns(world, n=400):
         cut = point[2] - ((x - point[0]) * normal[0] + (y - point[1]) * normal[1]) / normal[2]
         faults.append((name, cut))
     found = {}
-    names = list(world.horizons)
-    zones = names_of_zones(names)
+    zones = names_of_zones(list(world.horizons))
     for zone, upper, lower in zip(zones, levels[:-1], levels[1:], strict=True):
         for signs in np.ndindex(*[2] * len(faults)):
             high, low, sides = upper, lower, []

@@ -68,6 +68,16 @@ def is_closed(faces: np.ndarray) -> bool:
     return sorted(edges) == sorted([b, a] for a, b in edges)
 
 
+def assert_closed_around(boundary: Boundary, units: Units) -> None:
+    """Faces of each unit are closed, and hold its volume."""
+    for k, unit in enumerate(units.values()):
+        faces = outward(boundary, k)
+        a, b, c = (boundary.x[faces[:, i]] for i in range(3))
+        volume = np.einsum("ij,ij->i", np.cross(a, b), c).sum() / 6.0
+        assert volume == pytest.approx(unit.volume, rel=1e-12)
+        assert is_closed(faces)
+
+
 @pytest.fixture(scope="module")
 def units(planes: gs.Scene) -> Units:
     return planes.units
@@ -76,12 +86,7 @@ def units(planes: gs.Scene) -> Units:
 def test_the_boundary_is_closed_around_every_unit(units: Units) -> None:
     boundary = boundary_of(units)
     assert boundary.surface_names == next(iter(units.values())).surface_names
-    for k, unit in enumerate(units.values()):
-        faces = outward(boundary, k)
-        a, b, c = (boundary.x[faces[:, i]] for i in range(3))
-        volume = np.einsum("ij,ij->i", np.cross(a, b), c).sum() / 6.0
-        assert volume == pytest.approx(unit.volume, rel=1e-12)
-        assert is_closed(faces)
+    assert_closed_around(boundary, units)
 
 
 def test_units_of_tetrahedra_follow_from_faces_however_they_are_turned() -> None:
@@ -124,17 +129,11 @@ def test_parts_of_split_faces_are_turned_as_the_face_and_cover_it(units: Units) 
 
 
 def test_refined_faces_are_shorter_and_stay_closed(units: Units) -> None:
-    boundary = boundary_of(units)
-    fine = refined(boundary, 180.0)
+    fine = refined(boundary_of(units), 180.0)
     edges = fine.x[fine.faces] - fine.x[np.roll(fine.faces, 1, axis=1)]
     assert np.sqrt(np.square(edges).sum(axis=2)).max() <= 1.5 * 180.0  # flat parts; others: 180
     assert len(np.unique(fine.x, axis=0)) == len(fine.x)
-    for k, unit in enumerate(units.values()):
-        faces = outward(fine, k)
-        a, b, c = (fine.x[faces[:, i]] for i in range(3))
-        volume = np.einsum("ij,ij->i", np.cross(a, b), c).sum() / 6.0
-        assert volume == pytest.approx(unit.volume, rel=1e-12)
-        assert is_closed(faces)
+    assert_closed_around(fine, units)
 
 
 def test_bad_input_is_named(units: Units, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -338,8 +337,7 @@ def test_units_are_filled_exactly(planes: gs.Scene, size: float | None) -> None:
     again = gs.mesh_units(units, size)
     assert np.array_equal(again.local, mesh.local)
     assert np.array_equal(again.tetrahedra, mesh.tetrahedra)
-    grid = mesh.to_pyvista()
-    assert grid.volume == pytest.approx(units.volume)
+    assert mesh.to_pyvista().volume == pytest.approx(units.volume)
 
     # the middle of each tetrahedron is in its unit, by exact location
     middles = mesh.vertices[mesh.tetrahedra].mean(axis=1)

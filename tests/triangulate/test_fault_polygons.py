@@ -138,8 +138,7 @@ def test_such_a_fault_divides_a_model():
 
 
 def test_polygons_that_cannot_be_used_are_refused():
-    ring = polygon_on(plane, -1500.0)
-    hook = ring.copy()
+    hook = polygon_on(plane, -1500.0).copy()
     hook[15:20, 1] -= 2500.0
     for polygons, words in (
         ({"Top": hook}, r"runs back along strike at \(E.*Split it there"),

@@ -14,10 +14,11 @@ from tests.messages import refused
 
 WORLD = gs.synthetic.tilted_planes(n=9)
 TOP = WORLD.horizons["Top"]
+SCENE = gs.Scene(WORLD.horizons, WORLD.faults, WORLD.box)
 
 
 def mesh(name="F1"):
-    fault = gs.Scene(WORLD.horizons, WORLD.faults, WORLD.box).surface(name)
+    fault = SCENE.surface(name)
     return np.array(fault.vertices), np.array(fault.triangles)
 
 
@@ -227,17 +228,16 @@ def test_other_cells_are_refused_by_name(value, words):
 
 def test_results_go_back():
     pv = pytest.importorskip("pyvista")
-    scene = gs.Scene(WORLD.horizons, WORLD.faults, WORLD.box)
-    blocks = scene.to_pyvista()
+    blocks = SCENE.to_pyvista()
     assert isinstance(blocks, pv.MultiBlock)
-    assert list(blocks["units"].keys()) == list(scene.units)
-    for name, unit in scene.units.items():
+    assert list(blocks["units"].keys()) == list(SCENE.units)
+    for name, unit in SCENE.units.items():
         assert blocks["units"][name].volume == pytest.approx(unit.volume, rel=1e-6)
     assert set(blocks["horizons"].keys()) == {"Top", "Base"}
-    table = scene.units.to_dataframe()
-    assert table.volume.sum() == pytest.approx(scene.units.box_volume)
-    assert (table.index == list(scene.units)).all()
-    assert isinstance(scene.volumes, xr.DataArray)
+    table = SCENE.units.to_dataframe()
+    assert table.volume.sum() == pytest.approx(SCENE.units.box_volume)
+    assert (table.index == list(SCENE.units)).all()
+    assert isinstance(SCENE.volumes, xr.DataArray)
 
 
 def test_law_grids_go_to_xtgeo_and_back():
@@ -252,16 +252,15 @@ def test_law_grids_go_to_xtgeo_and_back():
 
 def test_law_surfaces_points_and_lines_go_to_xtgeo_and_back():
     pytest.importorskip("xtgeo", reason="xtgeo is not installed")
-    fault = gs.Scene(WORLD.horizons, WORLD.faults, WORLD.box).surface("F1")
-    made = gs.to_xtgeo(fault)
-    assert_same(volumes(faults={"F1": made}))
+    fault = SCENE.surface("F1")
+    assert_same(volumes(faults={"F1": gs.to_xtgeo(fault)}))
     sticks = gs.FaultSticks("F1", ([[0, 0, 5], [0, 9, 6]], [[9, 0, 5], [9, 9, 6], [9, 12, 7]]))
     lines = gs.to_xtgeo(sticks)
     assert lines.name == "F1"
     back = gs.triangulate_fault(lines, name="F1", positive="up")
     assert (back.vertices == gs.triangulate_fault(sticks).vertices).all()
     assert_same(volumes(faults={"F1": fault.to_pyvista()}))
-    polygons = gs.Scene(WORLD.horizons, WORLD.faults, WORLD.box).fault_polygons("Top")
+    polygons = SCENE.fault_polygons("Top")
     table = gs.to_xtgeo(polygons).get_dataframe()
     assert list(table["FAULT"].unique()) == ["F1"]
     assert table["X_UTME"].tolist()[:-1] == polygons["easting"].values.tolist()
@@ -274,9 +273,7 @@ def test_law_surfaces_points_and_lines_go_to_xtgeo_and_back():
 
 def test_fault_polygons_go_to_geopandas():
     pytest.importorskip("geopandas", reason="geopandas is not installed")
-    world = gs.synthetic.tilted_planes(n=9)
-    scene = gs.Scene(world.horizons, world.faults, world.box, crs="EPSG:23031")
-    lines = scene.fault_polygons("Top")
+    lines = SCENE.replace(crs="EPSG:23031").fault_polygons("Top")
     table = gs.to_geodataframe(lines)
     assert table.crs.to_epsg() == 23031
     assert list(table["fault"]) == ["F1"]
@@ -287,7 +284,7 @@ def test_fault_polygons_go_to_geopandas():
 
 def test_points_sticks_and_curves_go_to_geopandas():
     pytest.importorskip("geopandas", reason="geopandas is not installed")
-    scene = gs.Scene(WORLD.horizons, WORLD.faults, WORLD.box, crs="EPSG:23031")
+    scene = SCENE.replace(crs="EPSG:23031")
     sticks = gs.FaultSticks("F1", (np.eye(3), 5 + np.eye(3)))
     assert list(gs.to_geodataframe(sticks)["name"]) == ["F1", "F1"]
     assert list(gs.to_geodataframe(scene.curves)["other"]) == ["F1", "F1"]

@@ -70,8 +70,7 @@ def test_a_scene_with_an_area():
     assert inside.box == (0.0, 4.0, 0.0, 4.0, -2.0, 8.0)
     assert inside.units["below Top"].volume == pytest.approx(14 + 10 * 3, rel=1e-12)
     assert "area" in scene.explain()
-    other = inside.replace(aoi=None)
-    assert other.units.box_volume == 360.0
+    assert inside.replace(aoi=None).units.box_volume == 360.0
 
 
 def test_open_fences_are_refused():

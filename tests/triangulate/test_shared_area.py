@@ -70,8 +70,7 @@ def slow_is_inside(outline, horizon):
 
 @pytest.mark.parametrize("seed", [0, 3, 5])
 def test_the_area_is_inside_and_nearly_all_that_horizons_cover(seed):
-    rng = np.random.default_rng(seed)
-    degrees, there = rng.uniform(0, 360), blob(seed)
+    degrees, there = np.random.default_rng(seed).uniform(0, 360), blob(seed)
     arrays = [grid(degrees, there), grid(degrees, there, flip=True)]
     horizons = [gs.triangulate_horizon(array, name=f"H{k}") for k, array in enumerate(arrays)]
     found = shared_area([footprint_of(horizon) for horizon in horizons])
@@ -138,8 +137,7 @@ def test_an_upright_grid_with_an_empty_rim_keeps_all_its_cells():
     there = np.zeros((13, 17), dtype=bool)
     there[2:11, 3:15] = True
     x, y = 460000.1 + np.arange(17) * 50.0, 5930000.3 + np.arange(13) * 50.0
-    values = np.where(there, -1700.0, np.nan)
-    array = gridded(values, x, y).drop_attrs()
+    array = gridded(np.where(there, -1700.0, np.nan), x, y).drop_attrs()
     scene = gs.Scene({"T": array}, positive="up", length_unit="m")
     assert scene.aoi is None
     assert scene.box[:4] == (x[3], x[14], y[2], y[10])

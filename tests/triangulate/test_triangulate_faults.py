@@ -164,8 +164,7 @@ def test_a_fault_is_refused_with_what_where_and_what_next(case):
 @given(st.integers(0, 2**32 - 1), st.sampled_from([0, 30, 60, 90]), st.integers(0, 359))
 def test_orientation_forgets_how_triangles_were_turned(seed, dip, direction):
     whole = triangulate_fault(fault_grid(dip, direction))
-    r = np.random.default_rng(seed)
-    turned = r.random(whole.n_triangle) < 0.5
+    turned = np.random.default_rng(seed).random(whole.n_triangle) < 0.5
     mixed = np.where(turned[:, None], whole.triangles[:, [0, 2, 1]], whole.triangles)
     soup = TriSurface(
         "F1", "fault", whole.vertices[mixed].reshape(-1, 3), np.arange(mixed.size).reshape(-1, 3)
@@ -263,8 +262,7 @@ def test_sticks_of_a_strongly_curved_fault_keep_their_order(n_stick):
     surface = triangulate_sticks(shuffled(sticks, 5), name="F1")
     steps = np.diff(rows_of_sticks(surface, sticks))
     assert (steps > 0).all() or (steps < 0).all()
-    n_point = sum(map(len, sticks))
-    assert surface.n_vertex == n_point
+    assert surface.n_vertex == sum(map(len, sticks))
     assert surface.n_triangle == sum(len(a) + len(b) - 2 for a, b in pairwise(sticks))
     assert len(find_zero_area(surface.vertices[surface.triangles])) == 0
     edges = np.sort(surface.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)

@@ -147,8 +147,7 @@ def test_a_file_of_rioxarray_is_read(tmp_path):
 def test_text_grids_come_back_in_their_system(tmp_path, suffix):
     written = gs.write(top(crs=WKT), tmp_path / f"a{suffix}")
     assert not [one for one in written.lost if one.what == "crs"]
-    found = gs.read_horizon(written[0], positive="up").attrs["crs"]
-    assert found == CRS
+    assert gs.read_horizon(written[0], positive="up").attrs["crs"] == CRS
 
 
 def test_an_epsg_code_needs_pyproj_for_prj(tmp_path):

@@ -72,8 +72,7 @@ def test_other_programs_see_plain_names_and_groups(graben, tmp_path):
     assert len(back) == len(graben)
     assert [u.volume for u in back.values()] == pytest.approx([u.volume for u in graben.values()])
     assert all(" " not in u.name and "/" not in u.zone for u in back.values())
-    zones = [u.zone_index for u in graben.values()]
-    assert [u.zone_index for u in back.values()] == zones
+    assert [u.zone_index for u in back.values()] == [u.zone_index for u in graben.values()]
 
 
 @pytest.mark.parametrize(

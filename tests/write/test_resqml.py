@@ -183,8 +183,7 @@ def written(whole, tmp_path):
 
 def test_packages_of_other_programs_name_zones_only(graben, written):
     labels = "<resqml2:ExtraMetadata>.*?</resqml2:Value></resqml2:ExtraMetadata>"
-    path = edited(written, (labels, ""))
-    back = gs.read_units(path)
+    back = gs.read_units(edited(written, (labels, "")))
     assert [u.zone for u in back.values()] == [u.zone for u in graben.values()]
     assert [u.volume for u in back.values()] == pytest.approx([u.volume for u in graben.values()])
     assert len(set(back)) == len(graben)
@@ -192,8 +191,7 @@ def test_packages_of_other_programs_name_zones_only(graben, written):
 
 @pytest.mark.parametrize("model", ["graben", "slit"])
 def test_each_edge_where_parts_meet_is_on_one_line_with_all_its_sides(model, request):
-    units = request.getfixturevalue(model)
-    parts = parts_of(units)
+    parts = parts_of(request.getfixturevalue(model))
     expected = Counter()
     for k in range(len(parts.surface)):
         mine = parts.triangles[parts.first_triangle[k] : parts.first_triangle[k + 1]]
@@ -217,8 +215,7 @@ def test_each_edge_where_parts_meet_is_on_one_line_with_all_its_sides(model, req
 def test_a_shell_inside_of_a_unit_is_an_inner_one(slit):
     """Parts of a fault that touches no border of its unit are a shell of their own."""
     parts = parts_of(slit)
-    lines = lines_of(parts)
-    shells = shells_of(parts, lines, len(slit))
+    shells = shells_of(parts, lines_of(parts), len(slit))
     for unit, mine in enumerate(shells[:-1]):
         listed = Counter(face for shell in mine for face in shell)
         sides = [(k, s == 0) for k, s in np.argwhere(parts.sides == unit).tolist()]
@@ -245,8 +242,7 @@ def test_a_shell_inside_of_a_unit_is_an_inner_one(slit):
     ],
 )  # fmt: skip
 def test_damage_is_named(written, old, new, words):
-    path = edited(written, (old, new))
-    refused(FormatError, words, gs.read_units, path)
+    refused(FormatError, words, gs.read_units, edited(written, (old, new)))
 
 
 def test_convert_takes_the_units_where_the_target_does(graben, written, tmp_path, capsys):

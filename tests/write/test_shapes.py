@@ -111,8 +111,7 @@ def test_law_gltf_holds_names_colours_and_places(scene, tmp_path, suffix):
 
 
 def test_tables(scene, tmp_path):
-    frame = points(pick=[*"=bcdefg"]).to_dataframe()
-    written = gs.write(frame, tmp_path / "a.csv")
+    written = gs.write(points(pick=[*"=bcdefg"]).to_dataframe(), tmp_path / "a.csv")
     assert written[0].read_text().split("\n")[0] == "easting,northing,elevation,pick"
     assert "'=" in written[0].read_text()
     table = xr.Dataset({"volume": ("unit", [1.0, 1 / 3], {"units": "m3"})})

@@ -268,8 +268,7 @@ def test_a_grid_that_is_nearly_square_is_written_with_the_loss(tmp_path, turn, o
 
 @pytest.mark.parametrize("name", ["F1", "F 1", "a{b}", " lead", "two\nlines", "a,b", "tab\tx"])
 def test_a_name_that_is_changed_is_among_the_losses(tmp_path, name):
-    fault = surface().renamed(name)
-    written = gs.write(fault, tmp_path / "a.ts")
+    written = gs.write(surface().renamed(name), tmp_path / "a.ts")
     back = gs.read_fault(written[0])
     told = [loss.sentence for loss in written.lost if loss.what == "name"]
     assert told == (
