@@ -258,7 +258,7 @@ def share_inside(surface: TriSurface, box: Box, outline: np.ndarray | None) -> f
     0.75
     """
     # sampled: a share in per cent goes into a table, and decides nothing
-    middles, areas = _parts(surface)
+    middles, areas = parts_of(surface)
     n_axis = 2 if surface.role == "horizon" else 3
     inside = np.ones(len(middles), dtype=bool)
     for axis in range(n_axis):
@@ -269,7 +269,7 @@ def share_inside(surface: TriSurface, box: Box, outline: np.ndarray | None) -> f
     return float(areas[inside].sum()) / total if total > 0 else 0.0
 
 
-def _parts(surface: TriSurface) -> tuple[np.ndarray, np.ndarray]:
+def parts_of(surface: TriSurface) -> tuple[np.ndarray, np.ndarray]:
     """Middles (n, 3) and areas (n,) of parts of a surface: of large triangles many."""
     corners = _triangles(surface)
 

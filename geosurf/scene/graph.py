@@ -51,7 +51,7 @@ from geosurf.lazy import xarray
 from geosurf.model import Curves, FluidContact, Patches, Sheet, TriSurface, Units, check_column
 from geosurf.model.base import in_crs_of
 from geosurf.model.column import VirtualWall, fault_of, names_of_zones
-from geosurf.model.expected import name_of
+from geosurf.model.expected import name_of, outline_of
 from geosurf.model.network import Extension, Truncation
 from geosurf.model.regions import KnownRegions
 from geosurf.model.units import units_in
@@ -660,7 +660,8 @@ class Graph:
         for one in warnings_of_rims(map(self.whole, self.inputs.faults), self.box, self.aoi):
             self.memory.warn(in_time(one, self.inputs.time))
         horizons = [self.surface(name) for name in self.inputs.horizons]
-        warn_of_inputs(self.inputs, self.memory, self.read, horizons, self.tops)
+        outline = outline_of(self.box, self.aoi)
+        warn_of_inputs(self.inputs, self.memory, self.read, horizons, self.tops, outline)
         for horizon in self._lattices():
             if getattr(self.inputs.horizons[horizon.name], "mesh", None) is not None:
                 continue  # it is pinched out: its sheet warns of that

@@ -15,13 +15,16 @@ from geosurf.conventions.checks import crs_of_foreign
 from geosurf.conventions.crs import crs_of, refuse_other_crs, warn_of_unclear_crs
 from geosurf.conventions.text import volume_text
 from geosurf.errors import GeosurfWarning
+from geosurf.faults.distance import in_ring
 from geosurf.faults.rules import Rule
 from geosurf.lazy import xarray
 from geosurf.model import Sheet, TriSurface, Units
+from geosurf.model.sheets import ThrowAudit
 from geosurf.model.tops import Tops
 from geosurf.read.features import features
 from geosurf.read.gocad import crs_of_gocad_lines
 from geosurf.read.registry import detect
+from geosurf.scene.area import parts_of
 from geosurf.scene.inputs import SceneInputs
 from geosurf.scene.memory import Memory
 from geosurf.scene.surfaces import InputSurfaces, warnings_of_names
@@ -139,6 +142,7 @@ def warn_of_inputs(
     read: InputSurfaces,
     horizons: Sequence[TriSurface],
     tops: Tops | None,
+    outline: np.ndarray,
 ) -> None:
     """Warn of reference systems, feet, names of tops and torn horizons that look wrong.
 
@@ -151,6 +155,8 @@ def warn_of_inputs(
         All surfaces have been read.
     horizons : sequence of TriSurface
     tops : Tops or None
+    outline : ndarray of float64, shape (n, 2)
+        Corners of the area of the model [m].
     """
     # a reference system that some inputs declare, and others do not
     with memory.collecting():
@@ -174,9 +180,41 @@ def warn_of_inputs(
     whole = {one.subject for one in memory.warnings if one.kind == "fault extended"}
     for horizon in inputs.horizons.values():
         if isinstance(horizon, Sheet):
-            for one in horizon.warnings:
+            for one in warnings_of_sheet(horizon, outline):
                 if one.kind != "fault extended" or one.subject not in whole:
                     memory.warn(in_time(one, inputs.time), issued=True)
+
+
+def warnings_of_sheet(sheet: Sheet, outline: np.ndarray) -> Iterator[GeosurfWarning]:
+    """Yield the warnings of a sheet, but those of throw that is lost or doubtful outside an area.
+
+    Parameters
+    ----------
+    sheet : Sheet
+    outline : ndarray of float64, shape (n, 2)
+        Corners of the area [m].
+    """
+    for one in sheet.warnings:
+        places = _places_of_throw(sheet, one)
+        if places is None or in_ring(places, outline).any():
+            yield one
+
+
+def _places_of_throw(sheet: Sheet, one: GeosurfWarning) -> np.ndarray | None:
+    """Where the throw is lost or doubtful that a warning is of (n, 2 or 3); None for others."""
+    audit = sheet.report.throw.get(one.subject)
+    if one.kind == "throw not as data" and isinstance(audit, ThrowAudit):
+        differing: np.ndarray = audit.stations[audit.differs]
+        return differing
+    if one.kind != "tear ended early" or one.place is None:
+        return None
+
+    # where the tear ends, and what the fault has beyond: all that is farther along the tear
+    end = np.array(one.place[:2])
+    (fault,) = (fault for fault in sheet.faults if fault.name == one.subject)
+    along = end - sheet.cuts[one.subject].stations[:, :2].mean(axis=0)
+    parts = parts_of(fault)[0][:, :2]
+    return np.vstack([end, parts[(parts - end) @ along > 0.0]])
 
 
 def in_time(one: GeosurfWarning, time: str | None) -> GeosurfWarning:

@@ -14,6 +14,7 @@ from geosurf.conventions import check_word, did_you_mean
 from geosurf.conventions.axes import COORDINATES, vertical_axis
 from geosurf.conventions.machine import need_plots
 from geosurf.errors import GeometryError, GeosurfWarning, InputError, warn_of
+from geosurf.faults.distance import in_ring
 from geosurf.lazy import xarray
 from geosurf.measure.columns import residuals
 from geosurf.measure.faces import MINUS, faces_of
@@ -71,7 +72,7 @@ def map_of(
         "faults": scene.fault_names,
         "tops": tops_of_scene(scene),
         "hatched": surface,
-        "remedies": _remedies(scene, name),
+        "remedies": _remedies(scene, name, inside if clip else None),
         "virtual_walls": lines_on(scene.patches, name) if scene.virtual_walls else {},
         "measures": MapMeasures(
             fluids_on(scene, name) if scene.contacts else (), 2 if name in scene.sheets else 1
@@ -110,11 +111,16 @@ def _shared_edges(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     return np.column_stack([start, end])[np.isin(start * n + end, last * n + first)]
 
 
-def _remedies(scene: ReportedModel, name: str) -> tuple[GeosurfWarning, ...]:
-    """What closed the tear of a horizon where its faults alone did not."""
+def _remedies(
+    scene: ReportedModel, name: str, outline: np.ndarray | None
+) -> tuple[GeosurfWarning, ...]:
+    """What closed the tear of a horizon where its faults alone did not, inside an outline."""
     sheet = scene.sheets.get(name)
     report = None if sheet is None else sheet.report
-    return report.remedies if isinstance(report, SheetReport) else ()
+    found = report.remedies if isinstance(report, SheetReport) else ()
+    if outline is None:
+        return found
+    return tuple(one for one in found if one.place and in_ring(np.array(one.place), outline))
 
 
 def tops_of_scene(scene: ReportedModel) -> Any:

@@ -24,6 +24,7 @@ from geosurf.faults.rules import Rule
 from geosurf.faults.sides import adjacency
 from geosurf.faults.truncate import main_side
 from geosurf.model import Sheet, TriSurface
+from geosurf.model.expected import outline_of
 from geosurf.model.network import in_order
 from geosurf.model.sheets import TearPlan
 from geosurf.model.surfaces import CUTOFF
@@ -31,7 +32,7 @@ from geosurf.model.tears import FaultThrow
 from geosurf.rebuild import rebuild_surfaces
 from geosurf.scene.faults import LongerFaults
 from geosurf.scene.graph import Graph
-from geosurf.scene.input_checks import in_time
+from geosurf.scene.input_checks import in_time, warnings_of_sheet
 from geosurf.scene.inputs import undeclared
 from geosurf.scene.memory import Memory, OnStart, silent
 from geosurf.scene.surfaces import opened_horizon
@@ -344,7 +345,8 @@ def torn_graph(plain: Graph) -> Graph:
         plain.made_of,
     )  # fmt: skip
     # what the base case of an ensemble needed has been told there
-    found = warnings_of(start if plain.plans else given, faults, sheets)
+    outline = outline_of(plain.given_box, plain.given_area)
+    found = warnings_of(start if plain.plans else given, faults, sheets, outline)
     found += warnings_of_passed(plain.faults.rules, given, faults)
     found += warnings_of_throw(sheets, plain.made_of)
     plain.memory.warn(*(in_time(one, inputs.time) for one in found))
@@ -410,9 +412,12 @@ def longer_faults(faults: Faults, torn: Faults) -> LongerFaults:
     }
 
 
-def warnings_of(given: Faults, faults: Faults, sheets: Mapping[str, Sheet]) -> list[GeosurfWarning]:
-    """Return how much longer faults became, and the warnings of the sheets."""
-    found, of_sheets = [], [one for sheet in sheets.values() for one in sheet.warnings]
+def warnings_of(
+    given: Faults, faults: Faults, sheets: Mapping[str, Sheet], outline: np.ndarray
+) -> list[GeosurfWarning]:
+    """Return how much longer faults became, and the warnings of the sheets for an area."""
+    found: list[GeosurfWarning] = []
+    of_sheets = [one for sheet in sheets.values() for one in warnings_of_sheet(sheet, outline)]
     needed = {one.subject: one for one in of_sheets if one.kind == "fault extended"}
     for name, fault in faults.items():
         # how far the fault was continued beyond what was given, by the numbers that lengthen it
