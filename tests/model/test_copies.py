@@ -96,8 +96,8 @@ def print_nothing(*_):
 @pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
 def test_scenes_of_any_inputs_travel_with_their_results(kind):
     world = gs.synthetic.graben(n=9)
-    given = dict(inputs_of_kinds()[kind])
-    scene = gs.Scene(world.horizons, given.pop("faults", world.faults), **given)
+    given = {"faults": world.faults} | inputs_of_kinds()[kind]
+    scene = gs.Scene(world.horizons, **given)
     assert scene.check().ok
     _ = scene.section([(600, 600), (2000, 900)]), scene.thickness("Top/Middle"), scene.tops
     one = scene.replace(tolerance=0.5)
