@@ -268,7 +268,7 @@ def _in_turn(
         if box is None or rim_in_box(rim, longer.vertices, side, *box):
             reach = reach_of(side)
             longer, rim, guides, extension = continue_side(
-                longer, rim, guides, side, reach, until, first, 1 if box else _ROWS
+                longer, rim, guides, side, reach, until, first, _ROWS if box is None else 1
             )
             found.append(extension)
     return ExtendedFault(longer, surface.n_triangle, tuple(found))

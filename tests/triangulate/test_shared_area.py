@@ -11,6 +11,8 @@ from scipy.ndimage import label
 import geosurf as gs
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.model import Lattice
+from geosurf.rebuild import repair
+from geosurf.triangulate import outline
 from geosurf.triangulate.footprint import footprint_of
 from geosurf.triangulate.outline import moved_inward, off_the_rims, signed_area
 from geosurf.triangulate.shared_area import shared_area
@@ -330,3 +332,8 @@ def test_a_scene_holds_the_map_once_and_has_the_same_bytes(kind):
         one.coords["easting"].values[:] = 0.0
     assert scene.volumes.equals(before)
     assert np.abs(lattices[0].easting).min() > 1.0
+
+
+def test_areas_move_off_rims_by_more_than_a_repair_of_rounding_moves_vertices():
+    assert repair.STEPS[0] == outline.ROUNDED  # rooms that may not import each other
+    assert outline.FURTHER > 1.0
