@@ -15,13 +15,14 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import place
-from geosurf.errors import GeometryError, InputError
-from geosurf.faults.dangling import areas_of
+from geosurf.conventions import area_text, place
+from geosurf.errors import GeometryError, GeosurfWarning, InputError
+from geosurf.faults.dangling import areas_of, edge_keys, rows_of
 from geosurf.faults.distance import closest_approach, open_edges
 from geosurf.faults.rules import LEVELS, Rule, part_in_words, read_truncations
 from geosurf.faults.sides import Adjacency, adjacency
 from geosurf.model import Patches, TriSurface
+from geosurf.model.base import any_of
 from geosurf.model.expected import expect
 from geosurf.model.network import TruncatedFaults, Truncation
 from geosurf.model.surfaces import cutoffs_kept
@@ -137,6 +138,79 @@ def main_side(surface: TriSurface, keep: str) -> int:
         )
     front = 1 if lead >= 0 else -1
     return front if keep in ("hanging wall", "right", "above") else -front
+
+
+def past_mains(
+    patches: Patches, rules: Mapping[Rule, str]
+) -> tuple[np.ndarray, tuple[Truncation, ...], tuple[GeosurfWarning, ...]]:
+    """
+    Find what tears have added to faults beyond the faults that they end at, and what of it can go.
+
+    What a horizon ends on stays, since the horizon would be open there; and what goes on around
+    the end of the main fault.
+
+    Parameters
+    ----------
+    patches : Patches
+        Of the model, with the longer faults.
+    rules : mapping of Rule to str
+        By rule, how to lengthen its faults before it is applied.
+
+    Returns
+    -------
+    keep : ndarray of bool, shape (n_triangle,)
+        False for what goes.
+    truncations : tuple of Truncation
+        Of each fault that loses a part.
+    warnings : tuple of GeosurfWarning
+        Of each fault that still passes its main fault, with the area.
+    """
+    alive = np.ones(patches.n_triangle, dtype=bool)
+    found, warnings = [], []
+    for rule, how in rules.items():
+        rows = _rows(patches, alive, rule)
+        mine = rows[rule.fault]
+        beside = adjacency(patches, mine, rows[rule.main], strict=False)
+        front = main_side(patches.sources[patches.names.index(rule.main)], rule.keep) > 0
+        wanted, unwanted = beside.beside.T if front else beside.beside[:, ::-1].T
+        beyond = (unwanted & ~wanted)[beside.piece]
+        ending = _ending_on(patches, mine[beyond])
+        held = np.zeros(len(wanted), dtype=bool)
+        held[beside.piece[beyond][ending]] = True
+        dropped, stays = beyond & ~held[beside.piece], beyond & held[beside.piece]
+        alive[mine[dropped]] = False
+        if dropped.any():
+            words = rule.fault, rule.main, rule.keep, "+" if front else "-"
+            found.append(
+                Truncation(*words, apart_area=0.0, **_sizes(patches, mine, beside, dropped))
+            )
+        if stays.any():
+            area = math.fsum(areas_of(patches, mine[stays]))
+            warnings.append(
+                GeosurfWarning(
+                    "fault passes another",
+                    rule.fault,
+                    f"Fault {rule.fault!r} ends at {rule.main!r} by its rule, but a horizon that "
+                    f"is torn there needed longer faults, and ends beyond {rule.main!r}: "
+                    f"{area_text(area)} of {rule.fault!r} stay there.",
+                    f"Lengthen them yourself, so that the rule cuts what you add: {how}.",
+                )
+            )
+    return alive, tuple(found), tuple(warnings)
+
+
+def _ending_on(patches: Patches, rows: np.ndarray) -> np.ndarray:
+    """Which triangles of a fault have an edge on which a horizon ends, bool (n,)."""
+    keys = edge_keys(patches, rows)
+    on_fault = np.zeros(len(patches.local), dtype=bool)
+    on_fault[patches.triangles[rows]] = True
+    ends = [np.empty(0, dtype=np.int64)]
+    for name in (one.name for one in patches.sources if one.role == "horizon"):
+        near = rows_of(patches, name)
+        near = near[on_fault[patches.triangles[near]].sum(axis=1) > 1]
+        edges, times = np.unique(edge_keys(patches, near), return_counts=True)
+        ends.append(edges[times == 1])
+    return any_of(np.isin(keys, np.concatenate(ends)))
 
 
 def _rows(patches: Patches, alive: np.ndarray, rule: Rule) -> dict[str, np.ndarray]:

@@ -45,6 +45,7 @@ from geosurf.conventions import check_word, counted, is_number, shared_name
 from geosurf.conventions.axes import vertical_axis
 from geosurf.errors import GeosurfWarning
 from geosurf.faults.distance import lies_beside, warning_of_fault, warnings_of_rims
+from geosurf.faults.truncate import past_mains
 from geosurf.intersect import curves_of, merge_curves
 from geosurf.intersect.link import shared_curves
 from geosurf.lazy import xarray
@@ -55,7 +56,7 @@ from geosurf.model.expected import name_of, outline_of
 from geosurf.model.network import Extension, Truncation
 from geosurf.model.regions import KnownRegions
 from geosurf.model.units import units_in
-from geosurf.rebuild import patches_from, trim_sheets
+from geosurf.rebuild import drop_triangles, patches_from, trim_sheets
 from geosurf.rebuild.ghosts import warnings_of_moves
 from geosurf.scene import area
 from geosurf.scene.area import NamedRegions, boxes_meet, coverage_in_words, share_inside
@@ -78,6 +79,7 @@ from geosurf.triangulate import build_walls
 from geosurf.triangulate.decimate import bound_of_change
 
 if TYPE_CHECKING:  # pragma: no cover - types only
+    from geosurf.faults.rules import Rule
     from geosurf.faults.virtual_walls import Wall
     from geosurf.model.tops import TieReport, Tops
     from geosurf.triangulate.shared_area import SharedArea
@@ -109,6 +111,8 @@ class Graph:
     converted_from : Graph or None
         Of the model in the other domain: horizons are torn like those there, and a model in depth
         should have the units of the one in time.
+    passed : mapping of Rule to str
+        Rules of faults that tears have made longer since, and how to lengthen these before.
     known_regions : KnownRegions or None
         Regions that the scene had from which this one was made: names go on.
 
@@ -128,6 +132,7 @@ class Graph:
         self.longer: LongerFaults = {}
         self.plans: TearPlans = {}
         self.still: Mapping[str, Sheet] = {}
+        self.passed: Mapping[Rule, str] = {}
         self.known_regions: KnownRegions | None = None
         self.converted_from: Graph | None = None
         self.zone_rows: list[Any] = []  # how zones from thickness were corrected
@@ -141,7 +146,7 @@ class Graph:
         """Return a horizon or fault as the model has it."""
         name = name_of(name, "surface")
         virtual = fault_of(name) in self.inputs.compartments and name not in self.inputs.names
-        ends = name in self.ending_at_horizons or virtual
+        ends = name in self.ending_inside or virtual
         return self.patches.surface(name) if ends else self._in_model(name)
 
     def _in_model(self, name: str) -> TriSurface:
@@ -192,9 +197,9 @@ class Graph:
         return tuple(self.whole(name) for name in self.inputs.names)
 
     @cached_property
-    def ending_at_horizons(self) -> frozenset[str]:
-        """Names of the faults that horizons truncate."""
-        return frozenset(rule.fault for rule in self.inputs.horizon_rules)
+    def ending_inside(self) -> frozenset[str]:
+        """Names of the faults that are truncated in the split mesh."""
+        return frozenset(rule.fault for rule in (*self.inputs.horizon_rules, *self.passed))
 
     # ---- box and area --------------------------------------------------------------------
 
@@ -397,7 +402,7 @@ class Graph:
 
     def _ends_inside(self, name: str) -> bool:
         """Whether the split mesh decides where a surface ends: at its faults, or at horizons."""
-        return name in self.ending_at_horizons or is_torn(self.whole(name))
+        return name in self.ending_inside or is_torn(self.whole(name))
 
     # ---- surfaces -> patches -------------------------------------------------------------
 
@@ -452,11 +457,15 @@ class Graph:
         lost: tuple[Truncation, ...] = ()
         warnings: tuple[GeosurfWarning, ...] = ()
         parts: tuple[VirtualWall, ...] = ()
+        if self.passed:
+            keep, lost, warnings = past_mains(patches, self.passed)
+            patches = patches if keep.all() else drop_triangles(patches, keep)
         if inputs.horizon_rules:
             from geosurf.scene.horizon_ends import end_at_horizons  # loaded by those who have some
 
             rules = inputs.horizon_rules, self.ruled_faults.rules
-            patches, lost, warnings = end_at_horizons(patches, self.column, *rules)
+            patches, ends, told = end_at_horizons(patches, self.column, *rules)
+            lost, warnings = (*lost, *ends), (*warnings, *told)
         if inputs.compartments:
             from geosurf.scene.horizon_ends import end_virtual_walls  # and these, too
 
@@ -466,7 +475,7 @@ class Graph:
 
     def fault_actions(self) -> tuple[Extension | Truncation, ...]:
         """Return what was done to all faults: extended, truncated by faults, by horizons."""
-        ended = self._patches_and_ends[1] if self.inputs.horizon_rules else ()
+        ended = self._patches_and_ends[1] if self.ending_inside else ()
         return (*self.ruled_faults.actions(), *ended)
 
     @cached_property
@@ -491,6 +500,7 @@ class Graph:
         ring = None if self.aoi is None else self.aoi.tobytes()
         options = self.inputs.voxel_size, self.inputs.self_intersections
         shape: tuple[Hashable, ...] = (self.box, ring, self._origin.tobytes(), *options)
+        shape = (*shape, *self.passed.items())
         if self.inputs.compartments:
             shape = (*shape, str(self.inputs.compartments))
         if self.inputs.horizon_rules:  # sides of horizons follow the column
@@ -609,7 +619,7 @@ class Graph:
         without = copy.copy(inputs)
         without.__dict__["contacts"] = {}
         base = Graph(without, self.memory, self.prepared_by)
-        base.read, base.known_regions = self.read, self.known_regions
+        base.read, base.known_regions, base.passed = self.read, self.known_regions, self.passed
         for place in ("box", "aoi", "given_area", "default_area"):  # no contact changes these
             base.__dict__[place] = getattr(self, place)
         units, patches = base.units, base.patches

@@ -474,6 +474,7 @@ def name_of_model(scene: Scene) -> str | None:
     settings = (
         graph.box, tuple(graph.column.items()), inputs.tolerance, inputs.voxel_size,
         inputs.self_intersections, inputs.slivers, graph.reservoir, inputs.horizon_rules, rules,
+        tuple(graph.passed),
         [(one.name, one.block, one.zones) for one in contacts], marked,
     )  # fmt: skip
     parts: tuple[Any, ...] = (

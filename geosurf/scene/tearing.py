@@ -6,7 +6,6 @@ horizons end on the longer one (`geosurf.scene.tearing`).
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -16,20 +15,17 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import area_text, grouped, known_names
+from geosurf.conventions import grouped, known_names
 from geosurf.conventions.checks import are_points
 from geosurf.conventions.crs import crs_of
 from geosurf.errors import GeosurfError, GeosurfWarning, InvariantError, collected
 from geosurf.faults.rules import Rule
-from geosurf.faults.sides import adjacency
-from geosurf.faults.truncate import main_side
 from geosurf.model import Sheet, TriSurface
 from geosurf.model.expected import outline_of
 from geosurf.model.network import in_order
 from geosurf.model.sheets import TearPlan
 from geosurf.model.surfaces import CUTOFF
 from geosurf.model.tears import FaultThrow
-from geosurf.rebuild import rebuild_surfaces
 from geosurf.scene.faults import LongerFaults
 from geosurf.scene.graph import Graph
 from geosurf.scene.input_checks import in_time, warnings_of_sheet
@@ -346,8 +342,8 @@ def torn_graph(plain: Graph) -> Graph:
     )  # fmt: skip
     # what the base case of an ensemble needed has been told there
     outline = outline_of(plain.given_box, plain.given_area)
-    found = warnings_of(start if plain.plans else given, faults, sheets, outline)
-    found += warnings_of_passed(plain.faults.rules, given, faults)
+    before, rules = start if plain.plans else given, plain.faults.rules
+    found = warnings_of(before, faults, sheets, outline, rules)
     found += warnings_of_throw(sheets, plain.made_of)
     plain.memory.warn(*(in_time(one, inputs.time) for one in found))
     for name in inputs.horizons:
@@ -367,6 +363,8 @@ def torn_graph(plain: Graph) -> Graph:
     graph.read.take_over(plain.read, {"horizons": sheets, "faults": faults})
     graph.known_regions, graph.converted_from = plain.known_regions, plain.converted_from
     graph.zone_rows, graph.made_of = plain.zone_rows, plain.made_of
+    # tears add beyond main faults, too
+    graph.passed = rules_to_repeat(rules, given, faults)
     return graph
 
 
@@ -413,24 +411,31 @@ def longer_faults(faults: Faults, torn: Faults) -> LongerFaults:
 
 
 def warnings_of(
-    given: Faults, faults: Faults, sheets: Mapping[str, Sheet], outline: np.ndarray
+    given: Faults,
+    faults: Faults,
+    sheets: Mapping[str, Sheet],
+    outline: np.ndarray,
+    rules: Iterable[Rule],
 ) -> list[GeosurfWarning]:
     """Return how much longer faults became, and the warnings of the sheets for an area."""
+    mains = {rule.fault: rule.main for rule in rules}
     found: list[GeosurfWarning] = []
     of_sheets = [one for sheet in sheets.values() for one in warnings_of_sheet(sheet, outline)]
     needed = {one.subject: one for one in of_sheets if one.kind == "fault extended"}
     for name, fault in faults.items():
         # how far the fault was continued beyond what was given, by the numbers that lengthen it
         if not np.array_equal(fault.vertices, given[name].vertices):
-            from geosurf.sheets.report.remedies import (
-                WAYS,  # loaded by those who tear
-                how_to_lengthen,
-                longer_by,
-            )
+            from geosurf.sheets.mesh.tear_ends import VERTICAL  # loaded by those who tear
+            from geosurf.sheets.report.remedies import WAYS, how_to_lengthen, longer_by
 
             far = longer_by(given[name], fault)
             ways = [f"{length:.0f} m {WAYS[side]}" for side, length in far.items()]
-            how = how_to_lengthen(name, far)
+            # what passes a main fault along strike is cut again
+            mine = {side: far[side] for side in far if name not in mains or side in VERTICAL}
+            if far and not mine:
+                continue
+            past = f" What lies beyond {mains[name]!r} is cut off." if name in mains else ""
+            how = how_to_lengthen(name, mine)
             middle = tuple(fault.vertices.mean(axis=0).tolist())
             at = needed[name].place or middle if name in needed else middle
             found.append(
@@ -438,7 +443,7 @@ def warnings_of(
                     "fault extended",
                     name,
                     f"Fault {name!r} ends before the cut-offs of a horizon that is torn at it. It "
-                    f"was extended{': ' if ways else ''}{', '.join(ways)}.",
+                    f"was extended{': ' if ways else ''}{', '.join(ways)}.{past}",
                     f"Lengthen it yourself: {how}, or pick longer sticks.",
                     at,
                 )
@@ -554,11 +559,9 @@ def _thrown(plain: Graph, name: str, throws: Sequence[FaultThrow], faults: Fault
     )  # fmt: skip
 
 
-def warnings_of_passed(
-    rules: Iterable[Rule], given: Faults, faults: Faults
-) -> list[GeosurfWarning]:
+def rules_to_repeat(rules: Iterable[Rule], given: Faults, faults: Faults) -> dict[Rule, str]:
     """
-    Return a warning for each fault that passes the fault that it ends at by a rule.
+    Return the rules whose faults tears have made longer, and how to lengthen these before.
 
     Parameters
     ----------
@@ -569,34 +572,10 @@ def warnings_of_passed(
     """
     from geosurf.sheets.report.remedies import how_to_lengthen, longer_by
 
-    found = []
+    found = {}
     for rule in rules:
         both = [name for name in (rule.fault, rule.main) if faults[name] is not given[name]]
-        area = _area_beyond(rule, faults) if both else 0.0
-        if area == 0.0:
-            continue
         ways = [how_to_lengthen(name, longer_by(given[name], faults[name])) for name in both]
-        found.append(
-            GeosurfWarning(
-                "fault passes another",
-                rule.fault,
-                f"Fault {rule.fault!r} ends at {rule.main!r} by its rule, but a horizon that is "
-                f"torn there needed longer faults. What was added is not cut: {area_text(area)} "
-                f"of {rule.fault!r} lie beyond {rule.main!r} in the model.",
-                "Lengthen them yourself, so that the rule cuts what you add: "
-                f"{', and '.join(ways)}.",
-            )
-        )
+        if ways:
+            found[rule] = ", and ".join(ways)
     return found
-
-
-def _area_beyond(rule: Rule, faults: Faults) -> float:
-    """Area of a fault on the side of its main fault that its rule drops [m2]."""
-    fault, main = faults[rule.fault], faults[rule.main]
-    patches = rebuild_surfaces([fault, main])
-    mine, other = (np.flatnonzero(patches.surface_of_triangle == k) for k in range(2))
-    beside = adjacency(patches, mine, other, strict=False)
-    kept, dropped = beside.beside.T if main_side(main, rule.keep) > 0 else beside.beside.T[::-1]
-    corners = patches.local[patches.triangles[mine[(dropped & ~kept)[beside.piece]]]]
-    edges = corners[:, 1:] - corners[:, :1]
-    return 0.5 * math.fsum(np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1))

@@ -7,7 +7,8 @@ import pytest
 
 import geosurf as gs
 from geosurf.errors import InputError
-from geosurf.scene import tearing as passed_faults
+from geosurf.faults.rules import Rule
+from geosurf.faults.truncate import past_mains
 from tests.planes import between
 
 pytestmark = pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
@@ -65,14 +66,38 @@ def test_tears_change_no_proposal_and_trials_tear_nothing(field):
         scene.prepared_fault("Top")
 
 
-def test_a_scene_with_longer_faults_looks_for_passed_ones_and_states_its_rules(field, monkeypatch):
-    """What no rule cuts; `test_tear.py` has the areas."""
-    horizons, faults = field
-    rule = {"F2": ("F1", "footwall", True)}
-    untorn, scene = (gs.Scene(horizons, faults, tear=trim, truncations=rule) for trim in (None, 2))
-    monkeypatch.setattr(passed_faults, "_area_beyond", lambda *_: 5.0)
-    kinds = [(one.kind, one.subject) for one in (scene.sheets, scene.warnings)[1]]
-    assert kinds.count(("fault passes another", "F2")) == 1
-    assert scene.fault_actions == untorn.fault_actions
-    assert scene.truncations == rule
-    assert str(scene.fault_actions[-1]).endswith(" in its footwall kept")
+def test_a_fault_that_a_tear_makes_longer_is_cut_by_its_rule_again():
+    world = gs.synthetic.torn("normal", n=61)
+    top, (fault,) = world.horizons["Top"], world.faults.values()
+    z = np.concatenate([line[:, 2] for line in world.truth["cutoffs"].values()])
+    f1 = between(gs.triangulate_fault(fault, name="F1"), z.min() - 150.0, z.max() + 150.0)
+    # upright, in the footwall of F1, from 30 m beside its middle; 5 m above the horizon at most
+    a, b, c = f1.vertices[:3]
+    across = np.cross(b - a, c - a)[:2]
+    across /= np.hypot(*across)
+    near, far = (f1.vertices[:, :2].mean(axis=0) + across * distance for distance in (30.0, 400.0))
+    at = [float(top.sel(easting=x, northing=y, method="nearest")) for x, y in (near, far)]
+    low, high = min(at) - 60.0, max(at) + 5.0
+    corners = [(*near, low), (*far, low), (*far, high), (*near, high)]
+    f2 = gs.TriSurface("F2", "fault", corners, [[0, 1, 2], [0, 2, 3]])
+
+    rules = {"F2": ("F1", "footwall", True)}
+    scene = gs.Scene({"Top": top}, {"F1": f1, "F2": f2}, tear=2, truncations=rules)
+    untorn = scene.replace(tear=None)
+    *before, again = scene.fault_actions
+    assert tuple(before) == untorn.fault_actions
+    assert scene.truncations == rules
+    assert (again.fault, again.main, again.keep) == ("F2", "F1", "footwall")
+    assert again.dropped_area > 100.0
+    (told,) = (one for one in scene.warnings if one.kind == "fault extended")
+    assert (told.subject, "'start'" in str(told)) == ("F2", False)
+
+    # nothing of it is beyond F1, and the model is closed
+    kept, cut, _ = past_mains(scene.patches, {Rule("F2", "F1", "footwall"): ""})
+    assert kept.all()
+    assert not cut
+    corners = scene.surface("F2").vertices[scene.surface("F2").triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = 0.5 * np.linalg.norm(normals, axis=1).sum()
+    assert area == pytest.approx(again.kept_area, rel=1e-9)
+    assert scene.certificate.ok

@@ -10,8 +10,8 @@ from benchmarks.random_networks import random_network
 from geosurf.errors import GeometryError
 from geosurf.faults import lengthen_fault
 from geosurf.faults.rules import Rule
-from geosurf.scene import tearing as passed_faults
-from geosurf.scene.tearing import same, warnings_of_passed
+from geosurf.faults.truncate import past_mains
+from geosurf.scene.tearing import same
 from geosurf.sheets.faults.tips import is_unchanged
 from geosurf.sheets.mesh import tear_ends
 from tests import laws
@@ -133,7 +133,7 @@ def test_what_two_horizons_need_far_from_each_other_adds_up(world, fault, monkey
     assert high > fault.bounds[5]
 
 
-# ---- Faults that tears take past the faults that they end at: a warning with the area, on pap
+# ---- Faults that tears take past the faults that they end at are cut there, on paper
 # F1: the plane x + z = 8; F2: the plane y = 4, where x + z >= 8, above z = 3
 MAIN = gs.TriSurface(
     "F1", "fault", [(-1, -1, 9), (9, -1, -1), (9, 9, -1), (-1, 9, 9)], [[0, 1, 2], [0, 2, 3]]
@@ -144,10 +144,6 @@ CORNERS = [(5, 4, 3), (7.5, 4, 3), (7.5, 4, 6), (2, 4, 6)]
 def part(*more, triangles=()):
     """F2 with further corners and triangles."""
     return gs.TriSurface("F2", "fault", [*CORNERS, *more], [[0, 1, 2], [0, 2, 3], *triangles])
-
-
-def rule(keep):
-    return [Rule("F2", "F1", keep)]
 
 
 def side_above():
@@ -165,21 +161,38 @@ def side_above():
         (part((7.5, 4, 7), (2, 4, 7), triangles=[[3, 2, 4], [3, 4, 5]]), 0.0),
     ],
 )
-def test_the_area_beyond_the_main_fault(fault, area):
-    given = {"F1": MAIN, "F2": part()}
-    faults = {"F1": MAIN, "F2": fault}
+def test_what_tears_add_beyond_the_main_fault_is_cut_off(fault, area):
+    patches = gs.rebuild_surfaces([MAIN, fault])
     keep = side_above()
-    found = warnings_of_passed(rule(keep), given, faults)
-    assert passed_faults._area_beyond(rule(keep)[0], faults) == pytest.approx(area, rel=1e-12)
-    assert [one.subject for one in found] == (["F2"] if area else [])
-    assert all("lengthen={'F2': " in one.remedy for one in found)
-    assert not warnings_of_passed(rule(keep), faults, faults)  # nothing became longer
+    kept, cut, told = past_mains(patches, {Rule("F2", "F1", keep): "how"})
+    assert [one.dropped_area for one in cut] == ([pytest.approx(area, rel=1e-12)] if area else [])
+    assert kept.all() == (area == 0.0)
+    assert not told
 
     # on the other side of F1 it is the rest that counts
     other = "-" if keep == "+" else "+"
     whole = 0.5 * (2.5 + 5.5) * 3.0 + (2.5 if area else 5.5)
-    beyond = passed_faults._area_beyond(rule(other)[0], faults)
-    assert beyond == pytest.approx(whole - area, rel=1e-12)
+    _, (cut,), _ = past_mains(patches, {Rule("F2", "F1", other): "how"})
+    assert cut.dropped_area == pytest.approx(whole - area, rel=1e-12)
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_what_a_horizon_ends_on_beyond_the_main_fault_stays(side):
+    """A level of z = 2.5 that ends on F2, or passes through it."""
+    fault = part((5, 4, 2), (7.5, 4, 2), triangles=[[4, 5, 1], [4, 1, 0]])
+    corners = [(5, 4, 2.5), (5.5, 4, 2.5), (5.5, 4 + side, 2.5), (5, 4 + side, 2.5)]
+    level = gs.TriSurface("Top", "horizon", corners, [[0, 1, 2], [0, 2, 3]])
+    rules = {Rule("F2", "F1", side_above()): "lengthen"}
+    kept, cut, (told,) = past_mains(gs.rebuild_surfaces([MAIN, fault, level]), rules)
+    assert kept.all()
+    assert not cut
+    assert (told.kind, told.subject) == ("fault passes another", "F2")
+    assert "0.5 m² of 'F2' stay" in str(told)
+    corners = [(5, 3, 2.5), (5.5, 3, 2.5), (5.5, 5, 2.5), (5, 5, 2.5)]
+    level = gs.TriSurface("Top", "horizon", corners, [[0, 1, 2], [0, 2, 3]])
+    kept, (cut,), told = past_mains(gs.rebuild_surfaces([MAIN, fault, level]), rules)
+    assert cut.dropped_area == pytest.approx(0.5, rel=1e-12)
+    assert not told
 
 
 @pytest.mark.parametrize(
