@@ -207,7 +207,7 @@ def _read(path: Path, suffix: str, options: argparse.Namespace) -> Source:
 def _of_table(source: Source, options: argparse.Namespace) -> dict[str, Any]:
     """Arguments of the reader on columns, decimal sign and heads, where it has them."""
     wells = source.function == "read_wells"
-    found: dict[str, Any] = {}
+    arguments: dict[str, Any] = {}
     if options.columns is not None:
         words = [word.strip() for word in options.columns.split(",")]
         parts = [word.partition("=")[::2] if wells else ("", word) for word in words]
@@ -217,23 +217,23 @@ def _of_table(source: Source, options: argparse.Namespace) -> dict[str, Any]:
                 f"found {options.columns!r}."
             )
         columns = [(key, int(word) if word.isdecimal() else word) for key, word in parts]
-        found["columns"] = dict(columns) if wells else tuple(word for _, word in columns)
+        arguments["columns"] = dict(columns) if wells else tuple(word for _, word in columns)
     if options.decimal is not None:
-        found["decimal"] = options.decimal
+        arguments["decimal"] = options.decimal
     if options.heads is not None:
-        found["heads"] = options.heads
+        arguments["heads"] = options.heads
     takes = {
         "columns": ("read_points", "read_polygons", "read_fault", "read_tops", "read_wells"),
         "decimal": ("read_points", "read_polygons", "read_fault", "read_tops", "read_wells"),
         "heads": ("read_wells",),
     }
-    for key in found:
+    for key in arguments:
         if source.function not in takes[key]:
             raise InputError(
                 f"{source.path}: --{key} has no effect on {source.function}. Leave it out, or add "
                 f"--as {' or '.join(name.removeprefix('read_') for name in takes[key])}."
             )
-    return found
+    return arguments
 
 
 def _function(path: Path, functions: str, suffix: str, read_as: str | None) -> str:
@@ -267,17 +267,17 @@ def _features(source: Source) -> None:
     """Lines of GeoJSON and shapefiles with their attributes, and their reference system."""
     from geosurf.measure.section import ragged  # it loads xarray, which curves do without
 
-    found = features(source.path)
-    source.crs = found.crs
-    items = [one for one in found.items if one.kind != "point"]
+    read = features(source.path)
+    source.crs = read.crs
+    items = [feature for feature in read.items if feature.kind != "point"]
     if source.function != "read_polygons" or len(items) != len(source.obj):
         return
-    keys = list(dict.fromkeys(key for one in items for key in one.words))
+    keys = list(dict.fromkeys(key for feature in items for key in feature.words))
     words: dict[str, tuple[list[Any], dict[str, str]]] = {
-        key: ([one.words.get(key) for one in items], {}) for key in keys
+        key: ([feature.words.get(key) for feature in items], {}) for key in keys
     }
     axes = {axis: ("m", axis) for axis in COORDINATES}
-    attrs = {} if found.crs is None else {"crs": found.crs}
+    attrs = {} if read.crs is None else {"crs": read.crs}
     source.obj = ragged(source.obj, axes, words, attrs)
 
 

@@ -146,11 +146,11 @@ def warmup_command(options: argparse.Namespace) -> Answer:
 
 def info_command(options: argparse.Namespace) -> Answer:
     """Return what each file holds."""
-    found, code = [], 0
+    infos, code = [], 0
     for path in options.files:
         try:
-            found.append(info(path))
+            infos.append(info(path))
         except InputError as error:  # the others are shown all the same
             print(f"geosurf: {error}", file=sys.stderr)
             code = error.exit_code
-    return Answer([asdict(one) for one in found], "\n".join(map(str, found)), code)
+    return Answer([asdict(one) for one in infos], "\n".join(map(str, infos)), code)

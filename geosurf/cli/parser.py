@@ -88,11 +88,11 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Print one sentence and the command that helps, and exit."""
-        if found := REQUIRED.fullmatch(message):
-            words = found[1].split(", ")
+        if match := REQUIRED.fullmatch(message):
+            words = match[1].split(", ")
             message = f"{' and '.join(words)} {'is' if len(words) == 1 else 'are'} missing"
-        elif found := OF_ARGUMENT.fullmatch(message):
-            message = f"{found[1]}: {found[2]}".replace(": expected one argument", " needs a value")
+        elif match := OF_ARGUMENT.fullmatch(message):
+            message = f"{match[1]}: {match[2]}".replace(": expected one argument", " needs a value")
             message = EXPLICIT.sub(" takes no value", message)
         # programs that read stderr expect one sentence, not argparse's usage before it
         end = "" if message.endswith((".", "?")) else "."

@@ -179,11 +179,13 @@ def _model_data(scene: Scene, scenario: Scenario) -> dict[str, Any]:
 def validate_command(options: argparse.Namespace) -> Answer:
     """List all mistakes of a scenario; nothing is read or built."""
     mistakes = find_mistakes(options.scenario, options.set)
-    rows = [{"line": one.line, "mistake": one.sentence} for one in mistakes]
+    rows = [{"line": mistake.line, "mistake": mistake.sentence} for mistake in mistakes]
     data = {"scenario": options.scenario, "settings": options.set, "mistakes": rows}
     if mistakes:
         if not (options.json or options.quiet):
-            print(*(one.in_file(options.scenario) for one in mistakes), sep="\n", flush=True)
+            print(
+                *(mistake.in_file(options.scenario) for mistake in mistakes), sep="\n", flush=True
+            )
             print(f"{counted(len(mistakes), 'mistake')}.", file=sys.stderr)
         return Answer(data, code=InputError.exit_code)
     scenario = read_scenario(options.scenario, options.set)

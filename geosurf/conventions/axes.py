@@ -274,16 +274,16 @@ def map_coordinates(data: Any) -> dict[str, list[Any]]:
     By their name, ``standard_name``, ``long_name`` or ``axis``, the first of these that any has.
     Of ``easting`` and ``x`` it is ``easting``: the other one may count rows.
     """
-    found: dict[str, list[Any]] = {}
-    said = [(str(name).lower(), one.attrs, one) for name, one in data.coords.items()]
+    by_axis: dict[str, list[Any]] = {}
+    said = [(str(name).lower(), coord.attrs, coord) for name, coord in data.coords.items()]
     for key, names in MAP_NAMES.items():
-        named = [[one for word, _, one in said if word == name] for name in names]
+        named = [[coord for word, _, coord in said if word == name] for name in names]
         stated = [
-            [one for _, attrs, one in said if str(attrs.get(what, "")).lower() in names]
+            [coord for _, attrs, coord in said if str(attrs.get(what, "")).lower() in names]
             for what in ("standard_name", "long_name", "axis")
         ]
-        found[key] = next(filter(None, [*named, *stated]), [])
-    return found
+        by_axis[key] = next(filter(None, [*named, *stated]), [])
+    return by_axis
 
 
 def on_map_axes(data: Any) -> Any:
@@ -296,10 +296,12 @@ def on_map_axes(data: Any) -> Any:
     places = {key: found for key, found in map_coordinates(data).items() if len(found) == 1}
     if len(places) < 2:
         return data
-    for key, (one,) in places.items():
-        if one.ndim == 1 and one.name not in data.dims:
-            data = data.drop_vars(one.dims[0], errors="ignore").swap_dims({one.dims[0]: one.name})
-        data = data if one.name == key else data.rename({one.name: key})
+    for key, (coord,) in places.items():
+        if coord.ndim == 1 and coord.name not in data.dims:
+            data = data.drop_vars(coord.dims[0], errors="ignore").swap_dims(
+                {coord.dims[0]: coord.name}
+            )
+        data = data if coord.name == key else data.rename({coord.name: key})
     return data.transpose(*HORIZON_DIMS) if set(data.dims) == set(HORIZON_DIMS) else data
 
 
@@ -330,12 +332,12 @@ def elevation_sign(positive: str | None, what: str) -> float:
     # Depth or elevation is never guessed: the wrong sign would mirror the field.
     if is_word(positive, ("up", "down")):
         return 1.0 if positive == "up" else -1.0
-    found = (
+    question = (
         "are the values depth or elevation?" if positive is None else f"positive is {positive!r}."
     )
     raise InputError(
-        f"{what}: {found} Set positive='down' (depth) or positive='up' (elevation): an argument, "
-        "attrs['positive'], a key of the scenario, or --positive."
+        f"{what}: {question} Set positive='down' (depth) or positive='up' (elevation): an "
+        "argument, attrs['positive'], a key of the scenario, or --positive."
     )
 
 

@@ -202,10 +202,10 @@ def real_numbers(values: Any) -> np.ndarray:
         if "numpy.ma" in sys.modules and np.ma.isMaskedArray(values):  # importing numpy.ma is slow
             # NaN is how every stage marks a missing node.
             array = np.ma.filled(values.astype(np.float64), np.nan)
-        found: np.ndarray = np.asarray(array, dtype=np.float64)
+        numbers: np.ndarray = np.asarray(array, dtype=np.float64)
     except CONVERSION_ERRORS as error:
         raise ValueError(f"{type(error).__name__}: {error}") from error
-    return found
+    return numbers
 
 
 def checked_points(
@@ -474,15 +474,15 @@ def lines_of_foreign(value: Any, *, on_map: bool = False) -> list[np.ndarray] | 
     geometries = _geometries(value)
     if geometries is None:
         return None
-    found = []
-    for one in geometries:
-        if _is(one, "Polygon") and len(one.interiors):
+    lines = []
+    for geometry in geometries:
+        if _is(geometry, "Polygon") and len(geometry.interiors):
             raise ValueError("a polygon has holes")
-        if not _is(one, "Polygon", "LineString", "LinearRing"):
-            raise ValueError(f"a geometry is a {one.geom_type}, not a line or polygon")
-        ring = one.exterior if _is(one, "Polygon") else one
-        found.append(np.asarray(ring.coords, dtype=np.float64))
-    return found
+        if not _is(geometry, "Polygon", "LineString", "LinearRing"):
+            raise ValueError(f"a geometry is a {geometry.geom_type}, not a line or polygon")
+        ring = geometry.exterior if _is(geometry, "Polygon") else geometry
+        lines.append(np.asarray(ring.coords, dtype=np.float64))
+    return lines
 
 
 def crs_of_foreign(value: Any) -> str | None:
@@ -520,11 +520,11 @@ def _geometries(value: Any) -> list[Any] | None:
 
 
 def _parts(geometries: Any) -> Iterator[Any]:
-    for one in geometries:
-        if hasattr(one, MANY):
-            yield from _parts(one.geoms)
+    for geometry in geometries:
+        if hasattr(geometry, MANY):
+            yield from _parts(geometry.geoms)
         else:
-            yield one
+            yield geometry
 
 
 def _is(one: Any, *kinds: str) -> bool:

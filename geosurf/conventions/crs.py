@@ -83,18 +83,18 @@ def crs_of(
     if not any_unit:
         for text in declared:
             refuse_other_units(text, _title(value))
-    found = [_text(text) for text in declared if text]
-    for other in found[1:]:
-        if are_same(found[0], other) is False:
+    systems = [_text(text) for text in declared if text]
+    for other in systems[1:]:
+        if are_same(systems[0], other) is False:
             raise InputError(
-                f"{_title(value)} declares two coordinate reference systems: {label(found[0])} "
+                f"{_title(value)} declares two coordinate reference systems: {label(systems[0])} "
                 f"and {label(other)}. Keep the right one, as in attrs['crs'] = "
-                f"{label(found[0])!r}, and drop the grid mapping."
+                f"{label(systems[0])!r}, and drop the grid mapping."
             )
-    return found[0] if found else None
+    return systems[0] if systems else None
 
 
-def are_same(one: str, other: str) -> bool | None:
+def are_same(text: str, other: str) -> bool | None:
     """Return whether two texts mean one reference system; None if they cannot be compared.
 
     Examples
@@ -104,7 +104,7 @@ def are_same(one: str, other: str) -> bool | None:
     >>> are_same("EPSG:32631", "epsg:23031"), are_same("EPSG:32631", "UTM zone 31")
     (False, None)
     """
-    (kind, first), (kind_of_other, second) = _kind_and_key(one), _kind_and_key(other)
+    (kind, first), (kind_of_other, second) = _kind_and_key(text), _kind_and_key(other)
     return first == second if kind == kind_of_other else None
 
 
@@ -199,10 +199,10 @@ def proj_system(crs: str) -> Any:
 def _bracketed(text: str) -> str:
     """A description up to the bracket that closes it: without the vertical part of a compound."""
     depth = 0
-    for found in re.finditer(r'"[^"]*"|\[|\]', text):
-        depth += {"[": 1, "]": -1}.get(found[0], 0)
-        if found[0] == "]" and not depth:
-            return text[: found.end()]
+    for match in re.finditer(r'"[^"]*"|\[|\]', text):
+        depth += {"[": 1, "]": -1}.get(match[0], 0)
+        if match[0] == "]" and not depth:
+            return text[: match.end()]
     return text
 
 
@@ -243,12 +243,12 @@ def _declared(value: Any, variables: Mapping[Any, Any] | None) -> list[Any]:
     """Every declaration of an object, the plainest first."""
     attrs = getattr(value, "attrs", {})
     # An attribute of the array itself, then what its variables refer to.
-    found = [attrs.get("crs")]
+    declared = [attrs.get("crs")]
     if variables is None:
         # `variables` is much faster than making a DataArray of each
         if hasattr(type(value), "data_vars"):
             variables = value.variables
-            found += [variables[key].attrs.get("crs") for key in value.data_vars]
+            declared += [variables[key].attrs.get("crs") for key in value.data_vars]
         else:
             variables = getattr(getattr(value, "coords", None), "variables", {})
     named = [_mapping_named_by(value)]
@@ -258,8 +258,8 @@ def _declared(value: Any, variables: Mapping[Any, Any] | None) -> list[Any]:
     for key in dict.fromkeys([*filter(None, named), *PLACES]):
         # A grid mapping is a variable without dimensions; others of that name are data.
         if key in variables and getattr(variables[key], "ndim", 1) == 0:
-            found.append(_of_mapping(variables[key].attrs))
-    return [one for one in found if one is not None]
+            declared.append(_of_mapping(variables[key].attrs))
+    return [one for one in declared if one is not None]
 
 
 def _mapping_named_by(value: Any) -> str | None:
@@ -296,15 +296,16 @@ def _text(text: str) -> str:
 
 def _kind_and_key(text: str) -> tuple[str, str]:
     """Return how a reference system is written, and what is compared."""
-    found = EPSG.fullmatch(text)
+    match = EPSG.fullmatch(text)
     # A number alone is an EPSG code, as many files write it.
-    if found or text.isdigit():
-        return "code", str(int(found[1] if found else text))
+    if match or text.isdigit():
+        return "code", str(int(match[1] if match else text))
     if "[" in text:
         start = PROJECTED.search(text)
-        own = text[start.start() :] if start else text  # of a compound system, the horizontal one
-        code = _own_code(own)
-        return ("code", str(int(code))) if code else ("description", _letters(label(own)))
+        # of a compound system, the horizontal one
+        horizontal = text[start.start() :] if start else text
+        code = _own_code(horizontal)
+        return ("code", str(int(code))) if code else ("description", _letters(label(horizontal)))
     return "name", _letters(text)
 
 
@@ -313,15 +314,15 @@ def _own_code(text: str) -> str | None:
     depth = 0
     # Brackets are counted: the identifier of the system itself is at depth 1, those of its parts
     # are deeper.
-    for found in re.finditer(r'"[^"]*"|\[|\]|(?:AUTHORITY|ID)\s*(?=\[)', text, re.IGNORECASE):
-        if found[0] == "[":
+    for match in re.finditer(r'"[^"]*"|\[|\]|(?:AUTHORITY|ID)\s*(?=\[)', text, re.IGNORECASE):
+        if match[0] == "[":
             depth += 1
-        elif found[0] == "]":
+        elif match[0] == "]":
             depth -= 1
             if depth == 0:
                 return None
-        elif depth == 1 and found[0][0] != '"':
-            code = CODE.match(text, found.end())
+        elif depth == 1 and match[0][0] != '"':
+            code = CODE.match(text, match.end())
             if code:
                 return code[1]
     return None

@@ -32,11 +32,13 @@ def did_you_mean(word: Any, known: Iterable[str]) -> str:
 
 def closest(word: Any, known: Iterable[str]) -> str | None:
     """Return the known word that a misspelt one is close to, or None."""
-    names = [str(one) for one in known]
+    names = list(map(str, known))
     close = difflib.get_close_matches(str(word), names, n=1)
     if not close:  # upper and lower case count first, then they do not
         plain = {name.casefold(): name for name in reversed(names)}
-        close = [plain[one] for one in difflib.get_close_matches(str(word).casefold(), plain, n=1)]
+        close = [
+            plain[match] for match in difflib.get_close_matches(str(word).casefold(), plain, n=1)
+        ]
     return close[0] if close else None
 
 
@@ -99,10 +101,10 @@ def grouped(pairs: Iterable[tuple[Key, Value]]) -> dict[Key, list[Value]]:
     >>> grouped([("F1", "up"), ("F2", "down"), ("F1", "down")])
     {'F1': ['up', 'down'], 'F2': ['down']}
     """
-    found: dict[Key, list[Value]] = {}
+    groups: dict[Key, list[Value]] = {}
     for key, value in pairs:
-        found.setdefault(key, []).append(value)
-    return found
+        groups.setdefault(key, []).append(value)
+    return groups
 
 
 def counted(n: int, word: str) -> str:

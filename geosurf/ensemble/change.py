@@ -124,10 +124,10 @@ class HorizonData:
             # Triangles refer to vertices; absent nodes have none.
             rows = np.flatnonzero(self.surface.lattice.present.ravel())
             corners = rows[self.surface.triangles]
-        found = cross_columns(self.points, corners, places)
+        crossings = cross_columns(self.points, corners, places)
         rows, shares = np.zeros((len(places), 3), dtype=np.int64), np.full((len(places), 3), np.nan)
-        met = rows[found.foot] = corners[found.triangle]
-        shares[found.foot] = shares_at(self.points[met], places[found.foot])
+        met = rows[crossings.foot] = corners[crossings.triangle]
+        shares[crossings.foot] = shares_at(self.points[met], places[crossings.foot])
         return rows, shares
 
 

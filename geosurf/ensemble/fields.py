@@ -135,11 +135,11 @@ class FieldGrid:
         weights = rising[:, :, None] * across[:, None, :]
         n = len(places)
         indptr = np.arange(n + 1) * 16
-        found = csr_matrix((weights.ravel(), nodes.ravel(), indptr), shape=(n, self.n_node))
+        matrix = csr_matrix((weights.ravel(), nodes.ravel(), indptr), shape=(n, self.n_node))
         # At the boundary a node stands for several: its weights add up.
-        found.sum_duplicates()
-        found.eliminate_zeros()
-        return found
+        matrix.sum_duplicates()
+        matrix.eliminate_zeros()
+        return matrix
 
 
 def _cubic(t: np.ndarray, base: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
@@ -339,14 +339,14 @@ class GaussianField:
         # Covariance depends on the lag only, so rows of the torus give all of it.
         n, n_col = self.known.shape[0], self.grid.shape[1]
         row, col = np.divmod(weights.col.astype(np.int64), n_col)
-        found = np.zeros((n, n))
+        covariance = np.zeros((n, n))
         for k in range(n):
-            mine = weights.row == k
-            lags = np.abs(row[mine, None] - row), np.abs(col[mine, None] - col)
-            with_all = (weights.data[mine, None] * self.row[lags]).sum(axis=0) * weights.data
-            found[k] = np.bincount(weights.row, with_all, minlength=n)
+            of_place = weights.row == k
+            lags = np.abs(row[of_place, None] - row), np.abs(col[of_place, None] - col)
+            with_all = (weights.data[of_place, None] * self.row[lags]).sum(axis=0) * weights.data
+            covariance[k] = np.bincount(weights.row, with_all, minlength=n)
         # Symmetric to the last bit: the inverse relies on it.
-        return 0.5 * (found + found.T)
+        return 0.5 * (covariance + covariance.T)
 
     @cached_property
     def _inverse(self) -> np.ndarray:

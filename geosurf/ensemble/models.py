@@ -266,20 +266,20 @@ def _changed(
     given: tuple[FaultThrow, ...], throws: Mapping[str, tuple[Any, float]]
 ) -> tuple[FaultThrow, ...]:
     """The throws of a scene as a realisation has them: each of a form, multiplied by a factor."""
-    known = [one.fault for one in given]
+    known = [throw.fault for throw in given]
     added = [FaultThrow(name, None) for name in throws if name not in known]
-    found = []
-    for one in (*given, *added):
-        if one.fault in throws:
-            shape, by = throws[one.fault]
-            if shape is None and one.throw is None:
+    changed = []
+    for throw in (*given, *added):
+        if throw.fault in throws:
+            shape, by = throws[throw.fault]
+            if shape is None and throw.throw is None:
                 raise InputError(
-                    f"the scene has no throw of {one.fault!r} to multiply. Give one, as in "
-                    f"Throw({one.fault!r}, 60.0, factor=...)."
+                    f"the scene has no throw of {throw.fault!r} to multiply. Give one, as in "
+                    f"Throw({throw.fault!r}, 60.0, factor=...)."
                 )
-            one = (one if shape is None else replace(one, throw=shape)).times(by)
-        found.append(one)
-    return tuple(found)
+            throw = (throw if shape is None else replace(throw, throw=shape)).times(by)
+        changed.append(throw)
+    return tuple(changed)
 
 
 def uncertainty_of(entry: UncertainInput) -> Uncertainty:

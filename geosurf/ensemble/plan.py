@@ -57,20 +57,20 @@ class Plan:
         # whether this process has the results that realisations share
         self._shared = False
         # Parameters are columns of the result, and select streams of random numbers.
-        names = [one.parameter for one in self.uncertain]
+        names = [uncertainty.parameter for uncertainty in self.uncertain]
         for name in names:
             if names.count(name) > 1:
                 raise InputError(
                     f"two uncertainties are called {name!r}. Give one of them another name="
                 )
         self.prepared: tuple[Prepared, ...] = tuple(
-            one.prepare(self.model) for one in self.uncertain
+            uncertainty.prepare(self.model) for uncertainty in self.uncertain
         )
         # metres that move horizons would be taken for milliseconds
         scene = getattr(self.model, "scene", None)
         if scene is not None and given_settings(scene)["time"] is not None:
-            for name, one in zip(names, self.uncertain, strict=True):
-                if not isinstance(one, VARY_IN_TIME):
+            for name, uncertainty in zip(names, self.uncertain, strict=True):
+                if not isinstance(uncertainty, VARY_IN_TIME):
                     raise InputError(
                         f"{name!r} moves horizons by metres or turns faults, and those of this "
                         "scene are in time. Vary velocities, contacts, fault positions or rock, or "
@@ -182,10 +182,10 @@ class Plan:
 
     def _with_tears(self, record: Record, scene: Scene) -> Record:
         """The same with how many horizons were torn as picked, and how many were cut anew."""
-        plans = {name: of.plan for name, of in scene.sheets.items() if of.plan is not None}
+        plans = {name: sheet.plan for name, sheet in scene.sheets.items() if sheet.plan is not None}
         # one that nothing moves has the sheet of the base case, which was searched for once
-        base = {id(of.plan) for of in getattr(self.model, "base_sheets", {}).values()}
-        anew = sum(of.searched and id(of) not in base for of in plans.values())
+        base = {id(sheet.plan) for sheet in getattr(self.model, "base_sheets", {}).values()}
+        anew = sum(plan.searched and id(plan) not in base for plan in plans.values())
         return replace(record, n_torn=len(plans), n_searched=anew)
 
     def measure(self, scene: Scene, numbers: dict[str, float]) -> Record:

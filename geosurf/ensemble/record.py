@@ -86,18 +86,20 @@ class Layers:
                 "maps= has rotated or curved axes. Give the width of a cell [m], or a grid with "
                 "northing and easting of one dimension each."
             )
-        found = []
+        layers = []
         # The outermost zones have no second horizon, hence no thickness.
         between = names_of_zones(scene.horizon_names)[1:-1]
         for zone in [zone for zone in between if zone in scene.reservoir]:
-            found.append((zone, zone, ""))
+            layers.append((zone, zone, ""))
             # A contact may be given for some zones only.
-            fluids = [one for one in scene.contacts if not one.zones or zone in one.zones]
-            fluid_names = list(dict.fromkeys(one.name for one in fluids))
+            fluids = [
+                contact for contact in scene.contacts if not contact.zones or zone in contact.zones
+            ]
+            fluid_names = list(dict.fromkeys(contact.name for contact in fluids))
             # intervals between contacts are called as zones between horizons are
             parts = names_of_zones(fluid_names) if fluid_names else []
-            found += [(f"{zone} {part}", zone, part) for part in parts]
-        names, zones, contacts = (tuple(row[k] for row in found) for k in range(3))
+            layers += [(f"{zone} {part}", zone, part) for part in parts]
+        names, zones, contacts = (tuple(row[k] for row in layers) for k in range(3))
         return cls(names, zones, contacts, nodes.coords["easting"][1], nodes.coords["northing"][1])
 
     @property
@@ -482,14 +484,16 @@ class Rock:
         factors = [self._drawn(factor, numbers) for factor in self.factors]
         part = units.included()
         fluids, values = amounts_of(part, factors, self.rule, self.system)
-        of = dict(zip(part, zip(fluids, map(tuple, values.tolist()), strict=True), strict=True))
+        in_unit = dict(
+            zip(part, zip(fluids, map(tuple, values.tolist()), strict=True), strict=True)
+        )
         size, none = SIZES[self.columns["bulk"]["units"]], (0.0,) * (len(self.columns) - 1)
         for name, unit in units.items():
-            if name not in of:
-                of[name] = "", (unit.volume / size, *none)
+            if name not in in_unit:
+                in_unit[name] = "", (unit.volume / size, *none)
         return {
-            UnitKey(unit.name, unit.zone, unit.region, unit.block, unit.contact, of[name][0]):
-            of[name][1]
+            UnitKey(unit.name, unit.zone, unit.region, unit.block, unit.contact, in_unit[name][0]):
+            in_unit[name][1]
             for name, unit in units.items()
         }  # fmt: skip
 

@@ -89,18 +89,21 @@ class EnsemblePlots:
                 axes.text(0.5, 0.5, few, ha="center", transform=axes.transAxes)
                 axes.set_axis_off()
                 return
-            found = self._ensemble.tornado(**asked).isel(parameter=slice(MOST_BARS))
-            rows, mean = np.arange(found.sizes["parameter"])[::-1], found.attrs["mean"] / MILLION
-            is_weak = (np.abs(found.rank_correlation.values) <= found.attrs["noise"]).tolist()
+            tornado = self._ensemble.tornado(**asked).isel(parameter=slice(MOST_BARS))
+            rows, mean = (
+                np.arange(tornado.sizes["parameter"])[::-1],
+                tornado.attrs["mean"] / MILLION,
+            )
+            is_weak = (np.abs(tornado.rank_correlation.values) <= tornado.attrs["noise"]).tolist()
             for key, colour in (("low", LOW), ("high", HIGH)):
-                width = found[key].values / MILLION - mean
+                width = tornado[key].values / MILLION - mean
                 bars = axes.barh(
                     rows, width, 0.6, mean, color=colour, label=f"{key} fifth of the values"
                 )
                 for bar, weak in zip(bars, is_weak, strict=True):
                     bar.set_alpha(PALE if weak else 1.0)
             axes.axvline(mean, color=palette.INK, lw=1)
-            axes.set_yticks(rows, [plain(word) for word in found.parameter.values], fontsize=9)
+            axes.set_yticks(rows, [plain(word) for word in tornado.parameter.values], fontsize=9)
             chance = "; pale: may be chance" * any(is_weak)
             axes.set_xlabel(f"mean {self._quantity(asked)}{chance}")
             axes.legend(**BELOW, ncols=2)
@@ -125,12 +128,12 @@ class EnsemblePlots:
         -------
         matplotlib.figure.Figure or pathlib.Path
         """
-        found = list(self._ensemble.rows(of, include, groups, **where))
+        quantile_rows = list(self._ensemble.rows(of, include, groups, **where))
 
         def draw(axes: Axes) -> None:
-            rows = np.arange(len(found))[::-1]
+            rows = np.arange(len(quantile_rows))[::-1]
             low, middle, high, mean, base = (
-                np.array([numbers[key] for _, numbers in found]) / MILLION
+                np.array([numbers[key] for _, numbers in quantile_rows]) / MILLION
                 for key in ("P90", "P50", "P10", "mean", "base")
             )
             bars: dict[str, Any] = {"color": palette.rgb("#84bcab"), "label": "P90 to P10"}
@@ -138,7 +141,9 @@ class EnsemblePlots:
             axes.plot(middle, rows, "|", ms=16, mew=2.5, color=palette.INK, label="P50")
             axes.plot(mean, rows, "o", ms=5, color=LOW, label="mean")
             axes.plot(base, rows, "D", ms=5, mfc="none", color=HIGH, label="base case")
-            axes.set_yticks(rows, [plain(" ".join(words) or TOTAL[include]) for words, _ in found])
+            axes.set_yticks(
+                rows, [plain(" ".join(words) or TOTAL[include]) for words, _ in quantile_rows]
+            )
             # From 0, unless all bars would be slivers at the other end.
             if low.size and low.min() <= FROM_ZERO * high.max():
                 axes.set_xlim(left=min(0.0, float(low.min())))
@@ -149,7 +154,7 @@ class EnsemblePlots:
             axes.grid(axis="x", color=palette.FRAME, alpha=0.35)
             axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, frameon=False)
 
-        return drawn(draw, ax, path, (11.0, 1.4 + 0.36 * len(found)))
+        return drawn(draw, ax, path, (11.0, 1.4 + 0.36 * len(quantile_rows)))
 
     def exceedance(self, *, ax: Any = None, path: Any = None, **asked: Any) -> Any:
         """Draw the share of the realisations that reach each value.
@@ -199,18 +204,18 @@ class EnsemblePlots:
             axes.grid(color=palette.FRAME, alpha=0.35)
             if self._ensemble.n_built < 2:
                 return
-            found = self._ensemble.convergence(**asked)
+            curves = self._ensemble.convergence(**asked)
             for key, style, label in (
                 ("P10", "--", "P90 and P10"), ("P50", "-", "P50"), ("P90", "--", None)
             ):  # fmt: skip
-                axes.plot(found.n, found[key] / MILLION, style, color=LOW, label=label)
-            ends = [(found["mean"] + sign * found.standard_error) / MILLION for sign in (-1, 1)]
-            axes.fill_between(found.n, *ends, color=palette.rgb("#84bcab"), alpha=0.6, lw=0)
+                axes.plot(curves.n, curves[key] / MILLION, style, color=LOW, label=label)
+            ends = [(curves["mean"] + sign * curves.standard_error) / MILLION for sign in (-1, 1)]
+            axes.fill_between(curves.n, *ends, color=palette.rgb("#84bcab"), alpha=0.6, lw=0)
             line: dict[str, Any] = {
                 "color": palette.rgb("#2f7a66"),
                 "label": "mean ± standard error",
             }
-            axes.plot(found.n, found["mean"] / MILLION, **line)
+            axes.plot(curves.n, curves["mean"] / MILLION, **line)
             axes.legend(**BELOW, ncols=3)
 
         return drawn(draw, ax, path, (6.0, 4.2))
@@ -223,14 +228,14 @@ class EnsemblePlots:
 
 def words_of(ensemble: Any, asked: dict[str, Any]) -> str:
     """What a sum is of: ``"STOIIP, region A"``, ``"GRV, fluid oil"``."""
-    of, where = asked.get("of"), {k: v for k, v in asked.items() if k not in ("of", "include")}
-    if of is None and not where:
-        of, where = ensemble.answers[0]
+    column, where = asked.get("of"), {k: v for k, v in asked.items() if k not in ("of", "include")}
+    if column is None and not where:
+        column, where = ensemble.answers[0]
     parts = [
         f"{key} {value if isinstance(value, str) else ' and '.join(value)}"
         for key, value in where.items()
     ]
-    return ", ".join([ensemble.name(of).partition(" [")[0], *parts])
+    return ", ".join([ensemble.name(column).partition(" [")[0], *parts])
 
 
 def drawn(
@@ -307,17 +312,17 @@ def report_ensemble(
 def _sections(ensemble: Any, folder: Path, include: str) -> Iterator[Section]:
     """Answers first, then what they rest on."""
     pictures, result = folder / "pictures", ensemble.data
-    asked = [of for of, _ in ensemble.answers]
-    for of in dict.fromkeys([*asked, "bulk"]):
-        path = pictures / f"quantiles_{of}.png"
-        chart = ensemble.plot.quantiles(of=of, include=include, path=path)
-        tables = [page.html_table(quantile_table(ensemble, of, include))]
+    asked = [column for column, _ in ensemble.answers]
+    for column in dict.fromkeys([*asked, "bulk"]):
+        path = pictures / f"quantiles_{column}.png"
+        chart = ensemble.plot.quantiles(of=column, include=include, path=path)
+        tables = [page.html_table(quantile_table(ensemble, column, include))]
         tables += [
-            page.folded(words, page.html_table(quantile_table(ensemble, of, include, [(by,)])))
+            page.folded(words, page.html_table(quantile_table(ensemble, column, include, [(by,)])))
             for by, words in GROUPS
         ]
         shown = page.figure("P90 to P10, P50, mean and base case.", chart)
-        yield Section(ensemble.name(of), "\n".join([shown, *tables]), name=of)
+        yield Section(ensemble.name(column), "\n".join([shown, *tables]), name=column)
 
     details = []
     for k, what in enumerate(_details(ensemble, include)):
@@ -338,14 +343,16 @@ def _sections(ensemble: Any, folder: Path, include: str) -> Iterator[Section]:
 
 def _details(ensemble: Any, include: str) -> list[dict[str, Any]]:
     """Sums with charts of their own: the answers, then their largest regions."""
-    found = []
-    for of, where in ensemble.answers:
-        asked = {"of": of, "include": include, **where}
-        found.append(asked)
-        regions = ensemble.quantiles("region", of, include, **where).sortby("P50", ascending=False)
+    sums = []
+    for column, where in ensemble.answers:
+        asked = {"of": column, "include": include, **where}
+        sums.append(asked)
+        regions = ensemble.quantiles("region", column, include, **where).sortby(
+            "P50", ascending=False
+        )
         if regions.sizes["region"] > 1:
-            found += [{**asked, "region": name} for name in regions.region.values.tolist()]
-    return found[:MOST_DETAILS]
+            sums += [{**asked, "region": name} for name in regions.region.values.tolist()]
+    return sums[:MOST_DETAILS]
 
 
 def _maps(result: xarray.Dataset, pictures: Path) -> Section:
@@ -405,26 +412,26 @@ def distribution_table(result: xarray.Dataset) -> Table:
 
 def _juxtaposition(ensemble: Any, pictures: Path, include: str) -> Section:
     """How likely zones face each other across each fault, and over what area."""
-    found = ensemble.juxtaposition(include)
+    pairs = ensemble.juxtaposition(include)
     drawn = {}
-    for k, fault in enumerate(dict.fromkeys(found.fault.values.tolist())):
+    for k, fault in enumerate(dict.fromkeys(pairs.fault.values.tolist())):
         path = pictures / f"fault_{k}.png"
         words = f"{fault}: share of the realisations in which two zones face each other."
-        drawn[words] = save_figure(juxtaposition_chart(found, fault), path)
-    table = page.folded("Areas [m²]", page.html_table(juxtaposition_table(found)))
+        drawn[words] = save_figure(juxtaposition_chart(pairs, fault), path)
+    table = page.folded("Areas [m²]", page.html_table(juxtaposition_table(pairs)))
     return Section("Juxtaposition", f"{page.html_pictures(drawn)}\n{table}" if drawn else "")
 
 
-def juxtaposition_table(found: xarray.Dataset) -> Table:
+def juxtaposition_table(pairs: xarray.Dataset) -> Table:
     """Areas of pairs of zones across faults [m2], and in what share of the realisations."""
     keys = ("P90", "P50", "P10", "mean")
     rows = [
         (
-            *(str(found[key].values[k]) for key in ("fault", "zone_plus", "zone_minus")),
-            f"{100.0 * float(found.probability[k]):.0f} %",
-            *(number(float(found[key][k])) for key in keys),
+            *(str(pairs[key].values[k]) for key in ("fault", "zone_plus", "zone_minus")),
+            f"{100.0 * float(pairs.probability[k]):.0f} %",
+            *(number(float(pairs[key][k])) for key in keys),
         )
-        for k in range(found.sizes["pair"])
+        for k in range(pairs.sizes["pair"])
     ]
     return Table(("fault", "hanging wall", "footwall", "probability", *keys), tuple(rows), 3)
 
@@ -442,16 +449,16 @@ def _most(ensemble: Any, asked: dict[str, Any]) -> str:
 
 
 def quantile_table(
-    ensemble: Any, of: str, include: str, groups: Sequence[Sequence[str]] | None = None
+    ensemble: Any, column: str, include: str, groups: Sequence[Sequence[str]] | None = None
 ) -> Table:
     """Quantiles of sums [millions], and in what share of the realisations each is present."""
     rows = [
         (
             " ".join(labels) or TOTAL[include],
-            *(number(found[key] / MILLION, 3) for key in STATISTICS[:-1]),
-            f"{100.0 * found['present']:.0f} %",
+            *(number(numbers[key] / MILLION, 3) for key in STATISTICS[:-1]),
+            f"{100.0 * numbers['present']:.0f} %",
         )
-        for labels, found in ensemble.rows(of, include, groups)
+        for labels, numbers in ensemble.rows(column, include, groups)
     ]
     head = ("", "P90", "P50", "P10", "mean", "standard deviation", "base case", "present")
     return Table(head, tuple(rows))
@@ -495,22 +502,22 @@ def map_chart(result: xarray.Dataset, layer: str) -> Figure:
 
     Nodes where no realisation has the layer are blank.
     """
-    one = result.sel(layer=layer)
-    east, north = (float(np.ptp(one[key].values)) for key in ("easting", "northing"))
+    maps = result.sel(layer=layer)
+    east, north = (float(np.ptp(maps[key].values)) for key in ("easting", "northing"))
     # As high as the maps are, with their colour bars below them.
     figure = new_figure(13.0, 1.6 + 3.9 * min(max(north / east, 0.3), 2.0))
     parts = (
-        (one.probability, "probability of presence", SHARES, (0.0, 1.0)),
-        (one.thickness_mean, "mean thickness [m]", palette.THICKNESS, (0.0, None)),
-        (one.thickness_sd, "standard deviation of thickness [m]", SPREAD, (0.0, None)),
+        (maps.probability, "probability of presence", SHARES, (0.0, 1.0)),
+        (maps.thickness_mean, "mean thickness [m]", palette.THICKNESS, (0.0, None)),
+        (maps.thickness_sd, "standard deviation of thickness [m]", SPREAD, (0.0, None)),
     )
     for axes, (values, words, codes, (low, high)) in zip(
         figure.subplots(1, 3, sharey=True), parts, strict=True
     ):
-        z = values.where(one.probability > 0).transpose("northing", "easting").values
+        z = values.where(maps.probability > 0).transpose("northing", "easting").values
         top = high if high is not None else float(np.nanmax(z, initial=0.0)) or 1.0
         mesh = axes.pcolormesh(
-            one.easting, one.northing, z, cmap=colours_of(codes), vmin=low, vmax=top
+            maps.easting, maps.northing, z, cmap=colours_of(codes), vmin=low, vmax=top
         )
         bar = figure.colorbar(mesh, ax=axes, label=words, location="bottom", aspect=30, shrink=0.9)
         bar.outline.set_visible(False)
@@ -523,14 +530,14 @@ def map_chart(result: xarray.Dataset, layer: str) -> Figure:
     return figure
 
 
-def juxtaposition_chart(found: xarray.Dataset, fault: str) -> Figure:
+def juxtaposition_chart(pairs: xarray.Dataset, fault: str) -> Figure:
     """Return the probability that zones face each other across a fault, as a matrix of zones."""
-    mine = found.isel(pair=np.flatnonzero(found.fault.values == fault))
-    sides = [mine[key].values.tolist() for key in ("zone_plus", "zone_minus")]
+    of_fault = pairs.isel(pair=np.flatnonzero(pairs.fault.values == fault))
+    sides = [of_fault[key].values.tolist() for key in ("zone_plus", "zone_minus")]
     # in the order of the base case, which is that of the column
     zones = list(dict.fromkeys([zone for pair in zip(*sides, strict=True) for zone in pair]))
     share = np.zeros((len(zones), len(zones)))
-    for hanging, foot, value in zip(*sides, mine.probability.values.tolist(), strict=True):
+    for hanging, foot, value in zip(*sides, of_fault.probability.values.tolist(), strict=True):
         share[zones.index(hanging), zones.index(foot)] = value
     figure = new_figure(3.6 + 0.9 * len(zones), 1.9 + 0.5 * len(zones))
     axes = figure.subplots()

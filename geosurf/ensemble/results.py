@@ -189,8 +189,8 @@ class Ensemble(Noun):
         name = self._column(of)
         parts = () if name in FLUIDS_IN_PLACE else (self.parts,)
         keys = ("region", *parts) if by is None else _keys(by)
-        found = self.sums(keys, name, include, **where)
-        values, attrs = found.values, found.attrs
+        sums = self.sums(keys, name, include, **where)
+        values, attrs = sums.values, sums.attrs
         data: dict[str, Any] = {
             # P90 is exceeded by 90 %: the lower tail, as reserves are quoted.
             f"P{share:g}": (keys, np.quantile(values, 1.0 - share / 100.0, axis=0), attrs)
@@ -201,7 +201,7 @@ class Ensemble(Noun):
         # How often a unit exists at all, which volumes alone do not show.
         data["present"] = keys, (values > 0).mean(axis=0), {"units": "1"}
         part = self._part(include, where)
-        base, names, _ = _summed(part, part[f"base_{found.name}"].values[None], keys, self._regions)
+        base, names, _ = _summed(part, part[f"base_{sums.name}"].values[None], keys, self._regions)
         data["base"] = keys, base[0], attrs
         return xr.Dataset(data, names, {"n": len(values), "failed": self.n_failed})
 
@@ -357,16 +357,16 @@ class Ensemble(Noun):
         """
         keys = ("region", "zone", self.parts) if by is None else _keys(by)
         part, rows = self._part(include, where), np.flatnonzero(self.data.status.values)
-        found = {}
+        columns = {}
         for name in self.columns:
             sums, names, count = _summed(part, part[name].values[rows], keys, self._regions)
-            found[name] = sums[:, count > 0].ravel() if keys else sums
+            columns[name] = sums[:, count > 0].ravel() if keys else sums
         there = np.nonzero(count) if keys else ()
         n = int((count > 0).sum())
         table = {"realisation": np.repeat(self.data.realisation.values[rows], n)}
         for key, at in zip(keys, there, strict=True):
             table[key] = np.tile(np.array(names[key], dtype=object)[at], len(rows))
-        frame = pandas.DataFrame({**table, **found})
+        frame = pandas.DataFrame({**table, **columns})
         frame.attrs["units"] = {name: self.data[name].attrs["units"] for name in self.columns}
         return frame
 
@@ -391,12 +391,12 @@ class Ensemble(Noun):
             every = every[1:2] if self._column(of) in FLUIDS_IN_PLACE else every
             groups = [(), *(k for k in every if all(len(np.unique(part[w])) > 1 for w in k))]
         for keys in groups:
-            found = self.quantiles(keys, of, include, **where)
-            for at in np.ndindex(*found.sizes.values()):
-                numbers = {key: float(found[key].values[at]) for key in STATISTICS}
+            quantiles = self.quantiles(keys, of, include, **where)
+            for at in np.ndindex(*quantiles.sizes.values()):
+                numbers = {key: float(quantiles[key].values[at]) for key in STATISTICS}
                 if not keys or any(numbers[key] for key in STATISTICS):
                     yield (
-                        tuple(str(found[k].values[i]) for k, i in zip(keys, at, strict=True)),
+                        tuple(str(quantiles[k].values[i]) for k, i in zip(keys, at, strict=True)),
                         numbers,
                     )
 
@@ -421,10 +421,12 @@ class Ensemble(Noun):
     def _card(self) -> Card:
         """Return P90, P50 and P10 of the answers by region."""
         rows = []
-        for of, where in self.answers if self.n_built else ():
-            for labels, found in self.rows(of, groups=[(), ("region",)], **where):
-                numbers = " / ".join(f"{found[key] / MILLION:.2f}" for key in STATISTICS[:3])
-                rows.append((" ".join((self.name(of), *labels)), f"{numbers} (P90 / P50 / P10)"))
+        for column, where in self.answers if self.n_built else ():
+            for labels, quantiles in self.rows(column, groups=[(), ("region",)], **where):
+                numbers = " / ".join(f"{quantiles[key] / MILLION:.2f}" for key in STATISTICS[:3])
+                rows.append(
+                    (" ".join((self.name(column), *labels)), f"{numbers} (P90 / P50 / P10)")
+                )
         return Card(repr(self)[1:-1], rows)
 
     # ---- pictures and pages --------------------------------------------------------------
@@ -498,13 +500,13 @@ class Ensemble(Noun):
         """Names of regions of the base case, the largest first."""
         return list(self.data.attrs.get("regions", ()))
 
-    def _column(self, of: Any) -> str:
+    def _column(self, column: Any) -> str:
         """The name of a column, or an error that lists them."""
-        if of is None:
+        if column is None:
             return self.answers[0][0]
-        refusal = f"of is {of!r}; this ensemble has {', '.join(self.columns)}."
-        check_word(of, self.columns, refusal, " Others need volumetrics=.")
-        return str(of)
+        refusal = f"of is {column!r}; this ensemble has {', '.join(self.columns)}."
+        check_word(column, self.columns, refusal, " Others need volumetrics=.")
+        return str(column)
 
     def _part(self, include: str, where: Mapping[str, Any]) -> xr.Dataset:
         """Data of the units that count."""
@@ -613,20 +615,20 @@ def _summed(
 
 def _in_order(key: str, words: list[str], regions: Sequence[str]) -> list[str]:
     """Each word once: regions by size, fluids and contact intervals from the top down."""
-    found = list(dict.fromkeys(words))
+    unique = list(dict.fromkeys(words))
     if key == "region":
-        return sorted(found, key=[*regions, *found].index)
+        return sorted(unique, key=[*regions, *unique].index)
     if key == "fluid":
-        return sorted(found, key=[*FLUIDS, *found].index)
+        return sorted(unique, key=[*FLUIDS, *unique].index)
     if key == "contact":
-        return sorted(found, key=lambda word: INTERVALS.get(word.partition(" ")[0], 0))
-    return found
+        return sorted(unique, key=lambda word: INTERVALS.get(word.partition(" ")[0], 0))
+    return unique
 
 
-def _rank_correlation(one: np.ndarray, other: np.ndarray) -> float:
+def _rank_correlation(first: np.ndarray, second: np.ndarray) -> float:
     """Spearman's rank correlation; 0 where one of them does not vary."""
     # The correlation of ranks, which ignores how values are spread.
-    a, b = (pandas.Series(values).rank().to_numpy() for values in (one, other))
+    a, b = (pandas.Series(values).rank().to_numpy() for values in (first, second))
     a, b = a - a.mean(), b - b.mean()
     size = float(np.sqrt((a * a).sum() * (b * b).sum()))
     return float((a * b).sum()) / size if size > 0 else 0.0
@@ -684,19 +686,19 @@ def realisations_csv(ensemble: Any, include: str = "reservoir") -> str:
 
 def quantile_text(ensemble: Any, include: str = "reservoir") -> str:
     """Return P90, P50 and P10 by region and fluid for the console: oil and gas in place first."""
-    asked = [of for of, _ in ensemble.answers]
+    asked = [column for column, _ in ensemble.answers]
     lines = [f"{counted(ensemble.n_built, 'realisation')}, {ensemble.n_failed} failed"]
-    for of in dict.fromkeys([*asked, "bulk"]):
+    for column in dict.fromkeys([*asked, "bulk"]):
         rows = [
-            (" ".join(labels) or TOTAL[include], found)
-            for labels, found in ensemble.rows(of, include)
-            if not labels or found["P10"] or found["base"]  # others are in the files
+            (" ".join(labels) or TOTAL[include], quantiles)
+            for labels, quantiles in ensemble.rows(column, include)
+            if not labels or quantiles["P10"] or quantiles["base"]  # others are in the files
         ]
-        head = ensemble.name(of)
+        head = ensemble.name(column)
         width = max(len(head), *(len(label) for label, _ in rows))
         lines += ["", f"{head:<{width}}" + "".join(f"{key:>12}" for key in STATISTICS[:3])]
-        for label, found in rows:
+        for label, quantiles in rows:
             # Millions, as in messages.
-            numbers = "".join(f"{found[key] / MILLION:12.3f}" for key in STATISTICS[:3])
+            numbers = "".join(f"{quantiles[key] / MILLION:12.3f}" for key in STATISTICS[:3])
             lines.append(f"{label:<{width}}{numbers}")
     return "\n".join([*lines, *filter(None, [ensemble.left_out(include)])])

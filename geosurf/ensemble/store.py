@@ -419,12 +419,12 @@ class MapSums:
         # Differences from the base case are small: their squares keep their digits.
         off = np.zeros((2, *self.base.shape))
         present = np.zeros(self.base.shape, dtype=np.int32)
-        for one in maps:
-            difference = one.astype(np.float64) - self.base
+        for thickness in maps:
+            difference = thickness.astype(np.float64) - self.base
             off[0] += difference
             off[1] += difference * difference
             # A layer is present where it has any thickness.
-            present += one > 0
+            present += thickness > 0
         for name, values in zip(_PARTS, (*off, present), strict=True):
             array = self.group[name]
             if array.shape[0] <= batch:

@@ -144,12 +144,12 @@ def _checked_regions(regions: Any) -> dict[str, tuple[float, str]]:
     """Return volumes of another program and names of units, by region."""
     how = "give {region: (volume in m3, name of a unit or '')}"
     expect({} if regions is None else regions, Mapping, "regions takes a mapping", how)
-    found = {}
+    volumes = {}
     for key, value in (regions or {}).items():
         if not (isinstance(value, tuple | list) and len(value) == 2):
             raise InputError(f"regions[{key!r}] is {value!r}; {how}.")
-        found[str(key)] = number_of(value[0], f"the volume of region {key!r}"), str(value[1])
-    return found
+        volumes[str(key)] = number_of(value[0], f"the volume of region {key!r}"), str(value[1])
+    return volumes
 
 
 # ---- sections ----------------------------------------
@@ -193,7 +193,7 @@ def fault_parts(
     changed = {row[0] for table in (extended, truncated) for row in table.rows}
 
     # in the order of the inputs; faults outside of the model count where they were changed
-    found: list[tuple[str, str]] = []
+    faults: list[tuple[str, str]] = []
     for name in dict.fromkeys([*scene.fault_names, *scene.faults_inside, *sorted(changed)]):
         if name not in inside | changed and name not in pictures:
             continue
@@ -205,9 +205,9 @@ def fault_parts(
             _part("Extended", _rows(extended, name, 0)),
             _part("Truncated", _rows(truncated, name, 0)),
         ]
-        head = f'<h3 id="{page.part_name("fault", len(found))}">{escape(name)}</h3>'
-        found.append((name, "\n".join([head, *filter(None, parts)])))
-    return found
+        head = f'<h3 id="{page.part_name("fault", len(faults))}">{escape(name)}</h3>'
+        faults.append((name, "\n".join([head, *filter(None, parts)])))
+    return faults
 
 
 def _rows(table: Table, fault: str, column: int) -> Table:
@@ -305,19 +305,20 @@ def _volumes(scene: ReportedModel, include: str) -> str:
     return "\n".join([table, *map(page.paragraph, words)])
 
 
-def volumetrics_table(found: Any) -> Table:
+def volumetrics_table(volumes: Any) -> Table:
     """Return what `Scene.volumetrics` found, in millions: one row per zone, region and fluid."""
-    columns = list(found.data_vars.values())
+    columns = list(volumes.data_vars.values())
     head = [
-        f"{one.attrs['long_name']} [{one.attrs['units']}]".replace("m3", "m³") for one in columns
+        f"{column.attrs['long_name']} [{column.attrs['units']}]".replace("m3", "m³")
+        for column in columns
     ]
-    values = np.stack([one.values for one in columns], axis=1) / 1e6
-    decimals = [6 if one.attrs["units"] == "acre-ft" else 3 for one in columns]
-    labels = [key for key in ("zone", "region", "fluid") if key in found.coords]
-    names = list(zip(*(found[key].values.tolist() for key in labels), strict=True))
+    values = np.stack([column.values for column in columns], axis=1) / 1e6
+    decimals = [6 if column.attrs["units"] == "acre-ft" else 3 for column in columns]
+    labels = [key for key in ("zone", "region", "fluid") if key in volumes.coords]
+    names = list(zip(*(volumes[key].values.tolist() for key in labels), strict=True))
     rows = []
     for name in dict.fromkeys(names):
-        sums = values[[one == name for one in names]].sum(axis=0)
+        sums = values[[label == name for label in names]].sum(axis=0)
         cells = (
             NOTHING if np.isnan(total) else number(total, decimal)
             for total, decimal in zip(sums, decimals, strict=True)

@@ -65,7 +65,7 @@ def fault_tables(actions: Iterable[Extension | Truncation]) -> tuple[Table, Tabl
     return Table(head, tuple(extended), n_label=4), Table(cut, tuple(truncated), n_label=3)
 
 
-def juxtaposition_table(found: Iterable[Any]) -> Table:
+def juxtaposition_table(datasets: Iterable[Any]) -> Table:
     """Return the zones juxtaposed across each fault, from datasets of `Scene.juxtaposition`.
 
     Units of one zone are added up. Pairs of different zones come first, the largest area first.
@@ -74,7 +74,7 @@ def juxtaposition_table(found: Iterable[Any]) -> Table:
 
     # one dataset per fault [m²]; its rows are pairs of units, so one pair of zones may come several
     # times
-    for dataset in found:
+    for dataset in datasets:
         labels = (dataset.zone_plus, dataset.zone_minus, dataset.kind)
         keys = zip(*(label.values.astype(str).tolist() for label in labels), strict=True)
         areas = grouped(zip(keys, dataset.area.values.tolist(), strict=True))
@@ -93,10 +93,10 @@ def juxtaposition_table(found: Iterable[Any]) -> Table:
     return Table(head, tuple(rows), n_label=4)
 
 
-def polygon_table(found: Iterable[Any]) -> Table:
+def polygon_table(datasets: Iterable[Any]) -> Table:
     """Return the fault polygons of each horizon, from datasets of `Scene.fault_polygons`."""
     rows = []
-    for dataset in found:
+    for dataset in datasets:
         columns = (dataset.fault, dataset.part, dataset.kind, dataset["count"], dataset.map_area)
         for fault, part, kind, n, area in zip(*(c.values for c in columns), strict=True):
             name = str(dataset.attrs["horizon"])
@@ -185,7 +185,7 @@ def misfit_table(misfit: xarray.Dataset) -> Table:
 
 def misfit_words(misfit: xarray.Dataset) -> list[str]:
     """Return a sentence on the misfit of each horizon."""
-    found = []
+    sentences = []
     names = misfit["horizon"].values
 
     # in the order of the tops, which is that of the user's file
@@ -195,12 +195,12 @@ def misfit_words(misfit: xarray.Dataset) -> list[str]:
         # NaN where the horizon has no value at a top: those are listed, not averaged
         off = off[np.isfinite(off)]
         if len(off):
-            found.append(
+            sentences.append(
                 f"{name}: mean misfit {_metres(off.mean())} m, standard deviation "
                 f"{_metres(off.std())} m, largest {_metres(np.abs(off).max())} m at "
                 f"{counted(len(off), 'top')}. Misfit is model minus top."
             )
-    return found
+    return sentences
 
 
 def _metres(value: float) -> str:
@@ -235,10 +235,10 @@ def warning_table(warnings: Iterable[GeosurfWarning]) -> Table:
     rows = []
     for warning in warnings:
         where = "" if warning.place is None else place(warning.place)
-        told = "" if where in warning.effect else _unbroken(where)
-        rows.append((warning.subject, _unbroken(warning.effect), told, warning.remedy))
+        location = "" if where in warning.effect else _unbroken(where)
+        rows.append((warning.subject, _unbroken(warning.effect), location, warning.remedy))
     head, used = ("Subject", "Effect", "Location", "Remedy"), [0, 1, 2, 3]
-    if not any(told for _, _, told, _ in rows):
+    if not any(location for _, _, location, _ in rows):
         used.remove(2)
     cells = tuple(tuple(row[k] for k in used) for row in rows)
     return Table(tuple(head[k] for k in used), cells, n_label=len(used))
@@ -575,11 +575,11 @@ def region_table(units: Units, regions: Mapping[str, tuple[float, str]]) -> Tabl
         if name not in units:
             rows.append((region, NOTHING, number(volume, 3), NOTHING, NOTHING))
             continue
-        found = units[name].volume
+        volume_of_unit = units[name].volume
 
         # no verdict: other programs draw zones through cells, so small differences are theirs
-        off = f"{abs(found - volume) / volume:.1e}" if volume else NOTHING
-        rows.append((region, name, number(volume, 3), number(found, 3), off))
+        off = f"{abs(volume_of_unit - volume) / volume:.1e}" if volume else NOTHING
+        rows.append((region, name, number(volume, 3), number(volume_of_unit, 3), off))
     named = {name for _, name in regions.values()}
     if regions:
         left = [unit for unit in units.values() if unit.name not in named]
@@ -602,21 +602,21 @@ def balance(units: Units) -> str:
 
 def accuracy(scene: ReportedModel) -> list[str]:
     """Return what horizons with fewer nodes do to volumes."""
-    found = []
+    sentences = []
     if math.isinf(scene.volume_error_bound):
-        found.append(
+        sentences.append(
             "Torn horizons have fewer nodes than their grids. What that does to volumes near "
             "faults is not known: compare them with those of a smaller tolerance."
         )
     elif scene.volume_error_bound > 0.0:
         bound = number(scene.volume_error_bound / 1e6, 3)
         off = max(map(_largest_error, map(scene.surface, scene.horizon_names)))
-        found.append(
+        sentences.append(
             f"Horizons have fewer nodes than their grids, and are at most {off:.2g} m off. That "
             "changes the volume of any unit, or of several units together, by at most "
             f"{bound} million m³."
         )
-    return found
+    return sentences
 
 
 def _largest_error(horizon: TriSurface) -> float:

@@ -276,10 +276,10 @@ def build_scene(
     shared = _shared(scenario)
     horizons = _extended(scenario, horizons, faults, shared["aoi"])
     if scenario.time is not None:
-        faults = {name: triangulate_fault(one, name=name) for name, one in faults.items()}
+        faults = {name: triangulate_fault(surface, name=name) for name, surface in faults.items()}
         horizons = {
-            name: one if isinstance(one, TriSurface) else as_milliseconds(one)
-            for name, one in horizons.items()
+            name: surface if isinstance(surface, TriSurface) else as_milliseconds(surface)
+            for name, surface in horizons.items()
         }
     scene = Scene(
         horizons, faults,
@@ -287,7 +287,7 @@ def build_scene(
         column={entry.name: entry.rule for entry in scenario.horizons},
         extend={entry.name: entry.extend for entry in scenario.faults if entry.extend},
         truncations=truncations_of(scenario),
-        lengthen={one.name: one.lengthen_m for one in scenario.faults if one.lengthen_m},
+        lengthen={entry.name: entry.lengthen_m for entry in scenario.faults if entry.lengthen_m},
         throws=tuple(entry.settings for entry in scenario.throws),
         time=scenario.time, velocity=scenario.velocity, zones=scenario.zones,
         **_tears(scenario), **shared,
@@ -319,13 +319,13 @@ def _with_network(scenario: Scenario, scene: Scene, log: StepLog) -> Scene:
     if not scenario.network.apply:
         return scene
     trial = scene.propose_fault_network(reach=scenario.network.reach_m).trial(scene)
-    for one in trial.decisions:
-        at = f" at {one.row.other}" if one.row.other else ""
-        verdict = "accepted" if one.accepted else "dropped"
-        words = f"{verdict}: {proposal_words(one.row)}; {one.reason}"
-        log.step("network", f"{fault_words(one.row)}{at}", words)
-    found: Scene = trial.scene
-    return found
+    for decision in trial.decisions:
+        at = f" at {decision.row.other}" if decision.row.other else ""
+        verdict = "accepted" if decision.accepted else "dropped"
+        words = f"{verdict}: {proposal_words(decision.row)}; {decision.reason}"
+        log.step("network", f"{fault_words(decision.row)}{at}", words)
+    applied: Scene = trial.scene
+    return applied
 
 
 def _shared(scenario: Scenario) -> dict[str, Any]:
@@ -373,10 +373,10 @@ def _words(scenario: Scenario, entry: Any) -> dict[str, Any]:
     if scenario.time is not None:  # tops and contacts are in depth
         unit = TimeUnit(unit or "ms") if in_time else None
     given = otherwise({"positive": scenario.positive, "length_unit": unit})
-    own = {"positive": entry.positive, "length_unit": entry.length_unit}
+    stated = {"positive": entry.positive, "length_unit": entry.length_unit}
     if in_time and scenario.time is not None and entry.length_unit is not None:
-        own["length_unit"] = TimeUnit(entry.length_unit)
-    return {key: given[key] if word is None else word for key, word in own.items()}
+        stated["length_unit"] = TimeUnit(entry.length_unit)
+    return {key: given[key] if word is None else word for key, word in stated.items()}
 
 
 def _extended(
@@ -415,15 +415,17 @@ def _tops(scenario: Scenario) -> dict[str, Any]:
 def _contacts(scenario: Scenario) -> dict[str, list[FluidContact]]:
     """Fluid contacts by name, from the top down, each with its zones and block."""
     # Mappings keep the order of the file, which is the order of contacts from the top down.
-    found: dict[str, list[FluidContact]] = {}
+    contacts: dict[str, list[FluidContact]] = {}
     for entry in scenario.contacts:
         value: Any = entry.elevation_m
         if entry.file is not None:
             value = read_horizon(entry.file, name=entry.name, **_words(scenario, entry))
 
         # several tables of one name are one contact with values by zone and block
-        found.setdefault(entry.name, []).append(FluidContact(value, entry.zones, entry.block or ""))
-    return found
+        contacts.setdefault(entry.name, []).append(
+            FluidContact(value, entry.zones, entry.block or "")
+        )
+    return contacts
 
 
 def _numbers(scene: Scene) -> str:

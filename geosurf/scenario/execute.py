@@ -367,10 +367,10 @@ def fluids_of(scenario: Scenario, scene: Scene, log: StepLog) -> Any:
     if scenario.volumetrics is None:
         return None
     given = medians(vars(scenario.volumetrics))
-    found = scene.volumetrics(**given, include=scenario.output.include)
+    volumes = scene.volumetrics(**given, include=scenario.output.include)
     at = "" if given == vars(scenario.volumetrics) else "; at medians of distributions"
-    log.step("volumetrics", "reservoir", totals_in_words(found) + at)
-    return found
+    log.step("volumetrics", "reservoir", totals_in_words(volumes) + at)
+    return volumes
 
 
 def compute(

@@ -42,14 +42,14 @@ from geosurf.sheets.faults import DIRECTIONS
 )
 def zones_by_name(at: values.KeyPath, value: Any) -> Any:
     """Zones by name; a text is the file of a thickness map."""
-    if not isinstance(value, dict) or not all(isinstance(one, dict) for one in value.values()):
+    if not isinstance(value, dict) or not all(isinstance(zone, dict) for zone in value.values()):
         return None
-    found = {name: dict(one) for name, one in value.items()}
-    for name, one in found.items():
-        if isinstance(one.get("thickness"), str):
+    zones = {name: dict(zone) for name, zone in value.items()}
+    for name, zone in zones.items():
+        if isinstance(zone.get("thickness"), str):
             place = at.inside(name).inside("thickness")
-            one["thickness"] = values.file(place, one["thickness"])
-    return found
+            zone["thickness"] = values.file(place, zone["thickness"])
+    return zones
 
 
 # ---- seal keys ----------------------------------------

@@ -64,14 +64,14 @@ def write_grid(
     """Build the grid and write its files; also return what was assumed."""
     from geosurf.grid import build_grid, fault_multipliers  # loaded by those who want one
 
-    with collected() as found:
+    with collected() as warnings:
         grid = build_grid(scene, wanted.cell_m, wanted.layers, min_dip=wanted.min_dip)
     for name in GRID_FILES:
         write(grid, folder / name, name="grid")
     if seal is not None and seal.permeability_md is not None:
         given = {"vshale": seal.vshale, "permeability": seal.permeability_md}
         write(fault_multipliers(scene, grid, **given), folder / MULTIPLIERS)
-    return grid, list(map(str, found))
+    return grid, list(map(str, warnings))
 
 
 def draw_grid(grid: CornerPointGrid, folder: Path) -> dict[str, Path]:
@@ -128,16 +128,16 @@ def wells_of_scenario(scenario: Scenario) -> dict[str, Any]:
         If a file cannot be read.
     """
     entry = scenario.wells
-    found: dict[str, Any] = {}
+    wells: dict[str, Any] = {}
     for file in entry.files if entry is not None else ():
         for name, path in _read(scenario, entry, file).items():
-            if name in found:
+            if name in wells:
                 raise ScenarioError(
                     f"{scenario.path}: wells.files: {file.name} has the well {name!r}, as a file "
                     "before it. Rename one of them, or leave one file out."
                 )
-            found[name] = path
-    return found
+            wells[name] = path
+    return wells
 
 
 def _read(scenario: Scenario, entry: Any, file: Path) -> dict[str, Any]:
@@ -173,7 +173,7 @@ def input_files(scenario: Scenario) -> dict[str, Path]:
     entries: tuple[Any, ...] = (*scenario.horizons, *scenario.contacts)
     single = {"sealed model": scenario.model, "area": scenario.aoi, "well tops": scenario.tops}
     others = [(name, getattr(table, "file", None)) for name, table in single.items()]
-    named = dict([*((one.name, one.file) for one in entries), *others])
+    named = dict([*((entry.name, entry.file) for entry in entries), *others])
     for entry in scenario.faults:
         named |= entry.files
     if scenario.wells is not None:
@@ -182,11 +182,13 @@ def input_files(scenario: Scenario) -> dict[str, Path]:
     if scenario.volumetrics is not None:
         for word, value in vars(scenario.volumetrics).items():
             by_words = value.items() if isinstance(value, dict) else [((), value)]
-            named |= {" ".join((word, *of)): one for of, one in by_words if isinstance(one, Path)}
+            named |= {
+                " ".join((word, *of)): file for of, file in by_words if isinstance(file, Path)
+            }
     for files in (scenario.pictures.polygons, scenario.pictures.points):
         named |= {f"picture: {name}": file for name, file in (files or {}).items()}
-    for name, one in (scenario.regions or {}).items():
-        named[f"region: {name}"] = one if isinstance(one, Path) else None
+    for name, polygon in (scenario.regions or {}).items():
+        named[f"region: {name}"] = polygon if isinstance(polygon, Path) else None
     return {"scenario": scenario.path, **{name: file for name, file in named.items() if file}}
 
 
@@ -296,15 +298,15 @@ def write_files(scene: Scene, scenario: Scenario, folder: Path) -> None:
         }  # fmt: skip
         tables = []
         for name in scene.faults_inside:
-            found = scene.seal(name, vshale=shale, **numbers)
-            label = np.full(found.sizes["pair"], name, dtype=object)
-            polygons = found.drop_dims(["triangle", "corner", "sgr_class"])
+            along = scene.seal(name, vshale=shale, **numbers)
+            label = np.full(along.sizes["pair"], name, dtype=object)
+            polygons = along.drop_dims(["triangle", "corner", "sgr_class"])
             tables.append(polygons.assign_coords(fault=("pair", label)))
         if tables:
             write(xr.concat(tables, "pair", combine_attrs="override"), folder / SEAL)
     if rule is not None:
-        found = scene.closures(faults=rule, vshale=shale)
-        write(found.drop_dims(["leak", "line", "point"]), folder / CLOSURES)
+        closures = scene.closures(faults=rule, vshale=shale)
+        write(closures.drop_dims(["leak", "line", "point"]), folder / CLOSURES)
 
 
 def _fewer(scenario: Scenario) -> str:

@@ -234,14 +234,14 @@ def _leaves(at: values.KeyPath, value: Any, leaf: Callable[[values.KeyPath, Any]
     # names have numbers or tables, distributions have lists
     if not isinstance(value, dict) or isinstance(next(iter(value.values()), 0), list):
         return leaf(at, value)
-    found: dict[tuple[str, ...], Any] = {}
+    leaves: dict[tuple[str, ...], Any] = {}
     for word, inner in value.items():
-        one = _leaves(at.inside(word), inner, leaf)
-        if one is None:
+        inner_leaves = _leaves(at.inside(word), inner, leaf)
+        if inner_leaves is None:
             return None
-        many = one if isinstance(one, dict) else {(): one}
-        found |= {(word, *words): last for words, last in many.items()}
-    return found or None
+        many = inner_leaves if isinstance(inner_leaves, dict) else {(): inner_leaves}
+        leaves |= {(word, *words): last for words, last in many.items()}
+    return leaves or None
 
 
 @values.check(

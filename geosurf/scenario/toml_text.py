@@ -114,10 +114,10 @@ def mistake_of_toml(text: str, error: tomllib.TOMLDecodeError) -> tuple[int | No
     >>> line, sentence.partition(": ")[0]
     (3, "'noise_m = 2,5' is not TOML")
     """
-    found = OF_LINE.search(str(error))
-    if found is None:
+    position = OF_LINE.search(str(error))
+    if position is None:
         return None, f"not a valid TOML file: {error}. Close quotes and brackets."
-    line, said = int(found[1]), OF_LINE.sub("", str(error)).rstrip(".")
+    line, said = int(position[1]), OF_LINE.sub("", str(error)).rstrip(".")
     row = text.split("\n")[line - 1].strip()
     return line, (
         f"{row!r} is not TOML: {said}. Put text and paths between single quotes, write numbers "
@@ -232,13 +232,14 @@ def _put(data: dict[str, Any], new: Mapping[str, Any], words: str, path: Path) -
 def _named(tables: list[Any], name: str, words: str, path: Path) -> dict[str, Any]:
     """Return the table of a list that has a name."""
     names = [_name_of(table) for table in tables]
-    found = [table for table, one in zip(tables, names, strict=True) if one == name]
-    if len(found) == 1:
-        made: dict[str, Any] = found[0]
+    matching = [table for table, one in zip(tables, names, strict=True) if one == name]
+    if len(matching) == 1:
+        made: dict[str, Any] = matching[0]
         return made
-    if found:
+    if matching:
         raise ScenarioError(
-            f"{path}: {words}: {len(found)} tables are named {name!r}. Edit the scenario instead."
+            f"{path}: {words}: {len(matching)} tables are named {name!r}. Edit the scenario "
+            "instead."
         )
     known = list(dict.fromkeys(filter(None, names)))
     if not known:  # such as [[uncertain]]: counted as people do

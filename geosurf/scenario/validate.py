@@ -335,13 +335,13 @@ def _examined(path: Path, settings: Sequence[str]) -> tuple[Scenario | None, lis
     # what --set gives has no line; a key is on the line of its table if it has none
     lines: dict[Keys, int | None] = {**lines_of_keys(text)}
     lines |= dict.fromkeys(_changes(written, data))
-    found = []
-    for one in mistakes:
-        keys = one.keys
+    located = []
+    for mistake in mistakes:
+        keys = mistake.keys
         while keys and keys not in lines:
             keys = keys[:-1]
-        found.append(MistakeOnLine(lines.get(keys), one.sentence))
-    return scenario, sorted(found, key=lambda one: (one.line is None, one.line))
+        located.append(MistakeOnLine(lines.get(keys), mistake.sentence))
+    return scenario, sorted(located, key=lambda mistake: (mistake.line is None, mistake.line))
 
 
 def _changes(before: Any, after: Any, at: Keys = ()) -> Iterator[Keys]:

@@ -100,7 +100,7 @@ def _belongs(word: str, at: KeyPath) -> str:
     return ""
 
 
-def read_table(kind: type, at: KeyPath, found: Mapping[str, Any], **more: Any) -> Any:
+def read_table(kind: type, at: KeyPath, table: Mapping[str, Any], **more: Any) -> Any:
     """Check all keys of a table and return its dataclass.
 
     Parameters
@@ -125,7 +125,7 @@ def read_table(kind: type, at: KeyPath, found: Mapping[str, Any], **more: Any) -
     where = f" in {at.words}" if at.words else ""
     checked: dict[str, Any] = {}
     tried = set()
-    for word, value in found.items():
+    for word, value in table.items():
         meant = word
         if word not in known:
             # the value of a misspelt key may be wrong, too
@@ -135,7 +135,7 @@ def read_table(kind: type, at: KeyPath, found: Mapping[str, Any], **more: Any) -
                     f"unknown key {word!r}{where}; known keys are {listed_words(tuple(known))}."
                     f"{did_you_mean(word, known) or _belongs(word, at)}"
                 )
-            if guess is None or guess in found:
+            if guess is None or guess in table:
                 continue
             meant = guess
         tried.add(meant)
@@ -408,10 +408,10 @@ profile = check("one row or more: [[distance, throw], ...]")(lambda _, value: _p
 @check("lines of two points or more, no two in a row the same: [[[easting, northing], ...], ...]")
 def lines(_: KeyPath, value: Any) -> tuple[tuple[tuple[float, float], ...], ...] | None:
     """Lines in the map; an empty list stands for none."""
-    found = [_pairs(one, 2) for one in value] if isinstance(value, list) else [None]
-    if any(one is None or any(map(eq, one, one[1:])) for one in found):
+    lines_read = [_pairs(one, 2) for one in value] if isinstance(value, list) else [None]
+    if any(one is None or any(map(eq, one, one[1:])) for one in lines_read):
         return None
-    return tuple(filter(None, found))
+    return tuple(filter(None, lines_read))
 
 
 @check("a list of names, each once")

@@ -87,7 +87,7 @@ def percent(share: float) -> str:
 
 def warnings_of_area(area: SharedArea, horizons: Sequence[Footprint]) -> list[GeosurfWarning]:
     """Return warnings of what a default area leaves out: other pieces, and much of a horizon."""
-    found = []
+    warnings = []
     how = "Pass aoi= with the outline of your model to choose another area."
 
     # separate pieces: sizes and places of those that are left out, the largest by name
@@ -104,17 +104,17 @@ def warnings_of_area(area: SharedArea, horizons: Sequence[Footprint]) -> list[Ge
             f"area is the largest ({area_text(area.area)}); it leaves out {area_text(size)} around "
             f"{place((x, y))}{rest}."
         )
-        found.append(GeosurfWarning("area", "aoi", words, how))
+        warnings.append(GeosurfWarning("area", "aoi", words, how))
     elif area.share < ENOUGH:
         words = f"The default area covers {percent(area.share)} of what all horizons cover."
-        found.append(GeosurfWarning("area", "aoi", words, how))
+        warnings.append(GeosurfWarning("area", "aoi", words, how))
 
     # a horizon that loses more than a tenth to others, not to pieces, is named with its loss
     shared = area.area + sum(size for size, _ in area.pieces)
-    found += [
+    warnings += [
         _left_out(one.name, area.area, one.area) for one in horizons if shared < MUCH * one.area
     ]
-    return found
+    return warnings
 
 
 def warnings_of_overlap(horizons: Sequence[TriSurface]) -> list[GeosurfWarning]:
@@ -123,19 +123,19 @@ def warnings_of_overlap(horizons: Sequence[TriSurface]) -> list[GeosurfWarning]:
     sides = np.array([horizon.bounds[:4] for horizon in horizons])
     low, high = sides[:, ::2], sides[:, 1::2]
     size = np.maximum(high.min(axis=0) - low.max(axis=0), 0.0).prod()
-    own = (high - low).prod(axis=1)
+    areas = (high - low).prod(axis=1)
     return [
         _left_out(horizon.name, float(size), area)
-        for horizon, area in zip(horizons, own.tolist(), strict=True)
+        for horizon, area in zip(horizons, areas.tolist(), strict=True)
         if 0.0 < size < MUCH * area  # without an overlap there is no box, which is an error
     ]
 
 
-def _left_out(name: str, size: float, own: float) -> GeosurfWarning:
+def _left_out(name: str, size: float, whole: float) -> GeosurfWarning:
     """The warning that an area of some size [m2] leaves out much of a horizon."""
     words = (
-        f"The default area covers {percent(size / own)} of horizon {name!r} ({area_text(size)} of "
-        f"{area_text(own)}), because other horizons end there."
+        f"The default area covers {percent(size / whole)} of horizon {name!r} ({area_text(size)} "
+        f"of {area_text(whole)}), because other horizons end there."
     )
     remedy = (
         "Continue those with gs.extend_horizon(horizon, distance=...), or pass aoi= or box= to "
@@ -355,13 +355,13 @@ class NamedRegions:
         if new:
             for k, name in regions_by_name(self.patches, self.units, proposals, new).items():
                 labels[k] = name, labels[k][1]
-        found = Regions(proposals, labels)
+        regions = Regions(proposals, labels)
         for name in self.given:
-            if name not in found:
+            if name not in regions:
                 self.warnings.append(_lost(name))
                 issue(self.warnings[-1])
         self.known = None  # the model before is no longer needed
-        return found
+        return regions
 
     @property
     def found_already(self) -> bool:

@@ -86,13 +86,13 @@ def converted(graph: Graph, inputs: SceneInputs, time: str, in_time: bool) -> Ti
     key, columns = _columns(graph, velocity)
     second = WAYS[time]
     said = memory.hold(inputs.velocity), _tops_key(graph, inputs)
-    found: TimeDepth = memory.get_or_compute(
+    pair: TimeDepth = memory.get_or_compute(
         "convert", "time to depth" if in_time else "depth to time",
         ("convert", key, *said, in_time, second),
         lambda: convert_mesh(*columns, velocity, in_time, second),
         lambda made: f"{made.depth.min():.6g} to {made.depth.max():.6g} m",
     )  # fmt: skip
-    return found
+    return pair
 
 
 def _velocity(graph: Graph, inputs: SceneInputs, time: str) -> Velocity:
@@ -201,11 +201,11 @@ def _columns(graph: Graph, velocity: Velocity) -> tuple[Hashable, Columns]:
         starts = starts_of(mesh, velocity.groups, velocity.averages)
         return mesh, starts, levels_of(starts)
 
-    found: Columns = memory.get_or_compute(
+    columns: Columns = memory.get_or_compute(
         "columns", counted(len(wholes), "surface"), key, run,
-        lambda found: f"{len(found[0].local)} vertices",
+        lambda columns: f"{len(columns[0].local)} vertices",
     )  # fmt: skip
-    return key, found
+    return key, columns
 
 
 def converted_inputs(
@@ -317,11 +317,11 @@ def carried_points(
     """
     pair = converted(built, inputs, time, inputs.time is not None)
     key, (mesh, *_) = _columns(built, pair.velocity)
-    found = built.memory.stored_for(
+    crossings = built.memory.stored_for(
         mesh, ("crossings", key, content),
         lambda: crossings_of(mesh, pair.velocity.groups, (points - mesh.origin)[:, :2]),
     )  # fmt: skip
-    return pair.convert(points, to_depth, found)
+    return pair.convert(points, to_depth, crossings)
 
 
 def data_of(given: Graph, name: str, value: Any) -> Any:
@@ -371,16 +371,16 @@ VERTICAL = ("thickness", "throw", "picked", "model", "misfit", "data", "spread",
 SLANTED = ("dip_separation", "apparent_dip")
 
 
-def in_milliseconds(found: Any) -> Any:
+def in_milliseconds(measure: Any) -> Any:
     """Return a measure of a model in time, vertical numbers in ms, without slanted ones."""
-    if not hasattr(found, "data_vars"):
-        return found.assign_attrs(units="ms")
-    found = found.drop_vars([name for name in SLANTED if name in found])
-    for name, values in found.variables.items():
+    if not hasattr(measure, "data_vars"):
+        return measure.assign_attrs(units="ms")
+    measure = measure.drop_vars([name for name in SLANTED if name in measure])
+    for name, values in measure.variables.items():
         is_vertical = name in VERTICAL or str(name).endswith("elevation")
         if is_vertical and values.attrs.get("units") == "m":
-            found = found.assign({name: found[name].assign_attrs(units="ms")})
-    return found
+            measure = measure.assign({name: measure[name].assign_attrs(units="ms")})
+    return measure
 
 
 # ---- what a scene asks ----------------------------------------
@@ -407,14 +407,14 @@ def _warnings_of_wells(built: Graph, inputs: SceneInputs) -> list[GeosurfWarning
     given = _of_wells(inputs)
     if given is None:
         return []
-    shots, found = _shots(built, inputs, given)
+    shots, warnings = _shots(built, inputs, given)
     rows = np.concatenate([*shots.values()])
     names = [name for name, some in shots.items() for _ in some]
     pair = converted(built, inputs, str(inputs.time), True)
     off = pair.convert(np.column_stack([rows[:, :2], -rows[:, 3]]), True)[:, 2] + rows[:, 2]
     k = int(np.abs(off).argmax())
     if abs(off[k]) < MET:
-        return found
+        return warnings
     worst = f"{length_text(abs(off[k]))} (well {names[k]!r}, {rows[k, 2]:.0f} m deep)"
     what = "well top" if _is_tops(given) else "checkshot"
     words = (
@@ -424,7 +424,7 @@ def _warnings_of_wells(built: Graph, inputs: SceneInputs) -> list[GeosurfWarning
     )
     remedy = "Give zones where it is large v0 and k, a map, or more horizons."
     place = (rows[k, 0], rows[k, 1], -rows[k, 2])
-    return [*found, GeosurfWarning("velocity", WELLS, words, remedy, place)]
+    return [*warnings, GeosurfWarning("velocity", WELLS, words, remedy, place)]
 
 
 def inputs_in_time(

@@ -263,21 +263,21 @@ def throw_of(scene: Any, horizon: str, fault: str, direction: str) -> xarray.Dat
     start = -float(faces.along(-faces.origin[None])[0])
 
     # first across the mean strike; its elevations say at which level walls are compared
-    found = measure.separation(hanging, foot, azimuth, start=start)
-    if direction == "local" and found.sizes["point"]:
+    throw = measure.separation(hanging, foot, azimuth, start=start)
+    if direction == "local" and throw.sizes["point"]:
         # cut-offs are compared at their mean elevation, down lines of steepest dip
         sources = {source.name: source for source in scene.patches.sources}
         cell = cell_of(scene.sheets.get(horizon, sources[horizon]))
-        walls = found.hanging_wall_elevation, found.footwall_elevation
-        mean, largest = 0.5 * sum(float(wall.mean()) for wall in walls), abs(found.throw).max()
+        walls = throw.hanging_wall_elevation, throw.footwall_elevation
+        mean, largest = 0.5 * sum(float(wall.mean()) for wall in walls), abs(throw.throw).max()
         try:
             level = to_level(sources[fault], float(largest), cell, mean, hanging, foot)
         except GeometryError as error:
             error.add_note("With direction='mean' throw is read across the mean strike.")
             raise
         if level is not None:  # None where the fault is straight
-            found = measure.separation(hanging, foot, azimuth, start=start, level=level)
-    return found.assign_attrs(horizon=horizon, fault=fault, direction=direction)
+            throw = measure.separation(hanging, foot, azimuth, start=start, level=level)
+    return throw.assign_attrs(horizon=horizon, fault=fault, direction=direction)
 
 
 def closures_of(
@@ -288,13 +288,14 @@ def closures_of(
     given = rules_of_closures(scene, faults, horizons, vshale)
     least = number_of(min_height, "min_height", "give metres")
     names = roofs_of(scene.patches, scene.units, horizon)
-    found: xarray.Dataset = scene._measured(
+    closures: xarray.Dataset = scene._measured(
         f"closures of {', '.join(names)}",
         lambda: find_closures(scene.patches, scene.units, names, given[0], least, *given[1:]),
         tuple(names), repr(given), least, scene._graph.regions_key,
     )  # fmt: skip
-    scene._graph.memory.warn(*warnings_of_spill(found, scene.patches, scene.units, scene.contacts))
-    return found
+    warnings = warnings_of_spill(closures, scene.patches, scene.units, scene.contacts)
+    scene._graph.memory.warn(*warnings)
+    return closures
 
 
 def seal_of(scene: Any, fault: str, *arguments: Any) -> xarray.Dataset:
@@ -302,9 +303,9 @@ def seal_of(scene: Any, fault: str, *arguments: Any) -> xarray.Dataset:
     # loaded by those who ask for seals
 
     name, given = name_of(fault, "fault"), checked_seal(scene, *arguments)
-    found: xarray.Dataset = scene._measured(
+    seal: xarray.Dataset = scene._measured(
         f"seal {name}", lambda: fault_seal(scene.patches, scene.units, name, *given),
         name, repr(given), scene.units.reservoir, scene._graph.regions_key,
     )  # fmt: skip
-    scene._graph.memory.warn(*warnings_of_seal(found))
-    return found
+    scene._graph.memory.warn(*warnings_of_seal(seal))
+    return seal

@@ -89,15 +89,15 @@ def longer_in_depth(scene: Scene, longer: Mapping[str, TriSurface]) -> LongerFau
     longer : mapping of str to TriSurface
         The longer faults, in time.
     """
-    inputs, found = scene._inputs, {}
+    inputs, in_depth = scene._inputs, {}
     for name, fault in longer.items():
         vertices = carried_points(
             scene._in_time, inputs, fault.vertices, ("longer", name), str(inputs.time),
             to_depth=True,
         )  # fmt: skip
         after = TriSurface(name, "fault", vertices, fault.triangles)
-        found[name] = (scene._plain.faults.surface(name), after)
-    return found
+        in_depth[name] = (scene._plain.faults.surface(name), after)
+    return in_depth
 
 
 def frame_of(scene: Scene) -> tuple[Box, np.ndarray | None]:

@@ -264,12 +264,12 @@ class Graph:
 
     def _largest_throw(self) -> float:
         """How far throws may move a horizon, one upon the other [m]."""
-        found: dict[str, float] = {}
-        for one in self.inputs.throws:
-            low, high = self.read.fault(one.fault).extent
-            largest = one.largest(math.dist(low, high))
-            found[one.fault] = max(largest, found.get(one.fault, 0.0))
-        return sum(found.values())
+        by_fault: dict[str, float] = {}
+        for throw in self.inputs.throws:
+            low, high = self.read.fault(throw.fault).extent
+            largest = throw.largest(math.dist(low, high))
+            by_fault[throw.fault] = max(largest, by_fault.get(throw.fault, 0.0))
+        return sum(by_fault.values())
 
     @cached_property
     def coverage(self) -> dict[str, float]:
@@ -433,15 +433,15 @@ class Graph:
         self.prepare()
         n_surface = len(self.enclosed) - len(self._walls)
         place = "box" if self.aoi is None else "area"
-        found: Ended = self.memory.get_or_compute(
+        ended: Ended = self.memory.get_or_compute(
             "rebuild", f"{counted(n_surface, 'surface')} and the {place}", self._patches_key,
             lambda: self._rebuilt(self.memory.known_pairs(self.enclosed)),
-            lambda found: "; ".join([counted(found[0].n_patch, "patch"), *map(str, found[1])]),
+            lambda ended: "; ".join([counted(ended[0].n_patch, "patch"), *map(str, ended[1])]),
         )  # fmt: skip
 
         # outside `get_or_compute`: a result from memory warns as a new one does
-        self.memory.warn(*warnings_of_moves(self.enclosed, found[0]), *found[2])
-        return found
+        self.memory.warn(*warnings_of_moves(self.enclosed, ended[0]), *ended[2])
+        return ended
 
     def rebuild(self) -> Patches:
         """Split all that is enclosed, without memory; a certificate compares it with `patches`."""
@@ -514,10 +514,10 @@ class Graph:
     def units(self) -> Units:
         """Closed units: zone x fault block (x fluid contact), in regions."""
         units = self._carved
-        self._regions, found = self.memory.stored_for(
+        self._regions, with_regions = self.memory.stored_for(
             units, ("regions", self.regions_key), lambda: self._in_regions(units)
         )
-        return found
+        return with_regions
 
     def _in_regions(self, units: Units) -> tuple[NamedRegions, Units]:
         """What finds the regions of units, and the units that ask it."""
@@ -612,7 +612,7 @@ class Graph:
         surfaces, contacts = self.fluids
         named = [("contact", surface.name) for surface in surfaces]
         named += [("input", name) for name in inputs.names]
-        if not all(is_number(one.at) for one in contacts) or shared_name(named):
+        if not all(is_number(contact.at) for contact in contacts) or shared_name(named):
             return None
 
         # the same inputs without contacts, read once
@@ -626,8 +626,10 @@ class Graph:
         if units.report["thin"]:
             return None
         self._regions = base._regions
-        fluids = tuple((one.name, one.block, one.zones, float(one.at)) for one in contacts)
-        found: Units | None = self.memory.get_or_compute(
+        fluids = tuple(
+            (contact.name, contact.block, contact.zones, float(contact.at)) for contact in contacts
+        )
+        parts_of_units: Units | None = self.memory.get_or_compute(
             "contacts", ", ".join(surface.name for surface in surfaces),
             ("level parts", base.units_key, base.regions_key, fluids),
             lambda: parts_at_levels(patches, units, contacts),
@@ -635,7 +637,7 @@ class Graph:
                 "cut with the surfaces" if parts is None else counted(len(parts), "unit")
             ),
         )  # fmt: skip
-        return found
+        return parts_of_units
 
     @cached_property
     def units_key(self) -> Hashable:
@@ -648,14 +650,22 @@ class Graph:
     def volume_error_bound(self) -> float:
         """Return by how much volumes may differ from those of all nodes: see `Scene`."""
         horizons = self.inputs.horizons
-        if any(isinstance(one, Sheet) and one.fewer_nodes for one in horizons.values()):
+        if any(isinstance(surface, Sheet) and surface.fewer_nodes for surface in horizons.values()):
             return math.inf
-        few = [one for one in map(self.surface, horizons) if "volume_error" in one.vertex_data]
-        names = {one.name for one in few}
-        others = [one for one in self.enclosed if one.name not in names] + few if few else []
+        few = [
+            surface
+            for surface in map(self.surface, horizons)
+            if "volume_error" in surface.vertex_data
+        ]
+        names = {surface.name for surface in few}
+        others = (
+            [surface for surface in self.enclosed if surface.name not in names] + few if few else []
+        )
         bounds = (
-            bound_of_change(one, [two for two in others if two is not one], self.box[:4])
-            for one in few
+            bound_of_change(
+                surface, [other for other in others if other is not surface], self.box[:4]
+            )
+            for surface in few
         )
         return sum(bounds, 0.0)
 

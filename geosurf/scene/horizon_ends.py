@@ -86,12 +86,12 @@ def lines_on(patches: Patches, horizon: str) -> dict[str, list[np.ndarray]]:
         World coordinates along each line, by name of the virtual wall [m].
     """
     on = edges_of(patches, [horizon])
-    found = {}
+    lines = {}
     for name in (one.name for one in patches.sources if one.role == "virtual"):
         keys = np.intersect1d(edges_of(patches, [name]), on)
         edges = np.stack(np.divmod(keys, len(patches.local)), axis=1)
-        found[name] = [patches.vertices[line] for line in chains_of(edges, patches.local)]
-    return found
+        lines[name] = [patches.vertices[line] for line in chains_of(edges, patches.local)]
+    return lines
 
 
 Ends = tuple[Patches, tuple[Truncation, ...], tuple[GeosurfWarning, ...]]
@@ -134,24 +134,26 @@ def end_at_horizons(
     """
     sides = horizon_sides(patches, column)
     keep = np.ones(patches.n_triangle, dtype=bool)
-    found: list[Truncation] = []
+    truncations: list[Truncation] = []
     for fault in dict.fromkeys(rule.fault for rule in rules):
-        mine = [rule for rule in rules if rule.fault == fault]
-        at = [_checked(sides, rule) for rule in mine]
-        rows, inside = at[0].rows, at[0].inside
+        rules_of_fault = [rule for rule in rules if rule.fault == fault]
+        sides_at = [_checked(sides, rule) for rule in rules_of_fault]
+        rows, inside = sides_at[0].rows, sides_at[0].inside
 
         # one rule after the other: each reports what the earlier ones have left
         left = np.ones(len(rows), dtype=bool)
-        for rule, one in zip(mine, at, strict=True):
-            stays = inside & ~(one.within | (one.above if rule.keep == "below" else one.below))
-            stays |= outside_of_model(patches, one, stays, rule.main)
-            found.append(_truncation(patches, rule, one, left, left & stays))
+        for rule, at_horizon in zip(rules_of_fault, sides_at, strict=True):
+            stays = inside & ~(
+                at_horizon.within | (at_horizon.above if rule.keep == "below" else at_horizon.below)
+            )
+            stays |= outside_of_model(patches, at_horizon, stays, rule.main)
+            truncations.append(_truncation(patches, rule, at_horizon, left, left & stays))
             left &= stays
         if not (left & inside).any():
-            raise _nothing_left(patches, mine, rows[inside])
+            raise _nothing_left(patches, rules_of_fault, rows[inside])
         keep[rows[~left]] = False
     lost = [_lost_main(patches, keep, branch, rules) for branch in branches]
-    return drop_triangles(patches, keep), tuple(found), tuple(filter(None, lost))
+    return drop_triangles(patches, keep), tuple(truncations), tuple(filter(None, lost))
 
 
 def _lost_main(
@@ -183,9 +185,9 @@ def _lost_main(
 def _checked(sides: HorizonSides, rule: Rule) -> FaultSides:
     """Where a fault lies at a horizon, if each of its triangles lies on one side."""
     patches = sides.patches
-    found = sides.of_fault(rule.fault, rule.main)
+    at_horizon = sides.of_fault(rule.fault, rule.main)
     names = (rule.fault, rule.main)
-    if not found.inside.any():
+    if not at_horizon.inside.any():
         raise GeometryError(
             f"nothing of fault {rule.fault!r} lies in the model, so that it cannot end at horizon "
             f"{rule.main!r} there. Leave the rule out, or enlarge the box.",
@@ -193,8 +195,8 @@ def _checked(sides: HorizonSides, rule: Rule) -> FaultSides:
         )
 
     # around an open rim the horizon has no sides
-    if found.unknown.any():
-        doubt = patches.local[patches.triangles[found.rows[found.unknown]]].reshape(-1, 3)
+    if at_horizon.unknown.any():
+        doubt = patches.local[patches.triangles[at_horizon.rows[at_horizon.unknown]]].reshape(-1, 3)
         rim = sides.open_rim(rule.main, doubt)
         at = doubt.mean(axis=0) + patches.origin if rim is None else rim[1]
         where = "" if rim is None else f": {rim[0]:.6g} m of its rim are open inside the model"
@@ -207,9 +209,9 @@ def _checked(sides: HorizonSides, rule: Rule) -> FaultSides:
         )
 
     # a horizon that ends on the fault is offset by it
-    offset = found.above & found.below & ~found.within
+    offset = at_horizon.above & at_horizon.below & ~at_horizon.within
     if offset.any():
-        at = _middle(patches, found.rows[offset])
+        at = _middle(patches, at_horizon.rows[offset])
         raise GeometryError(
             f"horizon {rule.main!r} is offset by fault {rule.fault!r} at {place(at)}, so that the "
             f"fault cannot end there. Give {rule.main!r} as it is where {rule.fault!r} does not "
@@ -217,10 +219,10 @@ def _checked(sides: HorizonSides, rule: Rule) -> FaultSides:
             place=at,
             surfaces=names,
         )
-    beyond = found.above if rule.keep == "below" else found.below
-    if not (beyond | found.within).any() and not _meets(patches, rule, found.rows):
-        raise _too_short(patches, rule, found)
-    return found
+    beyond = at_horizon.above if rule.keep == "below" else at_horizon.below
+    if not (beyond | at_horizon.within).any() and not _meets(patches, rule, at_horizon.rows):
+        raise _too_short(patches, rule, at_horizon)
+    return at_horizon
 
 
 def _meets(patches: Patches, rule: Rule, rows: np.ndarray) -> bool:
@@ -229,11 +231,11 @@ def _meets(patches: Patches, rule: Rule, rows: np.ndarray) -> bool:
     return bool(np.isin(patches.triangles[rows], patches.triangles[other]).any())
 
 
-def _too_short(patches: Patches, rule: Rule, found: FaultSides) -> GeometryError:
+def _too_short(patches: Patches, rule: Rule, at_horizon: FaultSides) -> GeometryError:
     """State how far a fault stays off the horizon that it is to end at, and where."""
     other = np.flatnonzero(patches.surface_of_triangle == patches.names.index(rule.main))
-    mine = patches.triangles[found.rows[found.inside]]
-    gap = closest_approach(patches.local, mine, patches.triangles[other])
+    inside = patches.triangles[at_horizon.rows[at_horizon.inside]]
+    gap = closest_approach(patches.local, inside, patches.triangles[other])
     at = gap.at + patches.origin
     remedy = (
         "Leave the rule out: it does not reach the horizon, even extended."
@@ -270,18 +272,22 @@ def _middle(patches: Patches, rows: np.ndarray) -> np.ndarray:
 
 
 def _truncation(
-    patches: Patches, rule: Rule, found: FaultSides, before: np.ndarray, after: np.ndarray
+    patches: Patches, rule: Rule, at_horizon: FaultSides, before: np.ndarray, after: np.ndarray
 ) -> Truncation:
     """Areas of a fault that one rule keeps and drops, and the length of its new end."""
-    area = areas_of(patches, found.rows)
+    area = areas_of(patches, at_horizon.rows)
     gone = before & ~after
 
     # it ends where something is gone, or where its rim lay on the horizon already
-    edges, times = np.unique(edge_keys(patches, found.rows[after]), return_counts=True)
+    edges, times = np.unique(edge_keys(patches, at_horizon.rows[after]), return_counts=True)
     main = np.flatnonzero(patches.surface_of_triangle == patches.names.index(rule.main))
-    main = main[np.isin(patches.triangles[main], patches.triangles[found.rows]).sum(axis=1) > 1]
+    main = main[
+        np.isin(patches.triangles[main], patches.triangles[at_horizon.rows]).sum(axis=1) > 1
+    ]
     ends = edges[(times == 1) & np.isin(edges, edge_keys(patches, main))]
-    left, lost = (edge_keys(patches, found.rows[some & found.inside]) for some in (after, gone))
+    left, lost = (
+        edge_keys(patches, at_horizon.rows[some & at_horizon.inside]) for some in (after, gone)
+    )
     ends = np.union1d(np.intersect1d(ends, left), np.intersect1d(left, lost))
     a, b = np.divmod(ends, len(patches.local))
     return Truncation(
@@ -291,7 +297,7 @@ def _truncation(
         "-" if rule.keep == "below" else "+",
         kept_area=math.fsum(area[after]),
         dropped_area=math.fsum(area[gone]),
-        coinciding_area=math.fsum(area[gone & found.within]),
+        coinciding_area=math.fsum(area[gone & at_horizon.within]),
         apart_area=0.0,
         length=math.fsum(np.linalg.norm(patches.local[b] - patches.local[a], axis=1)),
     )
@@ -336,21 +342,23 @@ def on_tails(
     # the fault and its wall as one sheet, cut where others cross it
     rows = np.concatenate([fault[inside & ~divides], around])
     keys = edge_keys(patches, rows)
-    faults = [one.name for one in patches.sources if one.role == "fault"]
+    faults = [source.name for source in patches.sources if source.role == "fault"]
     others = edges_of(patches, [name for name in faults if name != wall.fault])
-    upright = [edges_above_and_below(patches, one) for one in walls if one is not wall]
+    upright = [edges_above_and_below(patches, other) for other in walls if other is not wall]
     piece = pieces_between(keys, np.unique(np.concatenate([others, *upright])))
 
     # the fault itself, not its wall, reaches what each end of a tail is to be joined to
     strip = np.full(len(rows), -1)
     strip[len(rows) - len(around) :] = wall.strip_of_triangle[patches.parent_of_triangle[around]]
     is_tail = np.zeros(len(rows), dtype=bool)
-    for one in np.unique(piece):
-        mine = piece == one
-        ends = [wall.parts[k] for k in np.unique(strip[mine & (strip >= 0)])]
+    for number in np.unique(piece):
+        in_piece = piece == number
+        ends = [wall.parts[k] for k in np.unique(strip[in_piece & (strip >= 0)])]
         targets = {part.target for part in ends if part.side in ENDS}
-        is_tail |= mine & all(
-            np.isin(keys[mine & (strip < 0)], edges_of(patches, [name, virtual_name(name)])).any()
+        is_tail |= in_piece & all(
+            np.isin(
+                keys[in_piece & (strip < 0)], edges_of(patches, [name, virtual_name(name)])
+            ).any()
             for name in targets
         )
     return is_tail[len(rows) - len(around) :]
@@ -377,7 +385,7 @@ def warnings_of_tails(
     GeometryError
         If no part of a fault divides anything.
     """
-    cells, found = find_cells(patches), []
+    cells, warnings = find_cells(patches), []
     for name in (one for one in compartments if compartments[one]):
         rows = rows_of(patches, name)
         beside = cells.beside(rows)[1]
@@ -394,7 +402,7 @@ def warnings_of_tails(
                 place=at,
                 surfaces=(name,),
             )
-        found.append(
+        warnings.append(
             GeosurfWarning(
                 "virtual wall",
                 name,
@@ -405,7 +413,7 @@ def warnings_of_tails(
                 tuple(at.tolist()),
             )
         )
-    return tuple(found)
+    return tuple(warnings)
 
 
 Compartments = Mapping[str, Mapping[str, str]]
@@ -561,7 +569,7 @@ def _measured(patches: Patches, wall: Wall, compartments: Compartments) -> list[
     rows = rows_of(patches, virtual_name(wall.fault))
     strip = wall.strip_of_triangle[patches.parent_of_triangle[rows]]
     areas = areas_of(patches, rows)
-    found: dict[Any, VirtualWall] = {}
+    measured: dict[Any, VirtualWall] = {}
     for k, part in enumerate(wall.parts):
         area = math.fsum(areas[strip == k])
         if area == 0.0:
@@ -572,10 +580,10 @@ def _measured(patches: Patches, wall: Wall, compartments: Compartments) -> list[
 
         # parts above and below a fault are one each
         key = (part.side, part.target, part.place if part.side in ENDS else None)
-        known = found.get(key)
+        known = measured.get(key)
         longest = part if known is None or part.length > known.length else known
-        found[key] = replace(longest, area=area + (known.area if known else 0.0))
-    return list(found.values())
+        measured[key] = replace(longest, area=area + (known.area if known else 0.0))
+    return list(measured.values())
 
 
 def _ended(patches: Patches, rows: np.ndarray, part: VirtualWall, word: str) -> VirtualWall:

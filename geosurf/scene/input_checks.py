@@ -64,15 +64,15 @@ def refuse_other_systems(
     InputError
         If one of them is provably another one.
     """
-    found = dict(known)
+    systems = dict(known)
     if crs is not None:
-        found.setdefault("crs", crs)
+        systems.setdefault("crs", crs)
     more = {"tops": None if tops is None else tops.crs, "aoi": crs_of_outline(aoi)}
     for name, other in more.items():
         if other is not None:
-            refuse_other_crs(name, other, found)
-            found[name] = other
-    return found
+            refuse_other_crs(name, other, systems)
+            systems[name] = other
+    return systems
 
 
 def check_system_of_places(scene: Callable[[], str | None], places: Any, name: str) -> None:
@@ -92,11 +92,11 @@ def check_system_of_places(scene: Callable[[], str | None], places: Any, name: s
     InputError
         If one of them is provably another one.
     """
-    own = _declared(places)
-    known = None if own is None else scene()
-    if own is not None and known is not None:
-        refuse_other_crs(name, own, {"scene": known})
-        warn_of_unclear_crs({"scene": known, name: own})
+    declared = _declared(places)
+    known = None if declared is None else scene()
+    if declared is not None and known is not None:
+        refuse_other_crs(name, declared, {"scene": known})
+        warn_of_unclear_crs({"scene": known, name: declared})
 
 
 def warnings_of_places(found: xarray.Dataset, top: float) -> Iterator[GeosurfWarning]:
@@ -177,12 +177,12 @@ def warn_of_inputs(
 
     # what was assumed when a horizon was torn has been issued there; the scene lists it, too. How
     # much longer all horizons made a fault is listed already, where the scene tore them
-    whole = {one.subject for one in memory.warnings if one.kind == "fault extended"}
+    whole = {warning.subject for warning in memory.warnings if warning.kind == "fault extended"}
     for horizon in inputs.horizons.values():
         if isinstance(horizon, Sheet):
-            for one in warnings_of_sheet(horizon, outline):
-                if one.kind != "fault extended" or one.subject not in whole:
-                    memory.warn(in_time(one, inputs.time), issued=True)
+            for warning in warnings_of_sheet(horizon, outline):
+                if warning.kind != "fault extended" or warning.subject not in whole:
+                    memory.warn(in_time(warning, inputs.time), issued=True)
 
 
 def warnings_of_sheet(sheet: Sheet, outline: np.ndarray) -> Iterator[GeosurfWarning]:
@@ -194,35 +194,35 @@ def warnings_of_sheet(sheet: Sheet, outline: np.ndarray) -> Iterator[GeosurfWarn
     outline : ndarray of float64, shape (n, 2)
         Corners of the area [m].
     """
-    for one in sheet.warnings:
-        places = _places_of_throw(sheet, one)
+    for warning in sheet.warnings:
+        places = _places_of_throw(sheet, warning)
         if places is None or in_ring(places, outline).any():
-            yield one
+            yield warning
 
 
-def _places_of_throw(sheet: Sheet, one: GeosurfWarning) -> np.ndarray | None:
+def _places_of_throw(sheet: Sheet, warning: GeosurfWarning) -> np.ndarray | None:
     """Where the throw is lost or doubtful that a warning is of (n, 2 or 3); None for others."""
-    audit = sheet.report.throw.get(one.subject)
-    if one.kind == "throw not as data" and isinstance(audit, ThrowAudit):
+    audit = sheet.report.throw.get(warning.subject)
+    if warning.kind == "throw not as data" and isinstance(audit, ThrowAudit):
         differing: np.ndarray = audit.stations[audit.differs]
         return differing
-    if one.kind != "tear ended early" or one.place is None:
+    if warning.kind != "tear ended early" or warning.place is None:
         return None
 
     # where the tear ends, and what the fault has beyond: all that is farther along the tear
-    end = np.array(one.place[:2])
-    (fault,) = (fault for fault in sheet.faults if fault.name == one.subject)
-    along = end - sheet.cuts[one.subject].stations[:, :2].mean(axis=0)
+    end = np.array(warning.place[:2])
+    (fault,) = (fault for fault in sheet.faults if fault.name == warning.subject)
+    along = end - sheet.cuts[warning.subject].stations[:, :2].mean(axis=0)
     parts = parts_of(fault)[0][:, :2]
     return np.vstack([end, parts[(parts - end) @ along > 0.0]])
 
 
-def in_time(one: GeosurfWarning, time: str | None) -> GeosurfWarning:
+def in_time(warning: GeosurfWarning, time: str | None) -> GeosurfWarning:
     """Return a warning of a model, which says what its vertical numbers are if it is in time."""
     if time is None:
-        return one
-    words = f"In time (vertical numbers are ms, not m): {one.effect}"
-    return GeosurfWarning(one.kind, one.subject, words, one.remedy, one.place)
+        return warning
+    words = f"In time (vertical numbers are ms, not m): {warning.effect}"
+    return GeosurfWarning(warning.kind, warning.subject, words, warning.remedy, warning.place)
 
 
 def warnings_of_repeats(
@@ -242,7 +242,7 @@ def warnings_of_repeats(
     """
     first: dict[tuple[Hashable, ...], list[TriSurface]] = {}
     ends = grouped((rule.fault, (rule.main, rule.keep)) for rule in rules)
-    found = []
+    warnings = []
     for fault in faults:
         # few faults have the same number of triangles and the same bounds: only these are compared
         end = tuple(sorted(ends.get(fault.name, [])))
@@ -252,9 +252,9 @@ def warnings_of_repeats(
             one for one in alike if np.array_equal(_listed_triangles(one), _listed_triangles(fault))
         ]
         if same:
-            found.append(_warning(same[0].name, fault.name))
+            warnings.append(_warning(same[0].name, fault.name))
         alike.append(fault)
-    return found
+    return warnings
 
 
 def warnings_of_feet(horizons: Sequence[TriSurface]) -> list[GeosurfWarning]:
@@ -270,12 +270,12 @@ def warnings_of_feet(horizons: Sequence[TriSurface]) -> list[GeosurfWarning]:
     points = {row: horizons[row].vertices for row in rows}
     frame = frame_around(list(points.values())) if rows else (0, 0, 1, 1)
     means = {row: cell_means(points[row], frame) for row in rows}
-    found = {}
+    warning_of = {}
     for deep, k in pairs:
         ratio = relief_in_feet(means[deep], [means[k]])
         if ratio:
-            found[deep] = _looks_like_feet(horizons[deep], horizons[k], ratio)
-    return [*found.values()]
+            warning_of[deep] = _looks_like_feet(horizons[deep], horizons[k], ratio)
+    return [*warning_of.values()]
 
 
 def _looks_like_feet(deep: TriSurface, other: TriSurface, ratio: float) -> GeosurfWarning:
@@ -299,13 +299,13 @@ def _listed_triangles(fault: TriSurface) -> np.ndarray:
     return triangles
 
 
-def _warning(one: str, other: str) -> GeosurfWarning:
+def _warning(first: str, second: str) -> GeosurfWarning:
     return GeosurfWarning(
         "same fault",
-        other,
-        f"Faults {one!r} and {other!r} have the same triangles: blocks next to them have "
+        second,
+        f"Faults {first!r} and {second!r} have the same triangles: blocks next to them have "
         "both names, and tables have the fault twice.",
-        f"Leave {other!r} out, or read it from its own file.",
+        f"Leave {second!r} out, or read it from its own file.",
     )
 
 

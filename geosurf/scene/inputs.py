@@ -291,12 +291,14 @@ class SceneInputs:
 
     def _opened(self, role: str, inputs: dict[str, Any]) -> dict[str, Any]:
         """Inputs by name, with objects of other packages in geosurf's own form."""
-        found = {name: own_form(one, name, role, self.positive) for name, one in inputs.items()}
+        opened = {
+            name: own_form(value, name, role, self.positive) for name, value in inputs.items()
+        }
         if self.time is None:
-            return found
+            return opened
         return {
-            name: in_time_unit(one, f"{role} {name!r}", self.length_unit)
-            for name, one in found.items()
+            name: in_time_unit(value, f"{role} {name!r}", self.length_unit)
+            for name, value in opened.items()
         }
 
     def _refuse_torn_beyond(self) -> None:
@@ -447,10 +449,13 @@ class SceneInputs:
             )
             return () if gone else setting
 
-        found = {key: left(settings[key], horizons) for key in _OF_HORIZONS}
-        found["truncations"] = left(or_empty(settings["truncations"]), faults)
-        names = {*faults, *halves_of(found["truncations"], tuple(faults)).names(tuple(faults))}
-        found |= {key: left(settings[key], names) for key in _OF_NAMED_FAULTS}
+        kept_settings = {key: left(settings[key], horizons) for key in _OF_HORIZONS}
+        kept_settings["truncations"] = left(or_empty(settings["truncations"]), faults)
+        names = {
+            *faults,
+            *halves_of(kept_settings["truncations"], tuple(faults)).names(tuple(faults)),
+        }
+        kept_settings |= {key: left(settings[key], names) for key in _OF_NAMED_FAULTS}
 
         # where all trims are of faults that are gone, horizons are torn all the same; where all
         # horizons that were named are gone, the others stay as they are
@@ -458,15 +463,15 @@ class SceneInputs:
         if tear is not None:
             torn = replace(tear, trim=left(tear.trim, names) or "auto")
             tear = replace(torn, horizons=left(tear.horizons, horizons))
-            found["tear"] = None if torn.horizons and not tear.horizons else tear
+            kept_settings["tear"] = None if torn.horizons and not tear.horizons else tear
         throws = [
-            replace(one, horizons=left(one.horizons, horizons))
-            for one in throws_of(settings["throws"])
-            if not one.horizons or left(one.horizons, horizons)
+            replace(throw, horizons=left(throw.horizons, horizons))
+            for throw in throws_of(settings["throws"])
+            if not throw.horizons or left(throw.horizons, horizons)
         ]
-        kept = left(dict.fromkeys(one.fault for one in throws), names)
-        found["throws"] = [one for one in throws if one.fault in kept]
-        return found
+        kept = left(dict.fromkeys(throw.fault for throw in throws), names)
+        kept_settings["throws"] = [throw for throw in throws if throw.fault in kept]
+        return kept_settings
 
 
 _OF_NAMED_FAULTS = ("extend", "lengthen", "compartments")
@@ -568,11 +573,11 @@ def changing(inputs: SceneInputs) -> dict[Any, Any]:
     return {**named, ("tops",): inputs.tops, ("aoi",): inputs.aoi}
 
 
-def are_one(one: Any, other: Any) -> bool:
+def are_one(first: Any, second: Any) -> bool:
     """Return whether two inputs are one object, or tuples of the same objects."""
-    if isinstance(one, tuple | list) and isinstance(other, tuple | list):
-        return len(one) == len(other) and all(map(operator.is_, one, other))
-    return one is other
+    if isinstance(first, tuple | list) and isinstance(second, tuple | list):
+        return len(first) == len(second) and all(map(operator.is_, first, second))
+    return first is second
 
 
 def paths_of(inputs: SceneInputs) -> dict[str, Path]:
@@ -654,14 +659,14 @@ def factors_of_rock(values: Sequence[Any], crs: str | None, *, drawn: bool = Fal
     Distributions are refused unless numbers are drawn from them.
     """
     given = dict(zip(ARGUMENTS, values, strict=True))
-    found = factors_of(given, lambda value, name: opened_map(value, name, crs))
-    for factor in found:
+    factors = factors_of(given, lambda value, name: opened_map(value, name, crs))
+    for factor in factors:
         if not drawn and any(map(is_distribution, factor.entries.values())):
             raise InputError(
                 f"{factor.name} has a distribution, but one scene has one value. Give a number, or "
                 "draw many: run_ensemble(scene, volumetrics={...})."
             )
-    return found
+    return factors
 
 
 def opened_map(value: Any, name: str, crs: str | None, *, unit: str = "1") -> Lattice:
@@ -692,9 +697,9 @@ def opened_map(value: Any, name: str, crs: str | None, *, unit: str = "1") -> La
     if unit != "m":
         check_ratio(stated, f"the map of {name}", unit)
         stated = "m"
-    found = horizon_over(value, (), name=name, positive="up", length_unit=stated, noun="map of")
-    if found.lattice is None:
+    surface = horizon_over(value, (), name=name, positive="up", length_unit=stated, noun="map of")
+    if surface.lattice is None:
         raise InputError(f"the map of {name} is a mesh. Give a grid over easting and northing.")
-    if crs is not None and found.crs is not None:
-        refuse_other_crs(f"map of {name}", found.crs, {"scene": crs})
-    return found.lattice
+    if crs is not None and surface.crs is not None:
+        refuse_other_crs(f"map of {name}", surface.crs, {"scene": crs})
+    return surface.lattice

@@ -113,8 +113,8 @@ def _add(digest: Any, value: Any, unknown: Unknown) -> None:
             grid = value.lattice
             digest.update(f"{grid.rising} {grid.reverse}".encode())
             _add(digest, (grid.easting, grid.northing, grid.elevation), unknown)
-        for one in value.sectors:
-            _add_sector(digest, one, unknown)
+        for sector in value.sectors:
+            _add_sector(digest, sector, unknown)
         for key, array in sorted(value.vertex_data.items()):
             digest.update(key.encode())
             _add(digest, array, unknown)
@@ -159,7 +159,7 @@ def _add(digest: Any, value: Any, unknown: Unknown) -> None:
     # of other classes the code is not known: in a notebook it may change
     elif is_dataclass(value) and type(value).__module__.startswith("geosurf."):
         digest.update(f"{type(value).__name__} {getattr(value, 'crs', '')}".encode())
-        _add_words(digest, [getattr(value, one.name) for one in fields(value)], unknown)
+        _add_words(digest, [getattr(value, field.name) for field in fields(value)], unknown)
     else:
         digest.update(f"{unknown(value)} ".encode())
 
@@ -340,12 +340,12 @@ class Memory:
     @contextmanager
     def collecting(self) -> Iterator[None]:
         """Keep what is warned of inside the ``with`` block as warnings of this scene."""
-        found: list[GeosurfWarning] = []
+        warnings: list[GeosurfWarning] = []
         try:
-            with collected() as found:
+            with collected() as warnings:
                 yield
         finally:
-            self.warn(*found)
+            self.warn(*warnings)
 
     def key_of(self, surface: TriSurface) -> Hashable:
         """Return the key of a surface: that of the step that made it, else its fingerprint."""
@@ -462,19 +462,19 @@ class Memory:
         """Run a step, keep its result with its warnings, and issue these."""
         # warnings are collected, so that they come back with the result from memory
         start = time.perf_counter()
-        found: list[GeosurfWarning] = []
+        issued: list[GeosurfWarning] = []
         try:
             shown = running(f"{stage} {subject}") if self.shows else nullcontext()
-            with shown, collected() as found:
+            with shown, collected() as issued:
                 result = run()
-            warnings = tuple(dict.fromkeys(found))
+            warnings = tuple(dict.fromkeys(issued))
             self._put(key, (result, warnings))
             seconds = time.perf_counter() - start
             self.note(stage, subject, "ran", describe(result), seconds)
 
         # a step that fails has warnings, too; they may explain why
         finally:
-            self.warn(*found)
+            self.warn(*issued)
         return result, warnings
 
     def summary(self) -> Step:
@@ -544,14 +544,14 @@ def budget_of_family() -> int:
         return max(int(_SHARE * _memory_of_machine()), _LEAST)
 
     # ASCII digits only: \d takes those of other scripts, too
-    found = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*([A-Za-z]*)\s*", text, re.ASCII)
-    factor = _UNIT.get(found[2].lower()) if found else None
-    if found is None or factor is None or len(text) > 40:
+    size = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*([A-Za-z]*)\s*", text, re.ASCII)
+    factor = _UNIT.get(size[2].lower()) if size else None
+    if size is None or factor is None or len(text) > 40:
         raise InputError(
             f"{CHOICE} is {text[:40]!r}, which is not a size. Give bytes, or a number with a unit: "
             f"{CHOICE}='2 GiB'. With 0 no results are shared."
         )
-    return int(float(found[1]) * factor)
+    return int(float(size[1]) * factor)
 
 
 def _memory_of_machine() -> int:
@@ -571,42 +571,42 @@ def buffers_of(value: Any) -> dict[int, int]:
     >>> sorted(buffers_of({"a": one, "b": [one[2:], one.reshape(2, 5)]}).values())
     [80]
     """
-    found: dict[int, int] = {}
+    sizes: dict[int, int] = {}
     seen: set[int] = set()
     stack = [value]
 
     # a stack of our own: nested results would exceed the recursion limit
     while stack:
-        one = stack.pop()
-        if isinstance(one, np.ndarray):
+        held = stack.pop()
+        if isinstance(held, np.ndarray):
             # views share the memory of the array that owns it
-            base = one.base
+            base = held.base
             while base is not None:
                 if not isinstance(base, np.ndarray):
                     break  # the owner may be no array, such as a memory map: its identity counts
-                one, base = base, base.base
-            found[id(one if base is None else base)] = one.nbytes
-        elif id(one) not in seen:
-            seen.add(id(one))
-            stack += _parts(one)
-    return found
+                held, base = base, base.base
+            sizes[id(held if base is None else base)] = held.nbytes
+        elif id(held) not in seen:
+            seen.add(id(held))
+            stack += _parts(held)
+    return sizes
 
 
-def _parts(one: Any) -> Iterable[Any]:
+def _parts(holder: Any) -> Iterable[Any]:
     """What an object is made of, as far as it may hold arrays."""
-    if isinstance(one, Mapping):
-        return list(one.values())
-    if isinstance(one, tuple | list | set | frozenset):
-        return one
-    kind = type(one)
+    if isinstance(holder, Mapping):
+        return list(holder.values())
+    if isinstance(holder, tuple | list | set | frozenset):
+        return holder
+    kind = type(holder)
 
     # objects of other packages are not looked into: what they hold is not ours to count
     if issubclass(kind, _LEAVES) or not kind.__module__.startswith(_ROOMS):
         return ()
     slots = [part.__dict__.get("__slots__", ()) for part in kind.__mro__]
     names = [name for of in slots for name in ([of] if isinstance(of, str) else of)]
-    held = getattr(one, "__dict__", {})
-    return [*held.values(), *(getattr(one, n, None) for n in names if not n.startswith("__"))]
+    held = getattr(holder, "__dict__", {})
+    return [*held.values(), *(getattr(holder, n, None) for n in names if not n.startswith("__"))]
 
 
 @dataclass
@@ -704,7 +704,7 @@ class Store:
         for entry in reversed(self._entries.values()):
             if anew or entry.buffers is None:
                 entry.buffers = buffers_of(entry.result)
-            more = {one: n for one, n in entry.buffers.items() if one not in sizes}
+            more = {buffer: n for buffer, n in entry.buffers.items() if buffer not in sizes}
             if total + sum(more.values()) + _OVERHEAD > self.budget:
                 break
             sizes |= more
@@ -715,7 +715,7 @@ class Store:
         for key in list(self._entries)[: len(self._entries) - n_kept]:
             freed |= self._entries.pop(key).buffers or {}
             self.n_dropped += 1
-        self.bytes_dropped += sum(n for one, n in freed.items() if one not in sizes)
+        self.bytes_dropped += sum(n for buffer, n in freed.items() if buffer not in sizes)
         return total
 
     # ---- bytes ---------------------------------------------------------------------------

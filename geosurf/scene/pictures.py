@@ -198,7 +198,7 @@ def pictures_of(scene: ReportedModel, choice: PictureChoice) -> list[Picture]:
         return f"{kind}_{list(names).index(name):02d}_{slug}.png"
 
     # views in three dimensions; then maps and diagrams, which need no graphics driver
-    found = [
+    pictures = [
         Picture(
             f"{_SEEN} the {view}.", f"view_{view}.png",
             partial(plot.view, view, **clip, **over, **look), "views = []", True,
@@ -209,23 +209,23 @@ def pictures_of(scene: ReportedModel, choice: PictureChoice) -> list[Picture]:
         words: dict[str, Any] = {"zoom": choice.zoom, **clip, **over, **look}
         draw: Callable[..., object] = partial(plot.view, choice.camera, **words)
         caption = f"{_SEEN} {words_of(choice.camera)}."
-        found.append(Picture(caption, "view_camera.png", draw, "camera", True))
+        pictures.append(Picture(caption, "view_camera.png", draw, "camera", True))
     if choice.exploded:
         words = {"only": choice.only, "include": choice.include, "colour_by": choice.colour_by}
         draw = partial(plot.view, show=["units"], exploded=0.3, **words, **look)
         caption = "Exploded view of the units: zones up and down, blocks sideways."
-        found.append(Picture(caption, "units_exploded.png", draw, "exploded = false", True))
+        pictures.append(Picture(caption, "units_exploded.png", draw, "exploded = false", True))
     for name in horizons if choice.maps else ():
         caption = f"{name}: elevation and intersection lines with other surfaces."
         draw = partial(plot.map, name, **clip, **over, **flat)
-        found.append(Picture(caption, row(horizons, name, "map"), draw, "maps = false"))
+        pictures.append(Picture(caption, row(horizons, name, "map"), draw, "maps = false"))
     for top, base in neighbours(scene) if choice.thickness else ():
         zone = f"{top}/{base}"
         caption = (
             f"{zone}: vertical thickness (isochore) by block, with fault polygons of both horizons."
         )
         file = row(horizons, top, "isochore", zone)
-        found.append(
+        pictures.append(
             Picture(caption, file, partial(plot.thickness, zone, **flat), "thickness = false")
         )
     inside = scene.faults_inside if choice.allan or choice.throw else ()
@@ -235,14 +235,14 @@ def pictures_of(scene: ReportedModel, choice: PictureChoice) -> list[Picture]:
             "where it differs."
         )
         draw = partial(plot.allan, name, **flat)
-        found.append(Picture(caption, row(faults, name, "allan"), draw, "allan = false"))
+        pictures.append(Picture(caption, row(faults, name, "allan"), draw, "allan = false"))
     for name in inside if choice.throw else ():
         if cut_horizons(scene, name):
             caption, draw = (
                 f"{name}: throw of horizons along strike.",
                 partial(plot.throw, name, **flat),
             )
-            found.append(Picture(caption, row(faults, name, "throw"), draw, "throw = false"))
+            pictures.append(Picture(caption, row(faults, name, "throw"), draw, "throw = false"))
 
     # sections that the caller named, else two through the middle
     lines = middle_lines(scene.box, scene.aoi)
@@ -256,21 +256,21 @@ def pictures_of(scene: ReportedModel, choice: PictureChoice) -> list[Picture]:
             f"Vertical section from {first} to {last}: zones, horizons, faults and fluid contacts."
         )
         draw = partial(plot.section, line, **over, **flat)
-        found.append(Picture(caption, f"section_{k:02d}.png", draw, "sections_m = []"))
+        pictures.append(Picture(caption, f"section_{k:02d}.png", draw, "sections_m = []"))
     if choice.search is not None:
         draw = partial(_draw_search, scene, *choice.search, **look)
         names = " and ".join(choice.search)
         caption = f"Search for the intersection of {names}: few candidate triangles remain."
-        found.append(Picture(caption, "search.png", draw, "search", True))
-    return found
+        pictures.append(Picture(caption, "search.png", draw, "search", True))
+    return pictures
 
 
 def _draw_search(scene: ReportedModel, first: str, second: str, path: Path, **look: Any) -> None:
     """Write the picture of a search, if there is anything to show."""
-    found = scene.search(first, second)
-    if found is None:
+    search = scene.search(first, second)
+    if search is None:
         raise GeometryError("the boxes of its surfaces do not meet.", surfaces=(first, second))
-    shown = show_search(scene.surface(first), scene.surface(second), found, scene.curves)
+    shown = show_search(scene.surface(first), scene.surface(second), search, scene.curves)
     title = "Voxel search for intersection lines"
     draw_picture(shown, path, title=title, view="southwest", **look)
 

@@ -90,24 +90,24 @@ def fluids_on(scene: ReportedModel, name: str) -> list[FluidArea]:
     of_unit = [unit.contact if unit.name in inside else "" for unit in faces.listed]
     interval = np.array([*of_unit, ""], dtype=object)[below]  # -1: none
     rule, x = fluids_rule(None), (faces.x + faces.origin)[:, :2]
-    found = []
+    areas = []
     for words in dict.fromkeys(of_unit):
         rows = interval == words
         if not words or words.startswith("below ") or not rows.any():
             continue
-        own, others = faces.triangles[rows], faces.triangles[~rows & (interval != "")]
+        above, others = faces.triangles[rows], faces.triangles[~rows & (interval != "")]
         unit = next(unit for unit in faces.listed if unit.contact == words)
-        rings = [x[ring] for ring in rings_of(own, faces.x)]
-        lines = [x[line] for line in chains_of(_shared_edges(own, others), faces.x)]
-        found.append(FluidArea(words, fluid_of(unit, set(), rule), rings, lines))
-    return found
+        rings = [x[ring] for ring in rings_of(above, faces.x)]
+        lines = [x[line] for line in chains_of(_shared_edges(above, others), faces.x)]
+        areas.append(FluidArea(words, fluid_of(unit, set(), rule), rings, lines))
+    return areas
 
 
-def _shared_edges(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+def _shared_edges(triangles: np.ndarray, other: np.ndarray) -> np.ndarray:
     """Edges (n, 2) between two sets of triangles that face the same way."""
-    start, end = one.ravel(), one[:, [1, 2, 0]].ravel()
+    start, end = triangles.ravel(), triangles[:, [1, 2, 0]].ravel()
     first, last = other.ravel(), other[:, [1, 2, 0]].ravel()
-    n = int(max(one.max(initial=0), other.max(initial=0))) + 1
+    n = int(max(triangles.max(initial=0), other.max(initial=0))) + 1
     return np.column_stack([start, end])[np.isin(start * n + end, last * n + first)]
 
 
@@ -117,10 +117,10 @@ def _remedies(
     """What closed the tear of a horizon where its faults alone did not, inside an outline."""
     sheet = scene.sheets.get(name)
     report = None if sheet is None else sheet.report
-    found = report.remedies if isinstance(report, SheetReport) else ()
+    remedies = report.remedies if isinstance(report, SheetReport) else ()
     if outline is None:
-        return found
-    return tuple(one for one in found if one.place and in_ring(np.array(one.place), outline))
+        return remedies
+    return tuple(one for one in remedies if one.place and in_ring(np.array(one.place), outline))
 
 
 def tops_of_scene(scene: ReportedModel) -> Any:
@@ -548,20 +548,22 @@ class ScenePlots:
                 absent[name] = "not cut by this fault"
                 continue
             try:
-                found = scene.throw(name, fault)
+                profile = scene.throw(name, fault)
             except GeometryError as error:
                 missing.append(f"{name!r}: {str(error).partition('. ')[0]}")
                 absent[name] = "not measured, see warnings"
                 continue
-            if np.isfinite(found.throw).any():
-                throws[name] = found
+            if np.isfinite(profile.throw).any():
+                throws[name] = profile
             else:
                 absent[name] = "cut-offs of one wall only"
         if missing:
             effect = f"The picture of the throw of {fault!r} does not show {'; '.join(missing)}."
             remedy = "All other results are complete. Set throw = false in [output] to run without."
             warn_of("picture", fault, effect, remedy)
-        shown = {name: _shown_along(scene, name, fault, found) for name, found in throws.items()}
+        shown = {
+            name: _shown_along(scene, name, fault, profile) for name, profile in throws.items()
+        }
         words = {"horizons": names, "shown": shown, "absent": absent}
         return plotted(draw_throw, throws, **words, **checked)
 
@@ -593,7 +595,7 @@ class ScenePlots:
             If the horizon is not torn at the fault, or its data are not known.
         """
         checked, scene = _flat(**look), self._scene
-        torn = [name for name, one in scene.sheets.items() if len(_stations(one, fault)) > 1]
+        torn = [name for name, sheet in scene.sheets.items() if len(_stations(sheet, fault)) > 1]
         horizon = next(iter(torn), "") if horizon is None else horizon
         if horizon not in torn:
             words = f"horizon {horizon!r} is not" if horizon else "no horizon is"
@@ -608,8 +610,8 @@ class ScenePlots:
         # across strike, four times as far on both sides as data are ignored
         stations = _stations(sheet, fault)
         row = round(at * (len(stations) - 1))
-        one, two = stations[max(row - 2, 0)], stations[min(row + 2, len(stations) - 1)]
-        east, north = (two - one) / np.hypot(*(two - one))
+        before, after = stations[max(row - 2, 0)], stations[min(row + 2, len(stations) - 1)]
+        east, north = (after - before) / np.hypot(*(after - before))
         reach = 4.0 * max(sheet.report.trims[fault], 3.0) * sheet.report.cell
         ends = stations[row] + reach * np.array([[-1.0], [1.0]]) * np.array([north, -east])
         line = ends[np.lexsort((ends[:, 1], ends[:, 0]))]
@@ -735,7 +737,7 @@ class ScenePlots:
         gap = number_of(exploded, "exploded", _GAP)
         words = [show] if isinstance(show, str) else listed(show, "show is a list of words", _SHOW)
         seals = [seal] if hasattr(seal, "attrs") else listed(seal, "seal is a list", _SEAL)
-        if not all(hasattr(one, "sgr") for one in seals):
+        if not all(hasattr(result, "sgr") for result in seals):
             raise InputError(f"seal takes results of scene.seal; {_SEAL}.")
         for word in words:
             check_word(
@@ -752,11 +754,11 @@ class ScenePlots:
         within = Prism(box, outline) if clip else None
         if roles:
             # torn horizons end on their faults: what lies beyond is not part of the model
-            sealed = [one.attrs["fault"] for one in seals]
-            some = [s for s in scene.surfaces if s.role in roles and s.name not in sealed]
-            most = most_of_each(len(some), given.size, given.zoom)
+            sealed = [result.attrs["fault"] for result in seals]
+            shown = [s for s in scene.surfaces if s.role in roles and s.name not in sealed]
+            most = most_of_each(len(shown), given.size, given.zoom)
             content += show_surfaces(
-                (as_modelled(scene, surface, most) for surface in some), within, only=only,
+                (as_modelled(scene, surface, most) for surface in shown), within, only=only,
                 by_elevation=isinstance(by, str) and by == "z", style=style, size=given.size,
                 zoom=given.zoom,
             )  # fmt: skip
@@ -809,14 +811,14 @@ def _data_of(scene: Any, horizon: str, data: Any) -> dict[str, np.ndarray]:
     return data_of(scene.sheets.get(horizon), data, horizon, {**words})
 
 
-def _leaks_on(scene: ReportedModel, fault: str, found: Any) -> list[tuple[str, float, float]]:
+def _leaks_on(scene: ReportedModel, fault: str, closures: Any) -> list[tuple[str, float, float]]:
     """Closure, distance along strike and elevation of the leaks on a fault."""
-    check_closures(found)
+    check_closures(closures)
     faces = faces_of(scene.patches, scene.units, fault, "fault")
-    mine = np.flatnonzero(found.leak_fault.values == fault)
-    places = np.column_stack([found[f"leak_{key}"].values for key in COORDINATES])[mine]
+    rows = np.flatnonzero(closures.leak_fault.values == fault)
+    places = np.column_stack([closures[f"leak_{key}"].values for key in COORDINATES])[rows]
     along = faces.along(places - faces.origin).tolist()
-    names = found.leak_closure.values[mine].tolist()
+    names = closures.leak_closure.values[rows].tolist()
     return list(zip(names, along, places[:, 2].tolist(), strict=True))
 
 

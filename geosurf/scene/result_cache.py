@@ -134,17 +134,17 @@ class ResultCache:
                     warn(warning)
                 made: Result = result
                 return made
-        found: list[GeosurfWarning] = []
+        issued: list[GeosurfWarning] = []
         try:
-            with collected() as found:
+            with collected() as issued:
                 result = run()
         finally:
-            for warning in found:
+            for warning in issued:
                 warn(warning)
         self.n_made += 1
         if name is not None and keep(result):
             with suppress(TypeError):  # a result of a kind that has no packed form
-                self.save(name, packed((result, tuple(found))))
+                self.save(name, packed((result, tuple(issued))))
         return result
 
     # ---- files ---------------------------------------------------------------------------
@@ -155,17 +155,17 @@ class ResultCache:
         if self._is_distrusted():
             return None
         try:
-            found = unsealed(name, read_own(path, LARGEST))
+            content = unsealed(name, read_own(path, LARGEST))
         except (FileNotFoundError, NotADirectoryError):
             return None
         except OSError as error:
-            found, wrong = None, error.strerror or type(error).__name__
-        if found is None:
+            content, wrong = None, error.strerror or type(error).__name__
+        if content is None:
             self._report_damage(name, wrong)
         else:
             with suppress(OSError):
                 os.utime(path)  # it was used now: others go first
-        return found
+        return content
 
     def save(self, name: str, payload: bytes) -> bool:
         """Write a file, completely or not; return whether it is there."""
@@ -189,13 +189,13 @@ class ResultCache:
 
     def _trim(self) -> None:
         """Remove the least recently used files beyond the budget."""
-        found = []
+        files = []
         for path in self.folder.glob(f"*{SUFFIX}"):
             with suppress(OSError):  # another process was faster
                 state = path.stat()
-                found.append((state.st_mtime, state.st_size, path))
-        total = sum(size for _, size, _ in found)
-        for _, size, path in sorted(found):
+                files.append((state.st_mtime, state.st_size, path))
+        total = sum(size for _, size, _ in files)
+        for _, size, path in sorted(files):
             if total <= self.budget:
                 break
             remove(path)
@@ -252,11 +252,11 @@ def name_of_result(kind: str, inputs: tuple[Any, ...]) -> str | None:
     return f"{kind}-{digest.hexdigest()}{SUFFIX}"
 
 
-def _is_text(one: Any) -> bool:
+def _is_text(setting: Any) -> bool:
     """Whether an input counts by its text: settings, and tuples of them."""
-    if isinstance(one, tuple | list):
-        return all(map(_is_text, one))
-    return one is None or type(one) in (str, bool, int, float)
+    if isinstance(setting, tuple | list):
+        return all(map(_is_text, setting))
+    return setting is None or type(setting) in (str, bool, int, float)
 
 
 @functools.cache
@@ -390,17 +390,17 @@ def _value(tree: Any, data: bytes, at: list[int]) -> Any:
         return {_value(k, data, at): _value(v, data, at) for k, v in parts}
     if kind == "object":
         return _object(parts, data, at)
-    found = [_value(part, data, at) for part in parts]
+    values = [_value(part, data, at) for part in parts]
     if kind == "number":
-        return found[0][()]
+        return values[0][()]
     if kind == "tuple":
-        return tuple(found)
+        return tuple(values)
     if kind == "list":
-        return found
+        return values
     if kind == "warning":
-        return GeosurfWarning(*found)
+        return GeosurfWarning(*values)
     if kind == "surface":
-        name, role, vertices, triangles, lattice, vertex_data, crs = found
+        name, role, vertices, triangles, lattice, vertex_data, crs = values
         surface = TriSurface(
             name, role, vertices, triangles, lattice=lattice, vertex_data=vertex_data
         )

@@ -838,16 +838,16 @@ class Scene:
     def _measured(self, what: str, run: Callable[[], Labelled], *more: Hashable) -> Labelled:
         """Return a measure of the units, from memory if it is there."""
         # a measure is found by its model and what was asked for
-        found = self._graph.memory.get_or_compute(
+        measure = self._graph.memory.get_or_compute(
             "measure", what, ("measure", what, self._graph.units_key, *more), run,
             lambda made: ", ".join(counted(n, str(dim)) for dim, n in made.sizes.items()),
         )  # fmt: skip
         if self.time is not None:
-            found = in_milliseconds(found)
+            measure = in_milliseconds(measure)
 
         # declared on a copy: the memory may hold results of a model that differs in this word alone
         crs = self.units.crs
-        return found if crs is None else found.assign_attrs(crs=crs)
+        return measure if crs is None else measure.assign_attrs(crs=crs)
 
     def _of_units(self, what: str, run: Callable[..., xarray.Dataset], name: str) -> xarray.Dataset:
         """Return a measure of patches and units for the name of a surface."""
@@ -962,10 +962,10 @@ class Scene:
         need_depth(self.time, "grids of horizons")
         if grid is None:
             grid = self._graph.nodes_in_map(horizon)
-        found, lost = horizon_on_grid(self.patches, self.units, horizon, grid)
+        on_grid, lost = horizon_on_grid(self.patches, self.units, horizon, grid)
         self._graph.memory.warn(*filter(None, [lost]))
         crs = self.units.crs
-        return found if crs is None else found.assign_attrs(crs=crs)
+        return on_grid if crs is None else on_grid.assign_attrs(crs=crs)
 
     def sample(
         self, where: Any = None, *, cell: Any = None, codes: bool = False, distance: bool = False
@@ -1016,11 +1016,11 @@ class Scene:
         if where is not None:
             check_system_of_places(lambda: self.crs, where, "places")
         boundaries = self._boundaries if flag_of(distance, "distance") else None
-        found = measure.sample_units(
+        samples = measure.sample_units(
             self.units, where, cell=cell, codes=codes, locator=self._locator, boundaries=boundaries
         )
-        self._graph.memory.warn(*warnings_of_places(found, self.box[5]))
-        return found
+        self._graph.memory.warn(*warnings_of_places(samples, self.box[5]))
+        return samples
 
     def well_intervals(self, path: Any, *, md: Any = None) -> xarray.Dataset:
         """Return the units that wells go through, with entry and exit points.
@@ -1074,14 +1074,14 @@ class Scene:
         wells, boundaries = wells_of(path), self._boundaries
         if wells is not None and md is not None:
             raise InputError("md= is for one well. Give many wells as tables with a column 'md'.")
-        for name, one in {"path": path}.items() if wells is None else wells.items():
-            check_system_of_places(lambda: self.crs, one, name)
+        for name, well in {"path": path}.items() if wells is None else wells.items():
+            check_system_of_places(lambda: self.crs, well, name)
         if wells is None:
-            found = well_intervals(self.units, path, md, self._locator, boundaries)
+            intervals = well_intervals(self.units, path, md, self._locator, boundaries)
         else:
-            found = intervals_of_wells(self.units, wells, self._locator, boundaries)
-        self._graph.memory.warn(*warnings_of_places(found, self.box[5]))
-        return found
+            intervals = intervals_of_wells(self.units, wells, self._locator, boundaries)
+        self._graph.memory.warn(*warnings_of_places(intervals, self.box[5]))
+        return intervals
 
     def closures(
         self, horizon: str | None = None, *, faults: Any = "sealing", horizons: Any = "open",
@@ -1506,12 +1506,12 @@ class Scene:
         refuse_other_systems(self._graph.read.crs, inputs.crs, checked, None)
         memory.warn(*warnings_of_names(checked, self.horizon_names))
         run = lambda: measure.well_misfit(self.patches, self.units, checked)  # noqa: E731
-        found: xarray.Dataset = self._measured(
+        misfits: xarray.Dataset = self._measured(
             "misfit", run, checked.wells, checked.horizons, checked.points.tobytes()
         )
-        doubt = doubtful_top(checked, np.arange(len(checked)), found.model.values)
+        doubt = doubtful_top(checked, np.arange(len(checked)), misfits.model.values)
         memory.warn(*filter(None, [doubt]))
-        return found
+        return misfits
 
     # ---- views and pictures --------------------------------------------------------------
 
@@ -1626,10 +1626,10 @@ class Scene:
             certify_repeated(self.patches, self.units, self._graph.rebuild)
         )
 
-    def _take_certificate(self, found: Certificate) -> Certificate:
+    def _take_certificate(self, certificate: Certificate) -> Certificate:
         """Keep the certificate of this model."""
-        self.__dict__["_checked"] = found
-        return found
+        self.__dict__["_checked"] = certificate
+        return certificate
 
     @property
     def certificate(self) -> Certificate:

@@ -134,18 +134,18 @@ def with_empty_blocks(
     >>> with_empty_blocks(both, {"West": "Top", "Top": False})["West"].bounds[:2]
     (0.0, 4000.0)
     """
-    found = dict(horizons)
+    filled = dict(horizons)
     for name in in_order(filling):
         onto = filling[name]
         if isinstance(onto, bool):
             continue
-        own, other = found[name].lattice, found[onto].lattice
-        if own is None or other is None or own.shape != other.shape:
+        lattice, lattice_below = filled[name].lattice, filled[onto].lattice
+        if lattice is None or lattice_below is None or lattice.shape != lattice_below.shape:
             continue
-        z = np.where(np.isnan(own.elevation), other.elevation, own.elevation)
-        made = TriSurface(name, "horizon", lattice=own.with_elevation(z))
-        found[name] = in_crs_of(made, [found[name]])
-    return found
+        z = np.where(np.isnan(lattice.elevation), lattice_below.elevation, lattice.elevation)
+        made = TriSurface(name, "horizon", lattice=lattice.with_elevation(z))
+        filled[name] = in_crs_of(made, [filled[name]])
+    return filled
 
 
 def grid_of_sheet(sheet: Sheet) -> TriSurface:
@@ -178,11 +178,11 @@ def horizons_in_map(
     untied : callable
         Horizon of a name, for all others.
     """
-    found = {
+    in_map = {
         name: of_sheet(value).renamed(name) if isinstance(value, Sheet) else untied(name)
         for name, value in inputs.horizons.items()
     }
-    return [*with_empty_blocks(found, inputs.filling).values()]
+    return [*with_empty_blocks(in_map, inputs.filling).values()]
 
 
 # ---- decimated ----------------------------------------
@@ -217,12 +217,12 @@ def decimated(
     >>> made["Top"].lattice.shape, bool(made["Top"].vertex_data["vertical_error"].max() < 0.5)
     ((101, 101), True)
     """
-    found: dict[str, TriSurface] = {}
+    decimated_by_name: dict[str, TriSurface] = {}
     tolerance = inputs.tolerance
     if tolerance is None or inputs.tie is not None:
-        return found
+        return decimated_by_name
     for frame in _frames([*map(whole, inputs.horizons)]):
-        subject = ", ".join(one.name for one in frame)
+        subject = ", ".join(horizon.name for horizon in frame)
         if (why := _needs_all(frame)) is not None:
             memory.note("decimate", subject, "skipped", f"all nodes: {why}")
             continue
@@ -230,24 +230,24 @@ def decimated(
             "decimate", subject, ("decimate", tolerance, *map(memory.key_of, frame)),
             partial(decimate_frame, frame, tolerance), _in_words, again=False,
         )  # fmt: skip
-        found.update({one.name: one for one in made})
-        for given, one in zip(frame, made, strict=False):  # which of its nodes follows from n
-            memory.made_of(one, ("decimated", one.n_vertex, memory.key_of(given)))
-    return found
+        decimated_by_name.update({horizon.name: horizon for horizon in made})
+        for given, horizon in zip(frame, made, strict=False):  # which of its nodes follows from n
+            memory.made_of(horizon, ("decimated", horizon.n_vertex, memory.key_of(given)))
+    return decimated_by_name
 
 
 def _frames(horizons: Sequence[TriSurface]) -> list[list[TriSurface]]:
     """Horizons that are grids, in groups that have the same nodes in the map."""
     groups: list[tuple[Lattice, list[TriSurface]]] = []
-    for one in horizons:
-        if one.lattice is None:
+    for horizon in horizons:
+        if horizon.lattice is None:
             continue
         for lattice, group in groups:
-            if lattice.shares_map(one.lattice):
-                group.append(one)
+            if lattice.shares_map(horizon.lattice):
+                group.append(horizon)
                 break
         else:
-            groups.append((one.lattice, [one]))
+            groups.append((horizon.lattice, [horizon]))
 
     return [group for _, group in groups]
 
@@ -257,10 +257,10 @@ def _needs_all(frame: list[TriSurface]) -> str | None:
     shape = None if frame[0].lattice is None else frame[0].lattice.shape
     if shape is None or not strides_of(shape):
         return "the grid is small"
-    other = [one.name for one in frame if not can_be_decimated(one)]
+    other = [horizon.name for horizon in frame if not can_be_decimated(horizon)]
     if not other:
         return None
-    if any("vertical_error" in one.vertex_data for one in frame):
+    if any("vertical_error" in horizon.vertex_data for horizon in frame):
         return "of one, nodes have been left out already"
     return f"{other[0]} has absent nodes"
 
@@ -288,7 +288,7 @@ def opened_tops(tops: Any, options: dict[str, str | None]) -> Tops | None:
 
 def warnings_of_names(tops: Tops, horizons: tuple[str, ...]) -> list[GeosurfWarning]:
     """Return a warning for each horizon of the tops that a scene does not have."""
-    found = []
+    warnings = []
     for name in dict.fromkeys(tops.horizons):
         if name not in horizons:
             wells = ", ".join(dict.fromkeys(tops.wells[k] for k in tops.of(name)))
@@ -298,8 +298,8 @@ def warnings_of_names(tops: Tops, horizons: tuple[str, ...]) -> list[GeosurfWarn
                 f"{did_you_mean(name, horizons)}"
             )
             remedy = "Rename the horizon in the tops, or leave these tops out."
-            found.append(GeosurfWarning("tops", name, effect, remedy))
-    return found
+            warnings.append(GeosurfWarning("tops", name, effect, remedy))
+    return warnings
 
 
 def tied_surface(
@@ -371,15 +371,15 @@ def remembered_tie(
     """
     content = (tops.wells, tops.horizons, tops.points.tobytes(), settings)
     key = ("tied", name, *map(memory.key_of, (plain, *faults)), content)
-    found: tuple[TriSurface, TieReport] = memory.get_or_compute(
+    tied: tuple[TriSurface, TieReport] = memory.get_or_compute(
         "tie", name, key,
         lambda: tied_surface(name, plain, sheet, faults, tops, settings),
         lambda result: str(result[1]), again=False,
     )  # fmt: skip
 
     # later stages find the tied surface by what it was made of
-    memory.made_of(found[0], key)
-    return found
+    memory.made_of(tied[0], key)
+    return tied
 
 
 Found = Callable[[str], TriSurface | None]
@@ -527,25 +527,25 @@ class InputSurfaces:
         if name in self._few:
             return self._few[name]
         grids = {
-            one: da for one, da in self.inputs.horizons.items()
-            if is_stored(da) and one not in self._known
+            horizon: da for horizon, da in self.inputs.horizons.items()
+            if is_stored(da) and horizon not in self._known
         }  # fmt: skip
         grids[name] = value
         if lack_of_memory([*grids.values()]) is None:
             return read_stored(value, name)
 
         # horizons of one grid keep the same nodes: files are opened for this
-        for one, given in self.inputs.horizons.items():
-            if isinstance(given, str | Path) and one != name:
+        for horizon, given in self.inputs.horizons.items():
+            if isinstance(given, str | Path) and horizon != name:
                 data = _read(given, "horizon", self.inputs.options)
-                grids.update({one: data} if is_stored(data) else {})
+                grids.update({horizon: data} if is_stored(data) else {})
         if self.inputs.tolerance is not None:
-            words = {one: undeclared(da, self.inputs.options) for one, da in grids.items()}
+            words = {horizon: undeclared(da, self.inputs.options) for horizon, da in grids.items()}
             self._few = decimated_horizons(grids, words, self.inputs.tolerance)
             return self._few[name]
         sides = self._sides()
         if sides is not None:
-            grids = {one: cropped(da, one, sides) for one, da in grids.items()}
+            grids = {horizon: cropped(da, horizon, sides) for horizon, da in grids.items()}
         lack = lack_of_memory([*grids.values()])
         if lack is not None:
             raise refusal(grids, lack)
@@ -591,10 +591,10 @@ def _mark(value: Any) -> Hashable:
     """What shows that an input has changed; None for what nobody can change, or reads later."""
     if isinstance(value, str | Path):
         try:
-            found = Path(value).stat()
+            state = Path(value).stat()
         except OSError:
             return None  # whoever reads it says what is wrong
-        return found.st_size, found.st_mtime_ns, found.st_ino
+        return state.st_size, state.st_mtime_ns, state.st_ino
     fixed = isinstance(value, Sheet | TriSurface | FaultSticks | Tops | int | float | type(None))
     return None if fixed or is_stored(value) else known_fingerprint(value)
 
@@ -630,31 +630,31 @@ def as_surface(
         A fault has its normals in the hanging wall, however its file or mesh was wound.
     """
     # first whatever reads: paths become grids, sticks or surfaces; then one way for each kind
-    found = _read(value, role, options) if isinstance(value, str | Path) else value
-    if role == "horizon" and is_stored(found):
-        found = from_store(name, found)
-    if role == "horizon" and isinstance(found, tuple | list):
-        found = triangulate_horizon(found, name=name, **undeclared(found, options))
-    torn = isinstance(found, Sheet)  # one that ends on its faults has been checked
+    opened = _read(value, role, options) if isinstance(value, str | Path) else value
+    if role == "horizon" and is_stored(opened):
+        opened = from_store(name, opened)
+    if role == "horizon" and isinstance(opened, tuple | list):
+        opened = triangulate_horizon(opened, name=name, **undeclared(opened, options))
+    torn = isinstance(opened, Sheet)  # one that ends on its faults has been checked
     if torn:
-        found = found.surface_among(others)
+        opened = opened.surface_among(others)
 
-    if isinstance(found, TriSurface):
-        found = found.renamed(name, role)
+    if isinstance(opened, TriSurface):
+        opened = opened.renamed(name, role)
 
         # sheets were checked when they were torn
         if role == "horizon" and not torn:
-            check_horizon_mesh(found)
-            check_spikes(found)
-        return orient_fault(found) if role == "fault" else found
+            check_horizon_mesh(opened)
+            check_spikes(opened)
+        return orient_fault(opened) if role == "fault" else opened
 
-    given = found is value and hasattr(found, "coords")
+    given = opened is value and hasattr(opened, "coords")
     if role == "horizon":
-        made = horizon_over(found, maps, own=given, name=name, **undeclared(found, options))
+        made = horizon_over(opened, maps, own=given, name=name, **undeclared(opened, options))
         check_spikes(made)
         return made
-    found = _own(found) if given else found
-    return triangulate_fault(found, name=name, **undeclared(found, options))
+    opened = _own(opened) if given else opened
+    return triangulate_fault(opened, name=name, **undeclared(opened, options))
 
 
 def _own(given: Any) -> Any:
@@ -663,10 +663,10 @@ def _own(given: Any) -> Any:
     Values that nobody can write to are not copied.
     """
     if hasattr(given, "data_vars"):
-        held = {name: one.variable for name, one in given.data_vars.items()}
+        held = {name: variable.variable for name, variable in given.data_vars.items()}
     else:
         held = {"": getattr(given, "variable", None)}
-    values = {name: getattr(one, "_data", None) for name, one in held.items()}
+    values = {name: getattr(variable, "_data", None) for name, variable in held.items()}
     if not all(map(never_changes, values.values())):
         return given.copy(deep=True)
     return given.copy(deep=True, data=values if hasattr(given, "data_vars") else values[""])
@@ -701,7 +701,7 @@ def _opened(name: str, value: Any, options: Options) -> Any:
     if isinstance(value, FluidContact):
         return replace(value, at=_opened(name, value.at, options))
     if isinstance(value, list | tuple):
-        return [_opened(name, one, options) for one in value]
+        return [_opened(name, part, options) for part in value]
     if isinstance(value, str) and _is_written_number(value):
         raise InputError(
             f"fluid contact {name!r} is the text {value!r}. Give a number without quotes: "
@@ -710,7 +710,9 @@ def _opened(name: str, value: Any, options: Options) -> Any:
     if isinstance(value, str | Path) or hasattr(value, "dims"):
         return as_surface(name, "horizon", value, options)
     if isinstance(value, Mapping) and not hasattr(value, "data_vars"):
-        return {block: _opened(f"{name} in {block}", one, options) for block, one in value.items()}
+        return {
+            block: _opened(f"{name} in {block}", part, options) for block, part in value.items()
+        }
     return value
 
 

@@ -93,12 +93,12 @@ class Tear:
                 arrays = (use.ignored, use.wrong, use.elevation, *use.near, *use.side)
                 data = b"".join(a.tobytes() for a in arrays)
                 moved += [repr((sheet.plan.given_trims, names)), sha256(data).hexdigest()]
-        one = self.before
-        if one is None:
+        plan = self.before
+        if plan is None:
             return tuple(moved)
-        lengths = [(x.fault, *sorted(x.lengths.items())) for x in one.extensions]
-        tears = (one.traces, one.early, one.rings, one.level, one.left_out, one.loss)
-        return (repr((one.trims, one.given_trims, one.order, *tears, lengths)), *moved)
+        lengths = [(x.fault, *sorted(x.lengths.items())) for x in plan.extensions]
+        tears = (plan.traces, plan.early, plan.rings, plan.level, plan.left_out, plan.loss)
+        return (repr((plan.trims, plan.given_trims, plan.order, *tears, lengths)), *moved)
 
     def sheet(
         self,
@@ -179,11 +179,13 @@ def sheets_on(
         tears = []
         for name in first[:1] or ready:
             known = torn.get(name)
-            some = lengths.near(name, untorn) if known is None else faults
+            faults_near = lengths.near(name, untorn) if known is None else faults
             before = None if known is None else known.sheet.plan
             like = tuple(torn[of].sheet for of in models[name] if of in torn)
-            given = lengths.given(some)
-            tears.append(Tear(name, some, _fill(torn, filling[name]), before, like, given=given))
+            given = lengths.given(faults_near)
+            tears.append(
+                Tear(name, faults_near, _fill(torn, filling[name]), before, like, given=given)
+            )
         count = n_torn + len(again)
         for tear in tears:
             n_torn += 1
@@ -205,13 +207,13 @@ class _Lengths:
 
     def given(self, faults: Faults) -> dict[str, tuple[TriSurface, Mapping[str, float]]]:
         """Faults that are longer than they were given: as given, and by how much [m]."""
-        found = {}
+        longer = {}
         for name, fault in faults.items():
             known = self._known[name]
             number = next(k for k, one in enumerate(known) if one is fault)
             if self._by[name][number]:
-                found[name] = known[0], self._by[name][number]
-        return found
+                longer[name] = known[0], self._by[name][number]
+        return longer
 
     def add(self, tear: Tear, torn: _Torn) -> None:
         """Take the faults that a tear has made longer."""
@@ -297,10 +299,10 @@ def outcome_of(sheet: Sheet) -> str:
     return f"at {', '.join(sheet.cuts)}" if sheet.cuts else "without faults"
 
 
-def same(one: TriSurface, other: TriSurface) -> bool:
+def same(first: TriSurface, second: TriSurface) -> bool:
     """Whether two faults are equal, vertex by vertex."""
-    return np.array_equal(one.vertices, other.vertices) and np.array_equal(
-        one.triangles, other.triangles
+    return np.array_equal(first.vertices, second.vertices) and np.array_equal(
+        first.triangles, second.triangles
     )
 
 
@@ -389,12 +391,12 @@ def as_long_as(longer: LongerFaults, faults: Faults) -> Faults:
         A fault there, and the longer one that tears needed. It counts where the fault is the same.
     faults : dict of str to TriSurface
     """
-    found = dict(faults)
+    lengthened = dict(faults)
     for name, (before, after) in longer.items():
         fault = faults.get(name)
         if fault is not None and same(fault, before):
-            found[name] = after
-    return found
+            lengthened[name] = after
+    return lengthened
 
 
 def longer_faults(faults: Faults, torn: Faults) -> LongerFaults:
@@ -419,9 +421,11 @@ def warnings_of(
 ) -> list[GeosurfWarning]:
     """Return how much longer faults became, and the warnings of the sheets for an area."""
     mains = {rule.fault: rule.main for rule in rules}
-    found: list[GeosurfWarning] = []
-    of_sheets = [one for sheet in sheets.values() for one in warnings_of_sheet(sheet, outline)]
-    needed = {one.subject: one for one in of_sheets if one.kind == "fault extended"}
+    warnings: list[GeosurfWarning] = []
+    of_sheets = [
+        warning for sheet in sheets.values() for warning in warnings_of_sheet(sheet, outline)
+    ]
+    needed = {warning.subject: warning for warning in of_sheets if warning.kind == "fault extended"}
     for name, fault in faults.items():
         # how far the fault was continued beyond what was given, by the numbers that lengthen it
         if not np.array_equal(fault.vertices, given[name].vertices):
@@ -431,14 +435,14 @@ def warnings_of(
             far = longer_by(given[name], fault)
             ways = [f"{length:.0f} m {WAYS[side]}" for side, length in far.items()]
             # what passes a main fault along strike is cut again
-            mine = {side: far[side] for side in far if name not in mains or side in VERTICAL}
-            if far and not mine:
+            stays = {side: far[side] for side in far if name not in mains or side in VERTICAL}
+            if far and not stays:
                 continue
             past = f" What lies beyond {mains[name]!r} is cut off." if name in mains else ""
-            how = how_to_lengthen(name, mine)
+            how = how_to_lengthen(name, stays)
             middle = tuple(fault.vertices.mean(axis=0).tolist())
             at = needed[name].place or middle if name in needed else middle
-            found.append(
+            warnings.append(
                 GeosurfWarning(
                     "fault extended",
                     name,
@@ -449,20 +453,20 @@ def warnings_of(
                 )
             )
     # how much longer a fault became counts as a whole, not by the sheets that needed some of it
-    found += [one for one in of_sheets if one.kind != "fault extended"]
-    found += _polygons_unused(given, tuple(sheets))
-    return list(dict.fromkeys(found))
+    warnings += [warning for warning in of_sheets if warning.kind != "fault extended"]
+    warnings += _polygons_unused(given, tuple(sheets))
+    return list(dict.fromkeys(warnings))
 
 
 def _polygons_unused(faults: Faults, torn: tuple[str, ...]) -> Iterator[GeosurfWarning]:
     """Fault polygons on horizons that are not torn, or not there."""
-    of = grouped(
+    faults_of = grouped(
         (key.removeprefix(CUTOFF), name)
         for name, fault in faults.items()
         for key in fault.vertex_data
         if key.startswith(CUTOFF)
     )
-    for horizon, names in of.items():
+    for horizon, names in faults_of.items():
         if torn and horizon not in torn:
             yield GeosurfWarning(
                 "polygon left out",
@@ -540,17 +544,17 @@ def _thrown(plain: Graph, name: str, throws: Sequence[FaultThrow], faults: Fault
     from geosurf.sheets.throw.throw_horizon import throw_horizon  # loaded by those who tear
 
     memory, horizon = plain.memory, plain.untied(name)
-    moving = [faults[one.fault] for one in throws]
+    moving = [faults[throw.fault] for throw in throws]
 
     def of_fault(word: str) -> dict[str, Any]:
         """A word of the throws, by fault."""
-        return {one.fault: getattr(one, word) for one in throws}
+        return {throw.fault: getattr(throw, word) for throw in throws}
 
     words: dict[str, Any] = {
         word: of_fault(word) for word in ("reach", "hanging_wall", "direction")
     }
     run = partial(throw_horizon, horizon, moving, of_fault("throw"), name=name, **words)
-    shapes = [one.throw for one in throws]
+    shapes = [throw.throw for throw in throws]
     return memory.get_or_compute(
         "tear", name,
         ("thrown", *map(memory.key_of, (horizon, *moving)), repr(words), memory.hold(shapes)),
@@ -572,10 +576,10 @@ def rules_to_repeat(rules: Iterable[Rule], given: Faults, faults: Faults) -> dic
     """
     from geosurf.sheets.report.remedies import how_to_lengthen, longer_by
 
-    found = {}
+    ways_by_rule = {}
     for rule in rules:
         both = [name for name in (rule.fault, rule.main) if faults[name] is not given[name]]
         ways = [how_to_lengthen(name, longer_by(given[name], faults[name])) for name in both]
         if ways:
-            found[rule] = ", and ".join(ways)
-    return found
+            ways_by_rule[rule] = ", and ".join(ways)
+    return ways_by_rule

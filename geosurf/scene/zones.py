@@ -41,7 +41,7 @@ def made_horizons(plain: Graph, made: Sequence[MadeHorizon]) -> tuple[dict[str, 
     (dict of str to object, list of list)
         Zone, start, horizon, mean thickness as given and in the model, smallest and largest factor.
     """
-    after = {(one.start, one.down): one for one in made}
+    after = {(zone.start, zone.down): zone for zone in made}
     horizons: dict[str, Any] = {}
     rows: list[Any] = []
     for first in made:
@@ -53,21 +53,24 @@ def made_horizons(plain: Graph, made: Sequence[MadeHorizon]) -> tuple[dict[str, 
             if onward is None:
                 break
             chain.append(onward)
-        if not any(_is_made(plain, one.horizon) for one in chain):
+        if not any(_is_made(plain, zone.horizon) for zone in chain):
             continue  # all have data of their own
         memory, inputs = plain.memory, plain.inputs
-        named = [first.start, *(one.horizon for one in chain if not _is_made(plain, one.horizon))]
+        named = [
+            first.start,
+            *(zone.horizon for zone in chain if not _is_made(plain, zone.horizon)),
+        ]
         key = (
             "zones", *(plain.read.content(name, inputs.horizons[name]) for name in named),
-            *((one.zone, one.kind, one.horizon, memory.hold(one.thickness)) for one in chain),
+            *((zone.zone, zone.kind, zone.horizon, memory.hold(zone.thickness)) for zone in chain),
             *inputs.options.values(), inputs.torn,
         )  # fmt: skip
-        found, some = memory.get_or_compute(
-            "zones", ", ".join(one.zone for one in chain), key,
+        made_here, corrections = memory.get_or_compute(
+            "zones", ", ".join(zone.zone for zone in chain), key,
             partial(_chain, plain, chain), lambda made: f"{len(made[0])} horizons",
         )  # fmt: skip
-        horizons |= found
-        rows += some
+        horizons |= made_here
+        rows += corrections
     return horizons, rows
 
 
@@ -81,12 +84,12 @@ def _chain(plain: Graph, chain: Sequence[MadeHorizon]) -> tuple[dict[str, Any], 
     data = data_of(plain, start, plain.inputs.horizons[start])
     x = places_in(data)
     thick, z = [], x[:, 2]
-    for one in chain:
-        added = _thickness(plain, one).at(x[:, :2])
+    for zone in chain:
+        added = _thickness(plain, zone).at(x[:, :2])
         if (added < 0.0).any():
-            plain.memory.warn(_negative(one, x, added))
-        if one.kind == "isopach":
-            added = added * _secant(one, data, z)
+            plain.memory.warn(_negative(zone, x, added))
+        if zone.kind == "isopach":
+            added = added * _secant(zone, data, z)
         thick.append(np.maximum(added, 0.0))
         z = z + sign * thick[-1]
     given = np.array(thick)
@@ -110,14 +113,14 @@ def _chain(plain: Graph, chain: Sequence[MadeHorizon]) -> tuple[dict[str, Any], 
     fitted = given * factor
     below = np.cumsum(fitted, axis=0)
     horizons, rows = {}, []
-    for k, one in enumerate(chain):
+    for k, zone in enumerate(chain):
         numbers = thick[k].mean(), fitted[k].mean(), factor.min(), factor.max()
-        rows.append([one.zone, one.start, one.horizon, *map(float, numbers)])
+        rows.append([zone.zone, zone.start, zone.horizon, *map(float, numbers)])
         if not (fits and k == len(chain) - 1):
             to = np.column_stack([x[:, :2], x[:, 2] + sign * below[k]])
             moved = moved_horizon(data, start, partial(_to, to))
-            horizons[one.horizon] = (
-                moved.renamed(one.horizon) if isinstance(moved, TriSurface) else moved
+            horizons[zone.horizon] = (
+                moved.renamed(zone.horizon) if isinstance(moved, TriSurface) else moved
             )
     return horizons, rows
 
@@ -148,32 +151,32 @@ def _thickness(plain: Graph, one: MadeHorizon) -> Field:
     return Field((np.column_stack([x, y]), t))
 
 
-def _negative(one: MadeHorizon, x: np.ndarray, added: np.ndarray) -> GeosurfWarning:
+def _negative(zone: MadeHorizon, x: np.ndarray, added: np.ndarray) -> GeosurfWarning:
     at = x[added.argmin()]
     return GeosurfWarning(
-        "thickness", one.zone,
-        f"The thickness of zone {one.zone!r} is below 0 at {int((added < 0.0).sum())} of "
+        "thickness", zone.zone,
+        f"The thickness of zone {zone.zone!r} is below 0 at {int((added < 0.0).sum())} of "
         f"{len(added)} nodes, down to {length_text(added.min())} at {place(at)}: 0 counts there.",
         "Correct the map of its thickness.", tuple(at.tolist()),
     )  # fmt: skip
 
 
-def _secant(one: MadeHorizon, data: Any, z: np.ndarray) -> np.ndarray:
+def _secant(zone: MadeHorizon, data: Any, z: np.ndarray) -> np.ndarray:
     """Vertical thickness over the one normal to a grid with elevations z at its nodes."""
     from scipy.ndimage import distance_transform_edt  # loaded by those who give an isopach
 
     lattice: Lattice | None = None if are_points(data) else data.lattice
     if lattice is None or min(lattice.shape) < 2:
         raise InputError(
-            f"zone {one.zone!r} is an isopach, normal to {one.start!r}, which is not a grid. Give "
-            'a grid of it, or kind="isochore".'
+            f"zone {zone.zone!r} is an isopach, normal to {zone.start!r}, which is not a grid. "
+            'Give a grid of it, or kind="isochore".'
         )
     shape, (x, y) = lattice.shape, (lattice.easting, lattice.northing)
     if x.ndim == 1:
         x, y = np.meshgrid(x, y)
     values = np.full(shape, np.nan)
     values[lattice.present] = z
-    rows, columns = ([np.gradient(of, axis=axis) for of in (x, y, values)] for axis in (0, 1))
+    rows, columns = ([np.gradient(part, axis=axis) for part in (x, y, values)] for axis in (0, 1))
     area = columns[0] * rows[1] - columns[1] * rows[0]
     east = (columns[2] * rows[1] - columns[1] * rows[2]) / area
     north = (columns[0] * rows[2] - columns[2] * rows[0]) / area
@@ -204,7 +207,7 @@ def warnings_of_throw(
     """
     from scipy.ndimage import binary_opening  # loaded by those who tear
 
-    found = []
+    warnings = []
     for name, (start, *_) in made_of.items():
         if name not in sheets or start not in sheets:
             continue
@@ -230,7 +233,7 @@ def warnings_of_throw(
             if not len(rows):
                 continue
             worst = rows[off[rows].argmax()]
-            found.append(
+            warnings.append(
                 GeosurfWarning(
                     "throw of zone", name,
                     f"Horizon {name!r} has a throw of {length_text(cut.throw[worst])} at fault "
@@ -242,7 +245,7 @@ def warnings_of_throw(
                     tuple(cut.stations[worst].tolist()),
                 )
             )  # fmt: skip
-    return found
+    return warnings
 
 
 def corrections(rows: Sequence[Sequence[Any]]) -> xarray.Dataset:

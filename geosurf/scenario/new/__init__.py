@@ -130,10 +130,10 @@ def new_scenario(
     _check_words(positive, length_unit)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", GeosurfWarning)  # the run prints them
-        found = [one for file in _files_of(files) for one in recognised(file)]
+        recognised_files = [one for file in _files_of(files) for one in recognised(file)]
         # Before anything is compared: without a horizon nothing else makes sense.
-        _require_model(found)
-        ready = judged(found, Answers(positive, length_unit))
+        _require_model(recognised_files)
+        ready = judged(recognised_files, Answers(positive, length_unit))
         faults = faults_of(ready)
         ends = truncations_among(ready, faults)
         dividers = dividers_among(faults, ends)
@@ -157,11 +157,11 @@ def _check_words(positive: str | None, length_unit: str | None) -> None:
 def _files_of(files: list[str] | list[Path]) -> list[Path]:
     """Paths as they were given, each once; a folder stands for all files below it, by name."""
     # A dict keeps the order and drops files that are given twice.
-    found: dict[Path, None] = {}
+    paths: dict[Path, None] = {}
     for word in files:
         path = path_of(word, "geosurf new")
         if not path.exists():
-            beside = did_you_mean(path.name, [one.name for one in path.parent.glob("*")])
+            beside = did_you_mean(path.name, [sibling.name for sibling in path.parent.glob("*")])
             remedy = beside or " Check the folder and the suffix."
             raise InputError(f"{path}: no file has such a name.{remedy}")
         inside = [path]
@@ -177,10 +177,10 @@ def _files_of(files: list[str] | list[Path]) -> list[Path]:
             ]
             if not inside:
                 raise InputError(f"{path}: the folder has no files. Give the files of a field.")
-        found |= dict.fromkeys(inside)
-    if not found:
+        paths |= dict.fromkeys(inside)
+    if not paths:
         raise InputError("no files are given. Write: geosurf new FOLDER FILES...")
-    return list(found)
+    return list(paths)
 
 
 def _is_hidden(parts: tuple[str, ...]) -> bool:
@@ -188,15 +188,15 @@ def _is_hidden(parts: tuple[str, ...]) -> bool:
     return any(part.startswith(".") for part in parts)
 
 
-def _require_model(found: list[Found]) -> None:
+def _require_model(files: list[Found]) -> None:
     """Without a horizon or a sealed model there is nothing to build."""
-    if any(one.kind in ("horizon", "model") for one in found):
+    if any(file.kind in ("horizon", "model") for file in files):
         return
     # The message says what the files hold instead, so that the missing one is obvious.
-    left = [one for one in found if one.kind == OUT]
-    others = Counter(one.kind for one in found if one.kind != OUT)
+    left = [file for file in files if file.kind == OUT]
+    others = Counter(file.kind for file in files if file.kind != OUT)
     held = [counted(n, kind) for kind, n in others.items()]
-    reasons = [f"{one.path.name}: {one.note.rstrip('.')}" for one in left[:MOST_NAMED]]
+    reasons = [f"{file.path.name}: {file.note.rstrip('.')}" for file in left[:MOST_NAMED]]
     more = [f"and {len(left) - MOST_NAMED} more"] if len(left) > MOST_NAMED else []
     raise InputError(
         f"none of these files holds a horizon or a sealed model: {'; '.join(held + reasons + more)}"
@@ -239,8 +239,8 @@ def scenario_text(
     page.add("# Written by `geosurf new`. docs/scenario.md lists all keys.")
     page.add(f"title = {quoted(folder.resolve().name or 'Reservoir model')}", "")
     _direction(page, ready)
-    for one in ready.of("model"):
-        page.add("", "[model]", *_file(folder, one))
+    for file in ready.of("model"):
+        page.add("", "[model]", *_file(folder, file))
     # Faults that take part in a truncation are extended, both of them.
     joined = {name for end in ends if end.joined for name in (end.row.fault, end.row.other)}
     _surfaces(page, folder, ready, joined)
@@ -253,7 +253,7 @@ def scenario_text(
     left = ready.of(OUT)
     if left:
         page.add("", "# Files that are not used:")
-        page.add(*(f"# {_path(folder, one.path)}: {one.note}" for one in left))
+        page.add(*(f"# {_path(folder, file.path)}: {file.note}" for file in left))
     # Those that stop a run first; the others in the order of the file.
     questions = sorted(page.questions, key=lambda question: not question.stops)
     return "\n".join(line.rstrip() for line in page.lines) + "\n", tuple(questions)
@@ -278,12 +278,12 @@ def _direction(page: Page, ready: Ready) -> None:
         listed = ", ".join(map(quoted, zones))
         page.add(f"# reservoir = [{listed}]  # name fewer, if not all are reservoir")
     # One unit for all silent files is written once, at the top.
-    silent = [one for one in ready.of("horizon", "fault") if not one.states_unit]
-    units = {one.length_unit for one in silent}
+    silent = [file for file in ready.of("horizon", "fault") if not file.states_unit]
+    units = {file.length_unit for file in silent}
     if len(units) == 1 and None not in units:
         page.add(f'length_unit = "{units.pop()}"  # of z, as given with --length-unit')
-        for one in ready.found:
-            one.length_unit = None
+        for file in ready.found:
+            file.length_unit = None
     elif None in units:
         page.add('# length_unit = "ft"  # if z is in feet: these files do not state it')
 
@@ -292,32 +292,32 @@ def _surfaces(page: Page, folder: Path, ready: Ready, joined: set[str]) -> None:
     """Tables of horizons and faults; faults of a truncation reach across all horizons."""
     sides = ", ".join(f'"{side}"' for side in SIDES)
     for kind, table in (("horizon", "horizons"), ("fault", "faults")):
-        found = ready.of(kind)
+        files = ready.of(kind)
         # The order of horizons is the one thing that the user has to check.
-        if found and kind == "horizon":
+        if files and kind == "horizon":
             page.add("", "# Horizons, youngest first.")
             page.add(*(f"# Note: {_comment(note)}." for note in ready.notes))
-        for one in found:
-            page.add("", f"[[{table}]]", f"name = {quoted(one.name)}", *_file(folder, one, ready))
-            if one.kind == "fault" and one.in_file and one.in_file != one.name:
-                page.add(f"name_in_file = {quoted(one.in_file)}")
-            if one.piece:
-                page.add(f"piece = {one.piece}  # of a mesh in several pieces, the largest first")
-            if one.kind == "fault" and one.name in joined:
+        for file in files:
+            page.add("", f"[[{table}]]", f"name = {quoted(file.name)}", *_file(folder, file, ready))
+            if file.kind == "fault" and file.in_file and file.in_file != file.name:
+                page.add(f"name_in_file = {quoted(file.in_file)}")
+            if file.piece:
+                page.add(f"piece = {file.piece}  # of a mesh in several pieces, the largest first")
+            if file.kind == "fault" and file.name in joined:
                 page.add(f"extend = [{sides}]  # so that it is cut through, see truncations below")
-            for answer, question in one.asks:
+            for answer, question in file.asks:
                 page.ask(f"{_comment(question)}. If so, uncomment:", answer)
 
 
-def _file(folder: Path, one: Found, ready: Ready | None = None) -> list[str]:
+def _file(folder: Path, file: Found, ready: Ready | None = None) -> list[str]:
     """The keys of a file."""
-    lines = [f"file = {quoted(_path(folder, one.path))}"]
+    lines = [f"file = {quoted(_path(folder, file.path))}"]
     # Only where the file differs from the top of the scenario.
-    if one.positive is not None and (ready is None or ready.positive is None):
-        lines.append(f'positive = "{one.positive}"')
-    if one.length_unit is not None:
-        why = f"  # {_comment(one.why)}" if one.why else ""
-        lines.append(f'length_unit = "{one.length_unit}"{why}')
+    if file.positive is not None and (ready is None or ready.positive is None):
+        lines.append(f'positive = "{file.positive}"')
+    if file.length_unit is not None:
+        why = f"  # {_comment(file.why)}" if file.why else ""
+        lines.append(f'length_unit = "{file.length_unit}"{why}')
     return lines
 
 
@@ -351,7 +351,7 @@ def _compartments(page: Page, dividers: Sequence[Divider]) -> None:
     # Geometry does not tell whether a field has regions on the two sides of such a fault.
     if not dividers:
         return
-    dying = [repr(one.fault) for one in dividers if one.walls]
+    dying = [repr(divider.fault) for divider in dividers if divider.walls]
     many = len(dying) > 1
     page.add("")
     page.ask(
@@ -360,7 +360,10 @@ def _compartments(page: Page, dividers: Sequence[Divider]) -> None:
         f"block. {'Do they' if many else 'Does it'} separate regions? Virtual walls without throw "
         f"continue {'them' if many else 'it'}.",
         "[compartments]",
-        *(f'{toml_key(one.fault)} = "nearest"  # {_comment(one.reason)}' for one in dividers),
+        *(
+            f'{toml_key(divider.fault)} = "nearest"  # {_comment(divider.reason)}'
+            for divider in dividers
+        ),
     )
 
 
@@ -370,10 +373,12 @@ def _tear(page: Page, ready: Ready) -> None:
     horizons = ready.of("horizon")
     # Meshes are not torn: they have their cuts already.
     torn = [
-        one
-        for one in horizons
-        if one.form == "points"
-        or (one.form == "grid" and any(overlap_in_map(one.points, f.points) for f in faults))
+        horizon
+        for horizon in horizons
+        if horizon.form == "points"
+        or (
+            horizon.form == "grid" and any(overlap_in_map(horizon.points, f.points) for f in faults)
+        )
     ]
     if not torn:
         return
@@ -381,31 +386,33 @@ def _tear(page: Page, ready: Ready) -> None:
     page.add("", how if faults else "# Points are gridded.", "[tear]")
     # Without a list [tear] takes all horizons.
     if len(torn) < len(horizons):
-        page.add(f"horizons = [{', '.join(quoted(one.name) for one in torn)}]")
+        page.add(f"horizons = [{', '.join(quoted(horizon.name) for horizon in torn)}]")
 
 
 def _polygons(page: Page, folder: Path, ready: Ready) -> None:
     """Fault polygons, which may stand for faults, and whether these separate regions."""
-    taken = {one.name for one in ready.of("horizon", "fault", "contact")}
+    taken = {file.name for file in ready.of("horizon", "fault", "contact")}
     tear = [] if "[tear]" in page.lines else ["[tear]"]
     faults = []
-    for one in ready.of("polygons"):
-        horizon = nearest_horizon(ready, one)
+    for file in ready.of("polygons"):
+        horizon = nearest_horizon(ready, file)
         clouds = [other.elevations for other in ready.of("horizon")]
         lines = []
-        for k, part in enumerate(one.parts, 1):
+        for k, part in enumerate(file.parts, 1):
             # short names, since names of blocks consist of them
-            name = f"P{k}" if f"P{k}" not in taken else f"{one.name} {k}"
+            name = f"P{k}" if f"P{k}" not in taken else f"{file.name} {k}"
             taken.add(name)
             faults.append(name)
             lines += ["[[faults]]", f"name = {quoted(name)}"]
-            lines += _dip(part * [1.0, 1.0, one.scale], clouds)
-            lines += [] if one.positive is None or ready.positive else _file(folder, one, ready)[1:]
+            lines += _dip(part * [1.0, 1.0, file.scale], clouds)
+            lines += (
+                [] if file.positive is None or ready.positive else _file(folder, file, ready)[1:]
+            )
             lines += ["[[faults.polygons]]", f"horizon = {quoted(horizon)}"]
-            lines += [f"file = {quoted(_path(folder, one.path))}", f"polygon = {k}"]
+            lines += [f"file = {quoted(_path(folder, file.path))}", f"polygon = {k}"]
         page.add("")
         page.ask(
-            f"has {one.path.name} fault polygons of {horizon!r}? Each may be a fault, at which "
+            f"has {file.path.name} fault polygons of {horizon!r}? Each may be a fault, at which "
             "horizons are cut. Without them the model has no faults.",
             *lines, *tear,
         )  # fmt: skip
@@ -435,24 +442,24 @@ def _dip(polygon: np.ndarray, horizons: list[np.ndarray]) -> list[str]:
 
 def _others(page: Page, folder: Path, ready: Ready) -> None:
     """Fluid contacts, well tops and an outline."""
-    for one in ready.of("contact"):
-        named = "named" in one.note
-        lines = ["[[contacts]]", f"name = {quoted(one.name)}", *_file(folder, one, ready)]
+    for file in ready.of("contact"):
+        named = "named" in file.note
+        lines = ["[[contacts]]", f"name = {quoted(file.name)}", *_file(folder, file, ready)]
         page.add("")
         if named:
-            page.add(f"# {_comment(one.note)}: a fluid contact.", *lines)
+            page.add(f"# {_comment(file.note)}: a fluid contact.", *lines)
         else:
             # A level grid may also be a horizon: the user decides.
-            page.ask(f"is {one.path.name} a fluid contact? {_comment(one.note)}.", *lines)
-    for one in ready.of("tops"):
-        page.add("", "[tops]", *_file(folder, one, ready))
+            page.ask(f"is {file.path.name} a fluid contact? {_comment(file.note)}.", *lines)
+    for file in ready.of("tops"):
+        page.add("", "[tops]", *_file(folder, file, ready))
         page.add("# tie = true  # correct horizons smoothly so that they meet their tops")
-    for one in ready.of("outline"):
+    for file in ready.of("outline"):
         page.add("")
         page.ask(
-            f"is {one.path.name} the area of the model? Without it: all that the horizons share.",
+            f"is {file.path.name} the area of the model? Without it: all that the horizons share.",
             "[aoi]",
-            f"file = {quoted(_path(folder, one.path))}",
+            f"file = {quoted(_path(folder, file.path))}",
         )
 
 
@@ -489,13 +496,15 @@ def _comment(text: str) -> str:
     return " ".join(text.split())
 
 
-def table_text(found: Iterable[Found]) -> str:
+def table_text(files: Iterable[Found]) -> str:
     """How each file is used, for the console."""
     # The same words as in the scenario, one line per file.
     rows = [("file", "used as", "name", "why")]
-    for one in found:
-        what = one.kind if one.kind in (OUT, one.form) else f"{one.kind} ({one.form})"
-        rows.append((one.path.name, what, "" if one.kind == OUT else one.name, _comment(one.note)))
+    for file in files:
+        what = file.kind if file.kind in (OUT, file.form) else f"{file.kind} ({file.form})"
+        rows.append(
+            (file.path.name, what, "" if file.kind == OUT else file.name, _comment(file.note))
+        )
     widths = [max(len(row[k]) for row in rows) for k in range(3)]
     return "\n".join(
         "  ".join([*(row[k].ljust(widths[k]) for k in range(3)), row[3]]).rstrip() for row in rows

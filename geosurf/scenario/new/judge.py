@@ -206,11 +206,11 @@ class Ready:
         return [one for one in self.found if one.kind in kinds]
 
 
-def judged(found: list[Found], answers: Answers) -> Ready:
+def judged(files: list[Found], answers: Answers) -> Ready:
     """Return what a scenario is written from."""
     # The order matters: repeats and the stratigraphic order need elevations, hence direction and
     # unit.
-    ready = Ready(found)
+    ready = Ready(files)
     _leave_alternatives_out(ready)
     _state_direction(ready, answers)
     _state_units(ready, answers)
@@ -223,7 +223,7 @@ def judged(found: list[Found], answers: Answers) -> Ready:
     _name(ready)
     # The order of tables in the scenario; horizons keep theirs, since sorting is stable.
     rank = {"model": 0, "horizon": 1, "fault": 2}
-    ready.found.sort(key=lambda one: rank.get(one.kind, 4 if one.kind == OUT else 3))
+    ready.found.sort(key=lambda file: rank.get(file.kind, 4 if file.kind == OUT else 3))
     return ready
 
 
@@ -234,19 +234,19 @@ def _leave_alternatives_out(ready: Ready) -> None:
     for other in models[1:]:
         other.leave_out(f"a scenario has one sealed model, {models[0].path.name}")
     # Contacts and tops can be combined with a sealed model.
-    for one in ready.of(*SOLID[:2]) if models else []:
-        one.leave_out(f"a sealed model has its own surfaces, see {models[0].path.name}")
+    for surface in ready.of(*SOLID[:2]) if models else []:
+        surface.leave_out(f"a sealed model has its own surfaces, see {models[0].path.name}")
     first: dict[tuple[str, str], Found] = {}
-    for one in ready.of("horizon", "fault"):
+    for surface in ready.of("horizon", "fault"):
         # Case does not matter: exports on Windows change it.
-        key = one.kind, one.name.casefold()
-        known = first.setdefault(key, one)
-        if known is one or known.path == one.path:
+        key = surface.kind, surface.name.casefold()
+        known = first.setdefault(key, surface)
+        if known is surface or known.path == surface.path:
             continue
         # A grid and its points, or a fault twice: one of both would be torn or cut twice.
-        other_form = one.kind == "fault" or known.form != one.form
-        if other_form and overlap_in_map(known.points, one.points):
-            one.leave_out(f"{known.path.name} has {one.name!r} as well; use one of them")
+        other_form = surface.kind == "fault" or known.form != surface.form
+        if other_form and overlap_in_map(known.points, surface.points):
+            surface.leave_out(f"{known.path.name} has {surface.name!r} as well; use one of them")
     for kind in ("tops", "outline"):
         for extra in ready.of(kind)[1:]:
             extra.leave_out(f"a scenario has one of these; {ready.of(kind)[0].path.name} is used")
@@ -273,17 +273,17 @@ def _leave_repeats_out(ready: Ready) -> None:
 def _polygons(ready: Ready) -> None:
     """Fault polygons stand for faults where there are no fault surfaces; each file once."""
     used: list[Found] = []
-    for one in ready.of("polygons"):
-        same = next((u for u in used if _coincide(u.points, one.points)), None)
+    for file in ready.of("polygons"):
+        same = next((u for u in used if _coincide(u.points, file.points)), None)
         if ready.of("fault"):
-            one.leave_out(
-                f"{counted(len(one.parts), 'closed line')}: fault polygons, and there are fault "
+            file.leave_out(
+                f"{counted(len(file.parts), 'closed line')}: fault polygons, and there are fault "
                 "surfaces. To use them, see [[faults.polygons]]"
             )
         elif same is not None:
-            one.leave_out(f"has the lines of {same.path.name}")
+            file.leave_out(f"has the lines of {same.path.name}")
         else:
-            used.append(one)
+            used.append(file)
 
 
 def _coincide(a: np.ndarray, b: np.ndarray) -> bool:
@@ -294,11 +294,11 @@ def _coincide(a: np.ndarray, b: np.ndarray) -> bool:
 def nearest_horizon(ready: Ready, polygons: Found) -> str:
     """Name of the horizon whose elevations are those of some polygons."""
     horizons = ready.of("horizon")
-    frame = frame_around([one.elevations for one in horizons])
+    frame = frame_around([horizon.elevations for horizon in horizons])
     at = cell_means(polygons.elevations, frame)
 
-    def away(one: Found) -> float:
-        gap = np.abs(cell_means(one.elevations, frame) - at)
+    def away(horizon: Found) -> float:
+        gap = np.abs(cell_means(horizon.elevations, frame) - at)
         return float(np.median(gap[np.isfinite(gap)])) if np.isfinite(gap).any() else np.inf
 
     return min(horizons, key=away).name
@@ -308,7 +308,7 @@ def nearest_horizon(ready: Ready, polygons: Found) -> str:
 def _state_direction(ready: Ready, answers: Answers) -> None:
     """Find out whether z is depth or elevation; files of opposite sign have opposite words."""
     # Only files that do not state their direction are in question.
-    silent = [one for one in ready.of(*SOLID) if not one.states_direction]
+    silent = [file for file in ready.of(*SOLID) if not file.states_direction]
     if not silent:
         return
     word, reason = _direction(ready, silent, answers)
@@ -318,16 +318,16 @@ def _state_direction(ready: Ready, answers: Answers) -> None:
 
     # the word belongs to z of the sign that most files have
     # Depths below datum may be stored with either sign, in one field even.
-    minority = [one for one in silent if _sign(one) != _majority(silent)]
+    minority = [file for file in silent if _sign(file) != _majority(silent)]
     # What the user states on the command line counts for all files.
     if answers.positive is None and minority:
-        for one in silent:
+        for file in silent:
             opposite = "up" if word == "down" else "down"
-            one.positive = opposite if one in minority else word
+            file.positive = opposite if file in minority else word
         ready.reason = f"{reason}; files of the other sign are positive = {opposite!r}"
         return
-    for one in silent:
-        one.positive = word
+    for file in silent:
+        file.positive = word
     ready.positive, ready.reason = word, reason
 
 
@@ -335,7 +335,7 @@ def _direction(ready: Ready, silent: list[Found], answers: Answers) -> tuple[str
     """The word for the files of the more frequent sign, and where it is from."""
     if answers.positive is not None:
         return answers.positive, "as given with --positive"
-    usual = [one for one in silent if _sign(one) == _majority(silent)]
+    usual = [file for file in silent if _sign(file) == _majority(silent)]
     # From the surest evidence to the weakest: names, headers, then neighbours that state it.
     for find in (_by_names, _by_header):
         word, reason = find(usual)
@@ -343,19 +343,19 @@ def _direction(ready: Ready, silent: list[Found], answers: Answers) -> tuple[str
             return word, reason
     word, reason = _by_neighbours(ready, usual)
     # Meshes of modelling programs are elevations by convention.
-    if word is None and all(one.form == "mesh" for one in silent):
+    if word is None and all(file.form == "mesh" for file in silent):
         return "up", "the default of such meshes"
     return word, reason
 
 
 def _by_names(silent: list[Found]) -> tuple[str | None, str]:
     """A base below a top, by their names: z grows down if it is larger at the base."""
-    horizons = [one for one in silent if one.kind == "horizon"]
+    horizons = [horizon for horizon in silent if horizon.kind == "horizon"]
     if len(horizons) < 2:
         return None, ""
     # Without a direction z itself is compared: only its trend from top to base matters.
-    frame = frame_around([one.points for one in horizons])
-    means = {id(one): cell_means(one.points, frame) for one in horizons}
+    frame = frame_around([horizon.points for horizon in horizons])
+    means = {id(horizon): cell_means(horizon.points, frame) for horizon in horizons}
     pairs = [
         (top, base)
         for top, base in permutations(horizons, 2)
@@ -363,10 +363,10 @@ def _by_names(silent: list[Found]) -> tuple[str | None, str]:
     ]
 
     # top and base of one interval say most: the top of the next one is below this base
-    of_one = [pair for pair in pairs if _interval(pair[0]) == _interval(pair[1])]
+    same_zone = [pair for pair in pairs if _interval(pair[0]) == _interval(pair[1])]
     # Every pair votes; contradicting votes leave the question open.
     words, last = set(), ""
-    for top, base in of_one or pairs:
+    for top, base in same_zone or pairs:
         gap = means[id(base)] - means[id(top)]
         gap = gap[np.isfinite(gap)]
         if len(gap) >= FEWEST_CELLS and np.median(gap) != 0:
@@ -383,28 +383,28 @@ def _interval(one: Found) -> str:
 
 def _by_header(silent: list[Found]) -> tuple[str | None, str]:
     """A column that is named depth or elevation."""
-    headers = {one.header: one for one in silent if one.header and one.kind != "tops"}
+    headers = {file.header: file for file in silent if file.header and file.kind != "tops"}
     words = {}
     # One word in all headers, or nothing is concluded.
-    for text, one in headers.items():
+    for text, file in headers.items():
         if DEPTH_HEADER.search(text) or UP_HEADER.search(text):
-            words["down" if DEPTH_HEADER.search(text) else "up"] = one
+            words["down" if DEPTH_HEADER.search(text) else "up"] = file
     if len(words) != 1:
         return None, ""
-    word, one = words.popitem()
-    return word, f"the header of {one.path.name} names the column"
+    word, file = words.popitem()
+    return word, f"the header of {file.path.name} names the column"
 
 
 def _by_neighbours(ready: Ready, silent: list[Found]) -> tuple[str | None, str]:
     """Files that state their direction: only one sign brings the others to their elevations."""
-    stated = [one for one in ready.of(*SOLID[:2]) if one.states_direction]
-    solid = [one for one in silent if one.kind in SOLID[:2]]
+    stated = [surface for surface in ready.of(*SOLID[:2]) if surface.states_direction]
+    solid = [surface for surface in silent if surface.kind in SOLID[:2]]
     if not stated or not solid:
         return None, ""
     # The range of files that state their direction, with its own height as margin.
-    low = min(one.points[:, 2].min() for one in stated)
-    high = max(one.points[:, 2].max() for one in stated)
-    z = np.array([np.median(one.points[:, 2]) for one in solid])
+    low = min(surface.points[:, 2].min() for surface in stated)
+    high = max(surface.points[:, 2].max() for surface in stated)
+    z = np.array([np.median(surface.points[:, 2]) for surface in solid])
     margin = high - low
     fits = {
         word: bool(((sign * z > low - margin) & (sign * z < high + margin)).any())
@@ -428,48 +428,48 @@ def _majority(silent: list[Found]) -> float:
 # ---------------------------------------------------------------------- unit
 def _state_units(ready: Ready, answers: Answers) -> None:
     """Metres, but for files of which both the relief and the position fit feet only."""
-    silent = [one for one in ready.of(*SOLID) if not one.states_unit]
+    silent = [horizon for horizon in ready.of(*SOLID) if not horizon.states_unit]
     # The unit that the user gives counts for all silent files; metres are the default and are not
     # written.
     if answers.length_unit is not None:
-        for one in silent:
-            one.length_unit = None if answers.length_unit == "m" else answers.length_unit
+        for horizon in silent:
+            horizon.length_unit = None if answers.length_unit == "m" else answers.length_unit
         return
     horizons = ready.of("horizon")
     # Relief can only be compared with that of another horizon.
     if len(horizons) < 2:
         return
-    frame = frame_around([one.points for one in horizons])
-    means = {id(one): cell_means(one.points, frame) for one in horizons}
+    frame = frame_around([horizon.points for horizon in horizons])
+    means = {id(horizon): cell_means(horizon.points, frame) for horizon in horizons}
     verdicts = {
-        id(one): _feet(one, [o for o in horizons if o is not one], means, ready)
-        for one in horizons
-        if one in silent
+        id(horizon): _feet(horizon, [o for o in horizons if o is not horizon], means, ready)
+        for horizon in horizons
+        if horizon in silent
     }
-    for one in horizons:
+    for horizon in horizons:
         # Two independent signs are needed to change a unit; one alone asks the user.
-        relief, position = verdicts.get(id(one), (0.0, False))
+        relief, position = verdicts.get(id(horizon), (0.0, False))
         if relief and position:
-            one.length_unit = "ft"
-            one.why = f"its relief is {relief:.2f} times that of the others, and z fits only so"
+            horizon.length_unit = "ft"
+            horizon.why = f"its relief is {relief:.2f} times that of the others, and z fits only so"
         elif relief:
-            one.asks.append((
+            horizon.asks.append((
                 'length_unit = "ft"',
-                f"is {one.path.name} in feet? Its relief is {relief:.2f} times that of the others",
+                f"is {horizon.path.name} in feet? Its relief is {relief:.2f} times that of others",
             ))  # fmt: skip
 
 
 def _feet(
-    one: Found, others: list[Found], means: dict[int, np.ndarray], ready: Ready
+    horizon: Found, others: list[Found], means: dict[int, np.ndarray], ready: Ready
 ) -> tuple[float, bool]:
     """How much larger its relief is than that of others, 0 if not as feet are; and its position."""
-    relief = relief_in_feet(means[id(one)], (means[id(other)] for other in others))
+    relief = relief_in_feet(means[id(horizon)], (means[id(other)] for other in others))
 
     # faults reach the horizons that they cut: in feet, not in metres
     bounds = ready.of("fault") or others
     z = np.concatenate([np.abs(f.points[:, 2]) for f in bounds])
     margin = np.ptp(z)
-    middle = abs(float(np.median(one.points[:, 2])))
+    middle = abs(float(np.median(horizon.points[:, 2])))
     low, high = z.min() - margin, z.max() + margin
     return relief, bool(low < middle * FOOT < high and not low < middle < high)
 
@@ -486,26 +486,26 @@ def _order(ready: Ready) -> None:
     horizons = ready.of("horizon")
     # Elevations, as direction and unit are known by now.
     means = _means(ready)
-    table = np.array([means[id(one)] for one in horizons])
+    table = np.array([means[id(horizon)] for horizon in horizons])
     # Only cells that all horizons have: a dipping horizon would otherwise seem higher where it
     # ends.
     shared = np.isfinite(table).all(axis=0)
     if shared.sum() < FEWEST_CELLS and len(horizons) > 1:
         ready.notes.append("these horizons share no area; their order is that of their medians")
         shared = np.ones(table.shape[1], dtype=bool)
-    level = {id(one): float(np.nanmedian(row[shared]))
-             for one, row in zip(horizons, table, strict=True)}  # fmt: skip
+    level = {id(horizon): float(np.nanmedian(row[shared]))
+             for horizon, row in zip(horizons, table, strict=True)}  # fmt: skip
     # What has no level (faults, tops) goes to the end, in its order.
-    ready.found.sort(key=lambda one: -level.get(id(one), -np.inf))
+    ready.found.sort(key=lambda horizon: -level.get(id(horizon), -np.inf))
 
 
 def _name(ready: Ready) -> None:
     """Give each surface a name of its own: that of its file, then with kind, folder or number."""
     used: set[str] = set()
-    for one in ready.of("horizon", "fault", "contact"):
-        base = one.name
+    for surface in ready.of("horizon", "fault", "contact"):
+        base = surface.name
         # The first name that is free: the file's own, then one that says more.
-        choices = [base, f"{base} {one.kind}", f"{base} {one.path.parent.name}".strip()]
+        choices = [base, f"{base} {surface.kind}", f"{base} {surface.path.parent.name}".strip()]
         choices += [f"{base} {k}" for k in range(2, len(ready.found) + 3)]
-        one.name = next(word for word in choices if word.casefold() not in used)
-        used.add(one.name.casefold())
+        surface.name = next(word for word in choices if word.casefold() not in used)
+        used.add(surface.name.casefold())

@@ -74,12 +74,12 @@ def _walls(scene: Scene, names: list[str]) -> tuple[VirtualWall, ...]:
         return walls or ()
     # One after another: a fault that contradicts those before it is left out.
     taken: list[str] = []
-    found: tuple[VirtualWall, ...] = ()
+    accepted: tuple[VirtualWall, ...] = ()
     for name in names:
         walls = _built(scene, [*taken, name])
         if walls is not None:
-            taken, found = [*taken, name], walls
-    return found
+            taken, accepted = [*taken, name], walls
+    return accepted
 
 
 def _built(scene: Scene, names: list[str]) -> tuple[VirtualWall, ...] | None:
@@ -177,29 +177,29 @@ def _tried(ends: list[End], scene: Scene) -> list[End]:
     return done
 
 
-def in_map(one: Found) -> TriSurface:
+def in_map(horizon: Found) -> TriSurface:
     """A horizon with elevations, for box and area; points as a grid."""
-    if are_points(one.data):
-        surface = footprint(one.name, one.data, {})
+    if are_points(horizon.data):
+        surface = footprint(horizon.name, horizon.data, {})
     else:
-        surface = triangulate_horizon(one.data, name=one.name)
-    return _with_elevations(surface, one)
+        surface = triangulate_horizon(horizon.data, name=horizon.name)
+    return _with_elevations(surface, horizon)
 
 
-def surface_of(one: Found) -> TriSurface:
+def surface_of(fault: Found) -> TriSurface:
     """A fault as a surface, with elevations."""
-    surface = one.data
+    surface = fault.data
     # Sticks become a surface first.
     if not hasattr(surface, "triangles"):
-        surface = triangulate_fault(surface, name=one.name)
-    return _with_elevations(surface.renamed(one.name, "fault"), one)
+        surface = triangulate_fault(surface, name=fault.name)
+    return _with_elevations(surface.renamed(fault.name, "fault"), fault)
 
 
-def _with_elevations(surface: TriSurface, one: Found) -> TriSurface:
+def _with_elevations(surface: TriSurface, file: Found) -> TriSurface:
     """A surface whose z is as in its file, with elevations [m]."""
-    if one.scale == 1.0:
+    if file.scale == 1.0:
         return surface
-    return surface.lifted(lambda z: z * one.scale)
+    return surface.lifted(lambda z: z * file.scale)
 
 
 def _end(row: NetworkRow, vertices: np.ndarray, clouds: list[np.ndarray]) -> End:

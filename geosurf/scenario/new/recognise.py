@@ -54,11 +54,11 @@ def surface_of_file(path: Path, read: Any, form: str, kind: str, note: str) -> F
         data = read(path, **UP)
     points = points_of(data)
     points = points[np.isfinite(points).all(axis=1)]
-    one = Found(path, kind, form, note or str(len(points)), data=data)
-    one.points = thinned(points, MOST_POINTS)
-    one.states_direction = "stated by the file" in notes.get("sign", "")
-    one.states_unit = "stated by the file" in notes.get("unit of z", "")
-    return one
+    file = Found(path, kind, form, note or str(len(points)), data=data)
+    file.points = thinned(points, MOST_POINTS)
+    file.states_direction = "stated by the file" in notes.get("sign", "")
+    file.states_unit = "stated by the file" in notes.get("unit of z", "")
+    return file
 
 
 # ---- surfaces ----------------------------------------
@@ -74,17 +74,17 @@ CONTACT_NAME = re.compile(r"(?:^|[^a-z])(owc|goc|gwc|fwl|fwc)(?:$|[^a-z])", re.I
 
 def grid(path: Path) -> Found:
     """A horizon, or a level fluid contact."""
-    one = surface_of_file(path, read_horizon, "grid", "horizon", "")
-    z = one.points[:, 2]
+    file = surface_of_file(path, read_horizon, "grid", "horizon", "")
+    z = file.points[:, 2]
     if not len(z):
         return Found(path, OUT, "grid", "all nodes are undefined")
-    one.note = f"{len(z)} nodes" if len(z) < MOST_POINTS else f"{one.note} nodes"
+    file.note = f"{len(z)} nodes" if len(z) < MOST_POINTS else f"{file.note} nodes"
     named = CONTACT_NAME.search(path.stem)
     # Fluid contacts are level, or named as such.
     if named or np.ptp(z) == 0:
         why = f"is named {named[1]!r}" if named else f"is level, z = {z[0]:g}"
-        one.kind, one.note = "contact", f"the grid {why}"
-    return one
+        file.kind, file.note = "contact", f"the grid {why}"
+    return file
 
 
 def tsurfs(path: Path) -> list[Found]:
@@ -101,10 +101,10 @@ def tsurfs(path: Path) -> list[Found]:
     def reader(k: int) -> Any:
         return lambda words: read_tsurf(path, **words)[k]
 
-    found = []
+    files = []
     for k, name in enumerate(names):
-        found += pieces(mesh(path, name, reader(k), name if many else ""), name if many else "")
-    return found
+        files += pieces(mesh(path, name, reader(k), name if many else ""), name if many else "")
+    return files
 
 
 def pieces(whole: Found, in_file: str = "") -> list[Found]:
@@ -125,36 +125,36 @@ def pieces(whole: Found, in_file: str = "") -> list[Found]:
 
 def resqml(path: Path) -> list[Found]:
     """Every object of a package; the package states what it is, else its shape shows it."""
-    found = []
+    parts = []
     for surface in surfaces_of(path):
         name, role = surface.title, surface.role
         if surface.kind == MESH and not role:
-            one = mesh(path, name, partial(_named, read_horizon, path, name), name)
+            part = mesh(path, name, partial(_named, read_horizon, path, name), name)
         elif surface.kind == POINTS:
             note = (
                 f"{name!r} is a set of points. A file that [tear] takes: geosurf convert "
                 f"{shlex.quote(path.name)} points.poi --name {shlex.quote(name)}"
             )
-            one = Found(path, OUT, "points", note, name)
+            part = Found(path, OUT, "points", note, name)
         elif surface.kind in LINES and role != "fault":
             note = (
                 f"{name!r} has lines, and the package does not state a fault. If they are sticks, "
                 f"add [[faults]] with this file and name = {name!r}"
             )
-            one = Found(path, OUT, "lines", note, name)
+            part = Found(path, OUT, "lines", note, name)
         elif surface.kind in LINES:
-            one = sticks_of(path, name)
+            part = sticks_of(path, name)
         else:
             read = read_fault if role == "fault" else read_horizon
             kind = role or "horizon"
-            one = surface_of_file(
+            part = surface_of_file(
                 path, partial(read, name=name), "RESQML", kind, f"{kind} of RESQML"
             )
-            one.name = name
-        one.states_direction = one.states_unit = True
-        one.in_file = name
-        found += pieces(one, name) if surface.kind == MESH else [one]
-    return found
+            part.name = name
+        part.states_direction = part.states_unit = True
+        part.in_file = name
+        parts += pieces(part, name) if surface.kind == MESH else [part]
+    return parts
 
 
 def _named(read: Any, path: Path, name: str, words: dict[str, Any]) -> Any:
@@ -174,11 +174,11 @@ def mesh(path: Path, known_as: str, read: Any, name: str = "") -> Found:
             kind = "fault"
         elif HORIZON_NAME.search(words):
             kind = "horizon"
-    one = Found(path, kind, "mesh", note, name, np.asarray(surface.vertices), data=surface)
+    file = Found(path, kind, "mesh", note, name, np.asarray(surface.vertices), data=surface)
     # of several surfaces in a file each may state it: equal points, whatever the caller assumes
-    one.states_direction = np.array_equal(one.points, read(DOWN).vertices)
-    one.states_unit = True  # files of meshes state it, or it is that of x and y
-    return one
+    file.states_direction = np.array_equal(file.points, read(DOWN).vertices)
+    file.states_unit = True  # files of meshes state it, or it is that of x and y
+    return file
 
 
 # ---- tables ----------------------------------------
@@ -205,22 +205,22 @@ def table(path: Path, function: str) -> Found:
     return _judged_points(one)
 
 
-def _judged_points(one: Found) -> Found:
+def _judged_points(file: Found) -> Found:
     """Points of a horizon, or too few or too steep ones."""
-    n = len(one.points)
+    n = len(file.points)
     if n < FEWEST:
-        one.leave_out(f"{counted(n, 'point')}: too few for a horizon")
-        return one
+        file.leave_out(f"{counted(n, 'point')}: too few for a horizon")
+        return file
     # Picks of a fault lie on a steep plane; without sticks no surface follows.
-    dip = plane_dip(one.points)
+    dip = plane_dip(file.points)
     if dip >= STEEP:
-        one.leave_out(
+        file.leave_out(
             f"{n} points of a plane that dips {dip:.0f} degrees: picks of a fault without sticks. "
             "Add a column STICK_ID, or a line 999 999 999 after each stick"
         )
     else:
-        one.note = f"{one.note} points"
-    return one
+        file.note = f"{file.note} points"
+    return file
 
 
 def well_tops(path: Path) -> Found:
@@ -238,29 +238,33 @@ def lines_of_table(path: Path, header: str) -> Found:
     """Sticks of a fault, fault polygons, or an outline."""
     lines = read_polygons(path, positive="up")
     points = np.concatenate(lines)
-    one = Found(path, "fault", "sticks", points=points, header=header)
+    file = Found(path, "fault", "sticks", points=points, header=header)
     # A polygon repeats its first point.
     closed = [bool((line[0] == line[-1]).all()) and len(line) > 3 for line in lines]
     # Level lines: an outline in the map.
     if not np.ptp(points[:, 2]):
-        one.kind, one.form, one.note = "outline", "polygon", f"{counted(len(lines), 'line')}, level"
+        file.kind, file.form, file.note = (
+            "outline",
+            "polygon",
+            f"{counted(len(lines), 'line')}, level",
+        )
         if len(lines) > 1 or not closed[0]:
-            one.leave_out(f"{counted(len(lines), 'level line')}: neither sticks nor one polygon")
-        return one
+            file.leave_out(f"{counted(len(lines), 'level line')}: neither sticks nor one polygon")
+        return file
     # Closed and not level: polygons along the cut-offs of one horizon.
     if all(closed):
-        one.kind = one.form = "polygons"
-        one.parts, one.note = lines, counted(len(lines), "closed line")
-        return one
-    one.note = f"{counted(len(lines), 'stick')}, dip {_stick_dip(lines):.0f} degrees"
+        file.kind = file.form = "polygons"
+        file.parts, file.note = lines, counted(len(lines), "closed line")
+        return file
+    file.note = f"{counted(len(lines), 'stick')}, dip {_stick_dip(lines):.0f} degrees"
     if len(lines) < 2 or path.suffix.lower() not in FAULT_FORMATS["sticks"][2]:
-        one.leave_out(
+        file.leave_out(
             "1 stick: a fault needs two" if len(lines) < 2
             else f"{len(lines)} sticks: a scenario reads sticks from .pol and .csv; rename the file"
         )  # fmt: skip
-        return one
-    one.data = read_fault(path, positive="up")
-    return one
+        return file
+    file.data = read_fault(path, positive="up")
+    return file
 
 
 def named_faults(path: Path, key: str) -> list[Found]:
@@ -274,10 +278,10 @@ def sticks_of(path: Path, name: str) -> Found:
     lines = list(fault.sticks)
     note = f"{counted(len(lines), 'stick')}, dip {_stick_dip(lines):.0f} degrees"
     points = np.concatenate(lines)
-    one = Found(path, "fault", "sticks", note, name, points, data=fault, in_file=name)
+    file = Found(path, "fault", "sticks", note, name, points, data=fault, in_file=name)
     if len(lines) < 2:
-        one.leave_out("1 stick: a fault needs two")
-    return one
+        file.leave_out("1 stick: a fault needs two")
+    return file
 
 
 def _stick_dip(lines: list[np.ndarray]) -> float:
@@ -294,14 +298,14 @@ def recognised(path: Path) -> list[Found]:
     if path.is_dir():
         return [Found(path, OUT, note="a folder with results of an earlier run", name=path.name)]
     try:
-        found = _held(path)
+        parts = _held(path)
     except GeosurfError as error:
         # The table names the file in its own column.
         reason = str(error).replace(f"{path}: ", "").replace(f"{path}, ", "")
-        found = [Found(path, OUT, note=reason)]
-    for one in found:
-        one.name = one.name or name_from(path)
-    return found
+        parts = [Found(path, OUT, note=reason)]
+    for part in parts:
+        part.name = part.name or name_from(path)
+    return parts
 
 
 def _held(path: Path) -> list[Found]:
