@@ -10,7 +10,7 @@ WARM := .venv/.warm
 SCENARIO := data/synthetic_horizons/faulted_reservoir.toml
 
 OLDEST := .venv-oldest/bin
-TESTED_OLDEST := $(wildcard $(addprefix tests/,arrangement carve faults files intersect measure model \
+TESTED_OLDEST := $(wildcard $(addprefix tests/,arrangement carve ensemble faults files intersect measure model \
 	read rebuild render report scenario scene synthetic triangulate write))
 
 .PHONY: help demo test test-long test-oldest stress lint docs gallery wheel clean
@@ -34,7 +34,7 @@ test-long: $(READY) $(WARM) ## run also what tests documents, packaging, types a
 test-oldest: ## run most tests with the oldest dependencies that are allowed, in .venv-oldest
 	@$(PYTHON) -m venv .venv-oldest
 	@echo "Installing the oldest versions (constraints-oldest.txt) into .venv-oldest ..."
-	@$(OLDEST)/python -m pip install -q -c constraints-oldest.txt -e ".[io,render]" hypothesis pytest pytest-timeout pytest-xdist
+	@$(OLDEST)/python -m pip install -q -c constraints-oldest.txt -e ".[io,render,ensemble]" hypothesis pytest pytest-timeout pytest-xdist
 	@$(OLDEST)/python -m pip check
 	@echo "Compiling the kernels with the oldest numba ..."
 	@$(OLDEST)/geosurf warmup

@@ -249,7 +249,7 @@ def raise_leak(patches: Patches, cells: Cells, surface: int, torn: np.ndarray) -
         gap = f" It ends {length_text(ahead[1])} before {_in_words(other)} there."
     raise OpenUnitError(
         f"units leak around {what} {name!r}: {length_text(whole)} of its rim are open "
-        f"inside the model box, for example at {place(middle)}.{gap} {_remedy(what, other)}",
+        f"inside the model box, for example at {place(middle)}.{gap} {_remedy(source, other)}",
         place=middle,
         surfaces=(name,),
     )
@@ -263,17 +263,20 @@ def _in_words(other: TriSurface) -> str:
     return f"the {'side of the area of interest' if of_area else f'{other.name} side of the model'}"
 
 
-def _remedy(what: str, other: TriSurface | None) -> str:
+def _remedy(source: TriSurface, other: TriSurface | None) -> str:
     """What closes the rim of a horizon or contact: it depends on the surface that comes next."""
     area = "area of interest" if other is not None and other.name == "aoi" else "box"
-    if what != "horizon":
-        return f"Shrink the {area} to the {what}, or extend or fill the {what}."
-    fill = (
-        "extend or fill it: extend_horizon(horizon, distance=..., fill_holes=True), extend_m and "
-        "fill_holes in a scenario."
-    )
+    if source.role != "horizon":
+        return f"Shrink the {area} to the {source.role}, or extend or fill the {source.role}."
+    call = "extend_horizon(horizon, distance=..., fill_holes=True), extend_m and fill_holes in a "
+    fill = f"extend or fill it: {call}scenario."
     if other is not None and other.role == "fault":
-        return f"Tear it there (tear=True; a torn sheet needs the faults of the sheet), or {fill}"
+        if source.torn is None:
+            return f"Tear it there (tear=True), or {fill}"
+        return (
+            f"It is cut at faults already: extend or fill its data ({call}scenario), then tear or "
+            "throw these at all faults of the scene."
+        )
     return f"Shrink the {area} to the horizon, or {fill} Or give the fault that cuts it there."
 
 

@@ -19,7 +19,7 @@ import numpy as np
 from geosurf.carve.cells import Cells
 from geosurf.carve.outside import box_of
 from geosurf.conventions import grouped
-from geosurf.conventions.axes import FOOT
+from geosurf.conventions.axes import FOOT, vertical_words
 from geosurf.errors import GeometryError
 from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.meshes.mesh import join_pairs
@@ -181,7 +181,7 @@ def _not_reached(patches: Patches, surface: int) -> GeometryError:
                 "Elevation is positive up. If its values are depths, pass positive='down', and "
                 "use negative elevations in the box."
             )
-        elif bottom <= FOOT * b and FOOT * t <= top:
+        elif vertical_words()[1] == "m" and bottom <= FOOT * b and FOOT * t <= top:
             hint = (
                 f"If its elevations are in feet ({FOOT * b:.0f} to {FOOT * t:.0f} m), pass "
                 f"length_unit='ft'. Otherwise enlarge the box, or leave the {source.role} out."

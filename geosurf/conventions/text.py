@@ -271,7 +271,8 @@ def place(point: Iterable[float]) -> str:
     '(E 4, N 0.5)'
     """
     east, north, *elevation = (_coordinate_text(float(value)) for value in point)
-    height = f", elevation {elevation[0]} m" if elevation else ""
+    what, unit = ("elevation", "m") if vertical_words()[1] == "m" else ("time", "ms")
+    height = f", {what} {elevation[0]} {unit}" if elevation else ""
     return f"(E {east}, N {north}{height})"
 
 

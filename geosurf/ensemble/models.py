@@ -21,6 +21,7 @@ from geosurf.model.tears import FaultThrow
 from geosurf.model.tops import Tops
 from geosurf.scenario.output_keys import UncertainInput, distribution_of
 from geosurf.scene import Scene
+from geosurf.scene.depth import converted
 from geosurf.scene.faults import LongerFaults
 from geosurf.scene.given import (
     frame_of,
@@ -151,10 +152,11 @@ class SceneModel:
         before = prepared_faults(base)
         self.longer = longer_faults(before, {name: base.whole_surface(name) for name in before})
         if base._inputs.becomes_depth:
-            self.longer_in_time = {
-                name: TriSurface(name, "fault", base.to_time(after.vertices), after.triangles)
-                for name, (_, after) in self.longer.items()
-            }
+            # faults go on beyond the horizons
+            pair = converted(base._in_time, base._inputs, str(base._inputs.time), True)
+            for name, (_, after) in self.longer.items():
+                x = pair.convert(after.vertices, False)
+                self.longer_in_time[name] = TriSurface(name, "fault", x, after.triangles)
         # The base case as planned: repairs that it needs beside its plan, all realisations need.
         self.plans = plans = _plans_of(self.base_sheets)
         if plans:

@@ -256,7 +256,7 @@ def number_contours(sheet: Sheet, axes: Axes, lines: artists.ContourSet, label: 
             places.append(tuple(axes.transData.inverted().transform(pixels[k][at])))
     if not places:
         return
-    points = sheet.points(9.5)
+    points = sheet.points(DETAIL_SIZE)
     for text in axes.clabel(lines, fontsize=points, fmt=numbers, inline_spacing=3, manual=places):
         text.set_fontfamily(FONT)
 
@@ -392,6 +392,7 @@ def plain_number(value: float) -> str:
 
 
 WIDE_ROOM = 27  # characters of a label in small letters
+DETAIL_SIZE = 11.0  # of the smallest letters [design pixels]: 10 where a report shows the picture
 TWO_LINES, ONE_LINE = 38.0, 18.0  # heights of an entry of the legend [design pixels]
 
 
@@ -503,8 +504,9 @@ def _draw_one_line(sheet: Sheet, entry: Entry, label: str, at: tuple[float, floa
     parts = entry.detail.split(", ")
     for n in range(len(parts), 0, -1):
         words = ", ".join(parts[:n])
-        if sheet.text_size(words, 10.0)[0] + 8.0 * sheet.layout.unit <= rest:
-            sheet.text((x + wide + 8.0 * sheet.layout.unit, y), words, 10.0, palette.FAINT)
+        if sheet.text_size(words, DETAIL_SIZE)[0] + 8.0 * sheet.layout.unit <= rest:
+            at = (x + wide + 8.0 * sheet.layout.unit, y)
+            sheet.text(at, words, DETAIL_SIZE, palette.FAINT)
             return
 
 

@@ -1,8 +1,9 @@
 """Draw a thickness map of a zone: colours, contours block by block, fault polygons.
 
 Thickness jumps across faults, so each set of blocks has contours of its own. Where a fault cuts
-the zone between its polygons at top and base, thickness drops to zero within a few cells. The
-colours show this drop; contours and the range of the colours ignore it.
+the zone between its polygons at top and base, thickness drops to zero within a few cells. What is
+thinner there than the rest of the map is blank, as a fault gap is; contours and the range of the
+colours ignore it.
 """
 
 from __future__ import annotations
@@ -165,7 +166,9 @@ def draw_thickness(
     # draw: colours, contours, fault polygons, letters of blocks
     axes, metres_per_pixel = map_axes(sheet, extent)
     codes = sheet.style.codes(palette.THICKNESS)
-    coloured = _colour(axes, (x, y), _to_outline(total, x, y, outline), levels, codes)
+    # the part of a zone that a fault leaves in its gap is not a thickness of the lowest class
+    shown = np.where(cut & (total < levels[0]), np.nan, _to_outline(total, x, y, outline))
+    coloured = _colour(axes, (x, y), shown, levels, codes)
     if outline is not None:
         ring = np.vstack([outline, outline[:1]])
         coloured.set_clip_path(artists.Path(ring, closed=True), axes.transData)
@@ -183,7 +186,7 @@ def draw_thickness(
     meaning = {"isochore": "vertical thickness", "isopach": "thickness normal to bedding"}
     note = f" {kind.capitalize()}: {meaning[kind]}." if kind in meaning else ""
     if cut.any():
-        note += " Contours end where faults cut the zone."
+        note += " Blank and without contours where faults cut the zone."
     if n_beyond:
         note += " Colours leave out the lowest and the highest 1 %."
     title = f"{zone}: {kind} map" if title is None else title

@@ -280,7 +280,7 @@ class UserSheet(Sheet):
                     patch.set(edgecolor=entry.stripes, hatch=STRIPES)
                 handles.append(patch)
         if handles:
-            self.axes.legend(handles=handles, fontsize="small", framealpha=0.8)
+            self.axes.legend(handles=handles, loc="best", fontsize="small", framealpha=0.8)
 
     def colour_bar(
         self, levels: np.ndarray, words: str, colours: artists.Colormap, n_band: int, sign: float

@@ -18,11 +18,12 @@ import xarray as xr
 
 from geosurf.arrangement import find_contacts
 from geosurf.conventions import counted
-from geosurf.conventions.axes import COORDINATES, is_time_unit, points_in
+from geosurf.conventions.axes import COORDINATES, is_time_unit, points_in, vertical_axis
 from geosurf.conventions.checks import are_points
 from geosurf.conventions.crs import crs_of
-from geosurf.conventions.text import length_text
+from geosurf.conventions.text import length_text, place
 from geosurf.errors import GeosurfWarning, InputError
+from geosurf.kernels.search.columns import cross_columns
 from geosurf.measure.places import points_of_array
 from geosurf.measure.throw import FOUND, STATUSES, UNKNOWN, well_misfit
 from geosurf.measure.time_to_depth import (
@@ -62,6 +63,7 @@ from geosurf.scene.inputs import SceneInputs, in_time_unit, opened_map, undeclar
 from geosurf.scene.surfaces import opened_horizon, opened_tops
 from geosurf.triangulate.horizon import horizon_over
 
+SLACK = 1e-9  # of the way to the middle: places on the rim are inside, as rounding moved them
 MET = 0.05  # m: checkshots that are met as well as they are measured
 
 Columns = tuple[Mesh, Starts, list[np.ndarray]]
@@ -444,16 +446,50 @@ def inputs_in_time(
 def convert_points(
     inputs: SceneInputs, in_time: Callable[[], Graph], points: Any, to_depth: bool
 ) -> np.ndarray:
-    """Return points of a scene in the other domain; `in_time` gives its model in time."""
+    """Return points of a scene in the other domain; `in_time` gives its model in time.
+
+    Raises
+    ------
+    InputError
+        For a place outside of the model, or without a depth or time by its velocity.
+    """
     _need_velocity(inputs)
     if inputs.time is None:
         raise InputError(
             "the inputs are in depth. Ask the scene in time: "
             'scene.in_time("two-way").replace(velocity=...).'
         )
-    return converted(in_time(), inputs, inputs.time, True).convert(
-        points_of_array(points), to_depth
-    )
+    pair, places = converted(in_time(), inputs, inputs.time, True), points_of_array(points)
+    shown = inputs.time if to_depth else "elevation"
+    x, feet = pair.mesh.local[:, :2], places[:, :2] - pair.mesh.origin[:2]
+    inner = feet + SLACK * (0.5 * (x.min(axis=0) + x.max(axis=0)) - feet)
+    known = cross_columns(pair.mesh.local, pair.mesh.triangles, inner).foot
+    _refuse(
+        places, ~np.isin(np.arange(len(places)), known), shown,
+        "lies outside of the horizons, where velocities are not known. Leave such places out, or "
+        "continue the horizons: gs.extend_horizon(horizon, distance=...).",
+    )  # fmt: skip
+    above = places[:, 2] > (0.0 if to_depth else pair.velocity.datum)
+    _refuse(
+        places, above & above.all(), shown,
+        "lies above the datum, as all others do. Times and depths are positive up: change the "
+        "sign of what grows downwards.",
+    )  # fmt: skip
+    found = pair.convert(places, to_depth)
+    _refuse(
+        places, ~np.isfinite(found[:, 2]), shown,
+        f"has no {'depth' if to_depth else 'time'} by the velocity v0 + k z of its zone. Leave "
+        "such places out.",
+    )  # fmt: skip
+    return found
+
+
+def _refuse(places: np.ndarray, wrong: np.ndarray, shown: str | None, why: str) -> None:
+    """Refuse places that cannot be converted; name the first."""
+    if wrong.any():
+        k = int(np.argmax(wrong))
+        with vertical_axis(shown):
+            raise InputError(f"place {k} at {place(places[k])} {why}")
 
 
 def _need_velocity(inputs: SceneInputs) -> None:

@@ -540,13 +540,15 @@ class Graph:
     def _carved(self) -> Units:
         """All units, without regions."""
         patches, contacts = self.patches, self.fluids[1]
-        units = self.memory.get_or_compute(
-            "carve", "the box" if self.aoi is None else "the area", self.units_key,
-            lambda: carve_cells(
-                self._cells, patches, self.column, contacts, self.inputs.slivers, self.reservoir
-            ),
-            lambda u: "; ".join(filter(None, [counted(len(u), "unit"), u.merged_in_words])),
-        )  # fmt: skip
+        with vertical_axis(self.inputs.time):
+            units = self.memory.get_or_compute(
+                "carve", "the box" if self.aoi is None else "the area", self.units_key,
+                lambda: carve_cells(
+                    self._cells, patches, self.column, contacts, self.inputs.slivers,
+                    self.reservoir,
+                ),
+                lambda u: "; ".join(filter(None, [counted(len(u), "unit"), u.merged_in_words])),
+            )  # fmt: skip
 
         # faults that bound no unit are named: their names may be missing in blocks
         where = "model box" if self.aoi is None else "area of interest"

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import counted, grouped, known_names, number_text
-from geosurf.conventions.axes import cell_means, frame_around, relief_in_feet
+from geosurf.conventions.axes import cell_means, frame_around, relief_in_feet, vertical_words
 from geosurf.conventions.checks import crs_of_foreign
 from geosurf.conventions.crs import crs_of, refuse_other_crs, warn_of_unclear_crs
 from geosurf.conventions.text import volume_text
@@ -104,11 +104,13 @@ def warnings_of_places(found: xarray.Dataset, top: float) -> Iterator[GeosurfWar
     z = found.elevation.values if "elevation" in found else np.empty(0)
     if z.size and np.nanmin(z) > top:
         lowest, depth = (number_text(float(value)) for value in (np.nanmin(z), abs(np.nanmax(z))))
+        unit = vertical_words()[1]
         effect = (
-            f"All points lie above the model: the lowest is at {lowest} m, the top of the model at "
-            f"{number_text(top)} m."
+            f"All points lie above the model: the lowest is at {lowest} {unit}, the top of the "
+            f"model at {number_text(top)} {unit}."
         )
-        remedy = f"Elevation is positive up: write a depth of {depth} m as -{depth}."
+        what, below = ("Elevation", "depth") if unit == "m" else ("Time", "time")
+        remedy = f"{what} is positive up: write a {below} of {depth} {unit} as -{depth}."
         yield GeosurfWarning("outside", "places", effect, remedy)
 
 

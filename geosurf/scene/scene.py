@@ -16,7 +16,7 @@ from geosurf import measure
 from geosurf.arrangement import search_voxels
 from geosurf.carve.certificate import certify_repeated
 from geosurf.conventions import HORIZON_DIMS, check_word, counted, is_number, is_word
-from geosurf.conventions.axes import need_depth
+from geosurf.conventions.axes import need_depth, vertical_axis
 from geosurf.conventions.running import running
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.lazy import xarray
@@ -442,7 +442,8 @@ class Scene:
         Raises
         ------
         InputError
-            If the scene has no velocity, or was not given in time.
+            If the scene has no velocity, or was not given in time. If a place lies outside of the
+            horizons, or all places lie above the datum, or the velocity gives no finite depth.
         """
         return convert_points(self._inputs, lambda: self._in_time, points, True)
 
@@ -1019,7 +1020,8 @@ class Scene:
         samples = measure.sample_units(
             self.units, where, cell=cell, codes=codes, locator=self._locator, boundaries=boundaries
         )
-        self._graph.memory.warn(*warnings_of_places(samples, self.box[5]))
+        with vertical_axis(self.time):
+            self._graph.memory.warn(*warnings_of_places(samples, self.box[5]))
         return samples
 
     def well_intervals(self, path: Any, *, md: Any = None) -> xarray.Dataset:
@@ -1080,7 +1082,8 @@ class Scene:
             intervals = well_intervals(self.units, path, md, self._locator, boundaries)
         else:
             intervals = intervals_of_wells(self.units, wells, self._locator, boundaries)
-        self._graph.memory.warn(*warnings_of_places(intervals, self.box[5]))
+        with vertical_axis(self.time):
+            self._graph.memory.warn(*warnings_of_places(intervals, self.box[5]))
         return intervals
 
     def closures(

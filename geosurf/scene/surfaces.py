@@ -13,6 +13,7 @@ import numpy as np
 
 from geosurf.carve.fluids import check_zones
 from geosurf.conventions import counted, did_you_mean, length_text, rising_diagonal
+from geosurf.conventions.axes import vertical_axis
 from geosurf.conventions.crs import crs_of, refuse_other_crs
 from geosurf.errors import GeosurfWarning, HorizonError, InputError, collected, warn
 from geosurf.model import FaultSticks, FluidContact, Lattice, Sheet, TriSurface
@@ -476,11 +477,12 @@ class InputSurfaces:
         if isinstance(value, Sheet) and name not in self._fingerprints:
             value.surface_among(others)  # with other faults it must not come from memory
         key = self._key(name, role, self.content(name, value))
-        surface = self.memory.get_or_compute(
-            "triangulate", name, key,
-            lambda: self._in_crs(self._made_of(name, role, value, others)),
-            lambda found: f"{found.n_triangle} triangles", again=False,
-        )  # fmt: skip
+        with vertical_axis(self.inputs.time):
+            surface = self.memory.get_or_compute(
+                "triangulate", name, key,
+                lambda: self._in_crs(self._made_of(name, role, value, others)),
+                lambda found: f"{found.n_triangle} triangles", again=False,
+            )  # fmt: skip
 
         self.memory.made_of(surface, key)
 

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import grouped, known_names
+from geosurf.conventions.axes import vertical_axis
 from geosurf.conventions.checks import are_points
 from geosurf.conventions.crs import crs_of
 from geosurf.errors import GeosurfError, GeosurfWarning, InvariantError, collected
@@ -373,7 +374,8 @@ def torn_graph(plain: Graph) -> Graph:
 def torn_or_plain(plain: Graph) -> Graph:
     """Return the graph of the model: of torn horizons, where they are to be torn."""
     inputs = plain.inputs
-    return torn_graph(plain) if inputs.tear is not None or inputs.throws else plain
+    with vertical_axis(inputs.time):
+        return torn_graph(plain) if inputs.tear is not None or inputs.throws else plain
 
 
 def as_truncations(rules: Iterable[Rule]) -> dict[str, tuple[tuple[str, str], ...]]:

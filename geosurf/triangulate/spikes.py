@@ -20,6 +20,7 @@ from typing import NoReturn
 import numpy as np
 
 from geosurf.conventions import counted, place
+from geosurf.conventions.axes import vertical_words
 from geosurf.conventions.checks import HUGE, NO_DATA, UNITS_OF_MARKS
 from geosurf.errors import HorizonError, warn_of
 from geosurf.kernels.meshes.mesh import join_pairs
@@ -185,7 +186,7 @@ def _refuse(
     raise HorizonError(
         f"horizon {name!r}: {counted(n, kind)} {'has' if n == 1 else 'have'} the value {said}, "
         f"a usual no-data value, as at {place(at)}; the others lie between {rest.min():.6g} "
-        f"and {rest.max():.6g} m. {remedy}{units}.",
+        f"and {rest.max():.6g} {vertical_words()[1]}. {remedy}{units}.",
         place=at,
         surfaces=[name],
     )
@@ -367,8 +368,8 @@ def _warn(
     warn_of(
         "spike",
         surface.name,
-        f"Horizon {surface.name!r} jumps by {height:.6g} m at {place(at)} and back, "
-        f"{usual}; {counted(n, 'node')} {'stands' if n == 1 else 'stand'} out in this way.",
+        f"Horizon {surface.name!r} jumps by {height:.6g} {vertical_words()[1]} at {place(at)} and "
+        f"back, {usual}; {counted(n, 'node')} {'stands' if n == 1 else 'stand'} out in this way.",
         f"If that is not real, remove it: grid.where(({east}) | ({north})).",
         at,
     )

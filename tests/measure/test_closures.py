@@ -159,7 +159,7 @@ def test_ridges_have_the_closures_of_their_crest_lines(rule: str) -> None:
 def test_two_culminations_spill_into_each_other() -> None:
     z = np.interp(X, [0, 500, 900, 1400, 2000], [-2000.0, -1800.0, -1860.0, -1830.0, -2000.0])
     top = grid(z - 0.4 * abs(Y[:, None]))
-    found = gs.Scene({"Top": top, "Base": top - 30.0}, box=BOX).closures("Top")
+    found = gs.Scene({"Top": top, "Base": top.copy(data=top - 30.0)}, box=BOX).closures("Top")
     assert found.closure.values.tolist() == ["Top 1", "Top 2", "Top 1+2"]
     assert found.spills_into.values.tolist() == ["Top 2", "Top 1", ""]
     assert found.part_of.values.tolist() == ["Top 1+2", "Top 1+2", ""]
@@ -203,7 +203,7 @@ def test_a_contact_at_the_spill_point_holds_the_same_volume() -> None:
 
 def test_faults_without_throw_are_passed_and_mirrors_change_nothing() -> None:
     top = hills(3)
-    base, box = top - 70.0, (0.0, 4000.0, 0.0, 4000.0, -2700.0, -1300.0)
+    base, box = top.copy(data=top - 70.0), (0.0, 4000.0, 0.0, 4000.0, -2700.0, -1300.0)
     z, y = np.meshgrid([-1200.0, -2800.0], [-100.0, 4100.0], indexing="ij")
     wall = gs.TriSurface("F1", "fault", *plane(1700.0 - 0.6 * (z + 2000.0) + 0.1 * y, y, z))
     surfaces = {k: gs.triangulate_horizon(v, name=k) for k, v in (("Top", top), ("Base", base))}
@@ -236,7 +236,8 @@ def plane(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.n
 @pytest.mark.parametrize("seed", [0, 4])
 def test_flooding_of_cells_comes_nearer_with_their_size(seed: int) -> None:
     top = hills(seed)
-    found = gs.Scene({"Top": top, "Base": top - 40.0}).closures("Top", min_height=3.0)
+    base = top.copy(data=top - 40.0)
+    found = gs.Scene({"Top": top, "Base": base}).closures("Top", min_height=3.0)
     assert found.sizes["closure"] > 1
     errors = []
     for m in (6, 24):
@@ -284,7 +285,7 @@ def test_reservoirs_leak_into_each_other_past_a_shale_and_end_on_other_horizons(
 
 def test_contacts_below_spill_points_are_warned_of_and_bad_words_refused() -> None:
     top = grid(-1800.0 - 0.1 * abs(X - 1000.0) - 0.2 * abs(Y[:, None]))
-    scene = gs.Scene({"Top": top, "Base": top - 60.0}, {"F1": upright()}, BOX)
+    scene = gs.Scene({"Top": top, "Base": top.copy(data=top - 60.0)}, {"F1": upright()}, BOX)
     deep = scene.replace(contacts={"OWC": -1930.0})
     with pytest.warns(gs.GeosurfWarning, match=r"'OWC' lies 30 m below the spill point"):
         deep.closures()

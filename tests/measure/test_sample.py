@@ -241,9 +241,9 @@ class TestWells:
         for form in (table, pd.DataFrame(table), pd.DataFrame(table).to_xarray()):
             assert scene.well_intervals(form).identical(found)
         gs.write(found, tmp_path / "wells.csv")
-        rows = pd.read_csv(tmp_path / "wells.csv")
+        rows = pd.read_csv(tmp_path / "wells.csv", dtype=str)
         assert rows.well.tolist() == found.well.values.tolist()
-        assert rows.md_exit_m.tolist() == found.md.sel(end="exit").values.tolist()
+        assert rows.md_exit_m.map(float).tolist() == found.md.sel(end="exit").values.tolist()
 
     @pytest.mark.parametrize(
         ("path", "md", "words"),

@@ -19,6 +19,7 @@ from geosurf.render.layers import shortened_apart
 from geosurf.render.map import draw_map
 from geosurf.render.overlay import PictureOverlay
 from geosurf.render.picture_style import DARK_PAPER, PictureStyle
+from geosurf.render.sheet import _joins_letters
 from geosurf.render.surface_layers import show_units
 from geosurf.scene.plots import ScenePlots
 from tests.messages import refused
@@ -98,7 +99,8 @@ def test_different_names_have_different_short_labels(names, most):
 def test_cyrillic_greek_and_arabic_have_letters(top, name):
     with warnings.catch_warnings(record=True, action="always") as found:
         picture = plotted(draw_map, top.renamed(name), size=SMALL)._repr_png_()
-    assert [str(one.message) for one in found] == []
+    apart = name == "قمة" and not _joins_letters()  # by older versions of matplotlib
+    assert ["letters apart" in str(one.message) for one in found] == [True] * apart
     assert picture != plotted(draw_map, top.renamed("Top"), size=SMALL)._repr_png_()
 
 

@@ -204,11 +204,11 @@ def test_names_survive_a_chain_of_replace():
 def test_a_region_below_another_keeps_its_name():
     """Seen from above it is nowhere, and its blocks have other names where a wedge is gone."""
     horizons, faults = random_world(1077)
-    scene = gs.Scene(horizons, faults, BOX, contacts=CONTACT)
+    scene, top = gs.Scene(horizons, faults, BOX, contacts=CONTACT), horizons["H1"]
     names = set(scene.regions)
     assert len(names) == 2
     for shift in (-1.8, 1.3, -0.6, 1.9, -1.2, 0.4):
-        scene = scene.replace(horizons={"H1": horizons["H1"] + shift})
+        scene = scene.replace(horizons={"H1": top.copy(data=top + shift)})
         assert set(scene.regions) == names
 
 

@@ -213,8 +213,8 @@ def test_tears_that_contradict_are_refused(world, words, message):
 
 def test_settings_of_what_is_gone_wait_until_it_comes_back(world):
     words = {"trim": {"F1": 2.0}, "horizons": ["Top"]}
-    scene = gs.Scene(world.horizons, world.faults, tear=words)
-    without = scene.replace(faults={"F1": None}, horizons={"Base": world.horizons["Top"] - 90.0})
+    scene, top = gs.Scene(world.horizons, world.faults, tear=words), world.horizons["Top"]
+    without = scene.replace(faults={"F1": None}, horizons={"Base": top.copy(data=top - 90.0)})
     again = without.replace(faults=world.faults, horizons={"Base": None})
     assert (scene.sheets["Top"].report.trim, list(without.sheets)) == (2.0, ["Top"])
     assert again.sheets["Top"].surface.vertices.tobytes() == (

@@ -11,8 +11,10 @@ import xarray as xr
 from matplotlib.text import Text
 
 import geosurf as gs
+from geosurf.errors import InputError
 from tests import strategies
 from tests.grids import gridded
+from tests.messages import refused
 
 X = np.linspace(0.0, 4000.0, 81)
 Y = np.linspace(0.0, 2000.0, 41)
@@ -170,20 +172,19 @@ def test_a_scene_in_time_measures_milliseconds_and_refuses_volumes() -> None:
     assert "Dotted: what the data" in shown
     assert any(axes.collections for axes in pictures[1].axes)  # a band of what they show
     shift = [gs.ensemble.DepthShift("Top", 5.0)]
-    for refused in (
+    for asked in (
         lambda: scene.volumes, scene.table, scene.volumetrics, scene.closures,
         lambda: scene.horizon_grid("Top"), lambda: gs.run_ensemble(scene, 2, uncertain=shift),
         lambda: gs.build_grid(scene), lambda: gs.report_scene(scene, "never"),
     ):  # fmt: skip
-        with pytest.raises(gs.errors.InputError, match=r"Give velocities: scene.replace\("):
-            refused()
+        refused(InputError, r"Give velocities: scene.replace\(", asked)
     assert scene.units.table.volume.attrs["units"] == "m2 ms"
     (unit, *_) = scene.units.included().values()
     for noun in (scene.units, unit):
         for shown in (str(noun), repr(noun), noun._repr_html_()):
             assert "m²·ms" in shown
             assert "m³" not in shown
-    with pytest.raises(gs.errors.InputError, match="moves horizons by metres"):
+    with pytest.raises(InputError, match="moves horizons by metres"):
         gs.run_ensemble(in_time(3000.0, {"Top": -2000.0}), 2, uncertain=shift)
 
 
@@ -237,7 +238,7 @@ TOP = {"Top": grid(plane(-2000.0), units="ms", positive="up")}
 def test_what_cannot_be_meant_is_refused(
     horizons: dict[str, Any], words: dict[str, Any], says: str
 ) -> None:
-    with pytest.raises(gs.errors.InputError, match=says):
+    with pytest.raises(InputError, match=says):
         _ = gs.Scene(horizons, **words).units
 
 
@@ -258,7 +259,7 @@ def test_average_velocities_to_horizons_are_met_and_zones_follow() -> None:
     middle = scene.to_depth([top, 0.5 * (top + base), base])[:, 2]
     assert middle[1] == pytest.approx(0.5 * (middle[0] + middle[2]), abs=1e-6)
     assert sorted(scene.units) == sorted(time.units)
-    with pytest.raises(gs.errors.InputError, match="also between averages"):
+    with pytest.raises(InputError, match="also between averages"):
         _ = scene.replace(velocity=velocity | {"Base": 1000.0}).units
 
 
@@ -305,7 +306,7 @@ def test_checkshots_of_wells_give_velocities_and_state_their_misfit() -> None:
         _ = bent.units
     assert scene.warnings == ()
     wrong = well | {"time": [1.0] * 12}
-    with pytest.raises(gs.errors.InputError, match="rise together"):
+    with pytest.raises(InputError, match="rise together"):
         _ = scene.replace(velocity=velocity | {"wells": wrong}).units
 
 
@@ -341,9 +342,9 @@ def test_tops_give_velocities_which_horizons_meet() -> None:
         (signs, "positive up"),
         ({k: v[::2] for k, v in signs.items()}, "time zero is"),
     ):
-        with pytest.raises(gs.errors.InputError, match=says):
+        with pytest.raises(InputError, match=says):
             _ = scene.replace(tops=tops).units
-    with pytest.raises(gs.errors.InputError, match='"wells" = "tops" needs well tops'):
+    with pytest.raises(InputError, match='"wells" = "tops" needs well tops'):
         _ = scene.replace(tops=None).units
 
 
@@ -381,20 +382,17 @@ def test_a_smeared_field_has_the_throw_that_it_has_without_a_detour_through_time
     field = gs.Scene(horizons, world.faults, tear=True, velocity=velocity)
     time = field.in_time("two-way").replace(velocity=velocity)
 
-    def in_ms(x: Any, y: Any, z: Any) -> np.ndarray:
-        places = np.stack(np.broadcast_arrays(x, y, z), axis=-1)
-        return time.to_time(places.reshape(-1, 3)).reshape(places.shape)
-
     picked = {}
     for name, grid in horizons.items():
         x, y = np.meshgrid(grid.easting, grid.northing)
+        places = np.stack([x, y, grid.values], axis=-1).reshape(-1, 3)
         attrs = {"units": "ms", "positive": "down"}
-        picked[name] = grid.copy(data=-in_ms(x, y, grid)[..., 2]).assign_attrs(attrs)
-    sticks = {
-        name: list(in_ms(one.easting, one.northing, one.elevation).swapaxes(0, 1))
-        for name, one in world.faults.items()
-    }
-    back = gs.Scene(picked, sticks, tear=True, time="two-way", velocity=velocity)
+        data = -time.to_time(places)[:, 2].reshape(grid.shape)
+        picked[name] = grid.copy(data=data).assign_attrs(attrs)
+    faults = {name: field.in_time("two-way").surface(name) for name in world.faults}
+    back = gs.Scene(picked, faults, tear=True, time="two-way", velocity=velocity)
+    refused(InputError, "place 0 at .* lies outside", time.to_time, [[9999.0, 0.0, -2000.0]])
+    refused(InputError, r"time 9 ms\) lies above", time.to_depth, [[2000.0, 2000.0, 9.0]])
     in_time = [scene.in_time("two-way").throw("Base", "F2").throw for scene in (field, back)]
     assert abs(float(in_time[0].max() - in_time[1].max())) < 1.0
     for name in horizons:

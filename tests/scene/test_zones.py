@@ -154,7 +154,8 @@ def test_torn_horizons_take_the_throw_of_their_reference_and_follow_it():
 
     # it is a step of the graph: replaced, pickled, and replaced by data
     np.testing.assert_array_equal(pickle.loads(pickle.dumps(scene)).volumes, scene.volumes)
-    moved = scene.replace(horizons={"Top": world.horizons["Top"] + 10.0})
+    data = world.horizons["Top"]
+    moved = scene.replace(horizons={"Top": data.copy(data=data + 10.0)})
     shift = moved.thickness("Top/base Upper", 200.0).median()
     assert float(shift) == pytest.approx(40.0, abs=1e-6)
     fewer = scene.replace(zones={"Upper": {"below": "Top", "thickness": 5.0}})

@@ -214,7 +214,8 @@ def test_the_corners_of_a_grid_are_an_area_that_is_closed(degrees, decimals):
 @pytest.mark.parametrize("off", [0.0, 1e-10])  # m, inside its corners
 def test_rims_that_a_repair_may_move_are_closed(off):
     grid, corners = turned(30.0, (9, 9), 1.0, (0.0, 0.0))
-    scene = gs.Scene({"T": grid, "B": grid - 4.0}, aoi=moved_inward(corners, np.full(4, off)))
+    base, aoi = grid.copy(data=grid - 4.0), moved_inward(corners, np.full(4, off))
+    scene = gs.Scene({"T": grid, "B": base}, aoi=aoi)
     assert scene.check().ok
 
 
