@@ -135,8 +135,8 @@ def _rooms(
     where segments cross; and the points and definitions of all parts.
     """
     # children of all parts lie in one array, to be closed up
-    n, n_old, found = len(contacts.x), len(contacts.d), []
-    ends = np.cumsum([0, *(6 * int(some.sum()) + 4 * extra + 64 for some in sizes)]).tolist()
+    n, n_old, parts = len(contacts.x), len(contacts.d), []
+    ends = np.cumsum([0, *(6 * int(size.sum()) + 4 * extra + 64 for size in sizes)]).tolist()
     children, parents = np.empty((ends[-1], 3), dtype=np.int64), np.empty(ends[-1], dtype=np.int64)
 
     # Points of old rows stay; room for crossings follows them and grows by four where it is too
@@ -144,7 +144,7 @@ def _rooms(
     x = np.empty((n + len(sizes) * extra, 3))
     d = np.empty((n_old + len(sizes) * extra, 4), dtype=np.int64)
     x[:n], d[:n_old] = contacts.x, contacts.d
-    for k, (some, (begin, end)) in enumerate(zip(sizes, pairwise(ends), strict=True)):
+    for k, (size, (begin, end)) in enumerate(zip(sizes, pairwise(ends), strict=True)):
         m = contacts.m.copy()
         m[N_POINT] = first = n_old + k * extra
         # Hash tables of the crossings, by name (the features that make them) and by place.
@@ -154,29 +154,29 @@ def _rooms(
 
         # The workspace is for the largest face; each point adds two children at most.
         most = min(extra, growth * (_MOST_CROSSINGS + 64))
-        n_local = 2 * int(some.max(initial=0)) + most + 16
+        n_local = 2 * int(size.max(initial=0)) + most + 16
         w = face_workspace(int(m[LIMBS]), n_local)
         room = children[begin:end], parents[begin:end]
         own = x[: n + (k + 1) * extra]
-        found.append(_Part(own, d, first, m, w, names, places, n_local, *room))
-    return found, x, d
+        parts.append(_Part(own, d, first, m, w, names, places, n_local, *room))
+    return parts, x, d
 
 
 def _closed_up(parts: list[_Part]) -> list[np.ndarray]:
     """Children and their parents of all parts, without the room between these."""
-    found = []
+    columns = []
     for name in ("children", "parents"):
         rows = [getattr(part, name)[: part.count] for part in parts]
         whole, end = rows[0].base, 0
         assert whole is not None
-        for some in rows:
+        for of_part in rows:
             if end:
-                whole[end : end + len(some)] = some
-            end += len(some)
-        found.append((whole, end))
+                whole[end : end + len(of_part)] = of_part
+            end += len(of_part)
+        columns.append((whole, end))
     for part in parts:  # they look into what is shortened
         part.x = part.d = part.children = part.parents = _NOTHING
-    return [shortened(whole, end) for whole, end in found]
+    return [shortened(whole, end) for whole, end in columns]
 
 
 def _cut_part(contacts: Contacts, records: np.ndarray, low: int, high: int, part: _Part) -> None:

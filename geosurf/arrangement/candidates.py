@@ -105,12 +105,12 @@ class KnownPairs:
     ) -> None:
         """Store how candidates meet, in their order, unless it is known or too much."""
         start = 0
-        for one in candidates:
-            stop = start + len(one.rows)
-            is_new = one.known is None or one.known.slip != slip
-            if is_new and len(one.rows) <= MOST:
-                known = Known(one.rows, one.cost, slip, codes[start:stop].copy())
-                self.put(self._key(one.i, one.j, options), known)
+        for of_pair in candidates:
+            stop = start + len(of_pair.rows)
+            is_new = of_pair.known is None or of_pair.known.slip != slip
+            if is_new and len(of_pair.rows) <= MOST:
+                known = Known(of_pair.rows, of_pair.cost, slip, codes[start:stop].copy())
+                self.put(self._key(of_pair.i, of_pair.j, options), known)
             start = stop
 
     def _key(self, i: int, j: int, options: tuple[Hashable, ...]) -> Hashable:

@@ -76,7 +76,7 @@ def gather(
     surfaces: Sequence[TriSurface], candidates: Sequence[Candidates], origin: np.ndarray
 ) -> tuple[Faces, np.ndarray]:
     """Faces in candidate pairs, and the pairs: rows of two faces."""
-    n_pair = sum(len(one.rows) for one in candidates)
+    n_pair = sum(len(of_pair.rows) for of_pair in candidates)
     if lack_of_room(n_pair * PAIR) is not None:
         raise refusal(n_pair, [surface.name for surface in surfaces])
 
@@ -84,10 +84,10 @@ def gather(
     # use, then nodes of these, each numbered from 0 in its surface; then numbers in all.
     columns: list[list[_Column]] = [[] for _ in surfaces]
     start = 0
-    for one in candidates:
-        columns[one.i].append((start, 0, one.rows))
-        columns[one.j].append((start, 1, one.rows))
-        start += len(one.rows)
+    for of_pair in candidates:
+        columns[of_pair.i].append((start, 0, of_pair.rows))
+        columns[of_pair.j].append((start, 1, of_pair.rows))
+        start += len(of_pair.rows)
     worth = n_pair > _PAIRS_IN_THREADS
     numbered = map_threads(_number_faces, [(of_surface,) for of_surface in columns], worth)
 
@@ -181,10 +181,10 @@ def settle(
     codes = np.empty(len(pairs), dtype=np.int64)
     is_new = np.ones(len(pairs), dtype=bool)
     start = 0
-    for one in candidates:
-        stop = start + len(one.rows)
-        if one.known is not None and one.known.slip == slip:
-            codes[start:stop], is_new[start:stop] = one.known.codes, False
+    for of_pair in candidates:
+        stop = start + len(of_pair.rows)
+        if of_pair.known is not None and of_pair.known.slip == slip:
+            codes[start:stop], is_new[start:stop] = of_pair.known.codes, False
         start = stop
 
     waiting = np.flatnonzero(is_new)

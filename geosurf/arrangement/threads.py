@@ -257,10 +257,11 @@ class _Rows:
     def results(self) -> list[Any]:
         """Return results in order, or raise the error of the first row that has one."""
         # a helper that was cancelled is held until its thread is free: it shall hold no arrays
-        found, errors, self._rows, self._found, self._errors = self._found, self._errors, (), [], {}
+        returned, errors = self._found, self._errors
+        self._rows, self._found, self._errors = (), [], {}
         if errors:
             raise errors[min(errors)]
-        return found
+        return returned
 
 
 class _NoneBehind:
@@ -423,11 +424,11 @@ def in_turn(tasks: Sequence[Callable[[], Any]], spare: Threads | None) -> list[A
         return [task() for task in tasks]
     later = [spare.submit(task) for task in tasks[1:]]
     try:
-        found = [task() for task in tasks[:1]]
+        returned = [task() for task in tasks[:1]]
         for task, given in zip(tasks[1:], later, strict=True):
-            found.append(task() if given.cancel() else given.result())
+            returned.append(task() if given.cancel() else given.result())
     finally:  # nothing runs on after an error
         for given in later:
             if not given.cancel():
                 given.wait()
-    return found
+    return returned

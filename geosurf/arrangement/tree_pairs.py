@@ -55,7 +55,7 @@ def pairs_of_two(
 
 
 def candidate_pairs(
-    one: AnyTree, two: AnyTree, *, same: bool = False, room: int = ROOM
+    first: AnyTree, second: AnyTree, *, same: bool = False, room: int = ROOM
 ) -> tuple[np.ndarray, dict[str, int]]:
     """Pairs of triangles that may meet, and what the search cost.
 
@@ -69,10 +69,10 @@ def candidate_pairs(
     cost : dict
         Numbers of tree nodes visited and of candidate pairs.
     """
-    if isinstance(one, Tree) and isinstance(two, Tree):
-        return _pairs_of_trees(one, two, same, room)
+    if isinstance(first, Tree) and isinstance(second, Tree):
+        return _pairs_of_trees(first, second, same, room)
     every, cost = [], {"nodes": 0, "pairs": 0}
-    for (part, rows_of), (other, other_rows_of) in product(_parts(one), _parts(two)):
+    for (part, rows_of), (other, other_rows_of) in product(_parts(first), _parts(second)):
         pairs, spent = _pairs_of_trees(part, other, False, room)
         exist = np.ones(len(pairs), dtype=bool)
         for column, translate in enumerate((rows_of, other_rows_of)):
@@ -93,12 +93,12 @@ def _parts(tree: AnyTree) -> list[tuple[Tree, Callable | None]]:
 
 
 def _pairs_of_trees(
-    one: Tree, two: Tree, same: bool, room: int
+    first: Tree, second: Tree, same: bool, room: int
 ) -> tuple[np.ndarray, dict[str, int]]:
     """Pairs of keys of two trees, and what they cost."""
-    if len(one.nodes) == 0 or len(two.nodes) == 0:
+    if len(first.nodes) == 0 or len(second.nodes) == 0:
         return np.empty((0, 2), dtype=np.int64), {"nodes": 0, "pairs": 0}
-    sides = *one.arguments(), *two.arguments(), same
+    sides = *first.arguments(), *second.arguments(), same
     return all_pairs(lambda pairs: tree_pairs(*sides, pairs), room)
 
 
@@ -142,25 +142,25 @@ def pairs_of_one_map(
 ) -> tuple[np.ndarray, dict[str, int]]:
     """Pairs of keys of lattices that share their map, as `candidate_pairs` returns them."""
     slip = _SLIP * float(max(np.abs(tree.bounds).max() for tree in trees))
-    one, two = ((tree.coordinates[2], tree.places, tree.nodes) for tree in trees)
+    first, second = ((tree.coordinates[2], tree.places, tree.nodes) for tree in trees)
     # Cells with holes need another rule. One over the height of a triangle bounds its slope.
     whole = lattices[0].whole and lattices[1].whole
-    arguments = (*one, *two, trees[0].levels, whole, slip, 1.0 / lattices[0].map_height)
+    arguments = (*first, *second, trees[0].levels, whole, slip, 1.0 / lattices[0].map_height)
     return all_pairs(lambda room: aligned_pairs(*arguments, room))
 
 
-def needed(one: Lattice, two: Lattice, pairs: np.ndarray) -> np.ndarray:
+def needed(first: Lattice, second: Lattice, pairs: np.ndarray) -> np.ndarray:
     """Mask of the pairs (n, 2) of keys, of lattices with one map, that add what no other pair has.
 
     All pairs with a cell that is not whole; else those above the same triangle of the map, or,
     where diagonals differ, above the same cell.
     """
-    whole = (_whole_cells(one) & _whole_cells(two)).ravel()
+    whole = (_whole_cells(first) & _whole_cells(second)).ravel()
     cells = pairs >> 1
 
     # Two keys per cell, so half of the key is the cell; with different diagonals, triangles of one
     # cell overlap on the map.
-    above = pairs if one.rising == two.rising else cells
+    above = pairs if first.rising == second.rising else cells
     mask: np.ndarray = ~whole[cells].all(axis=1) | (above[:, 0] == above[:, 1])
     return mask
 
@@ -207,12 +207,12 @@ def pairs_of_grids(
     """
     # The grid with straight axes comes first; rows are swapped back by the kernel.
     swapped = not lattices[0].has_rising_axes
-    one, two = trees[::-1] if swapped else trees
+    first, second = trees[::-1] if swapped else trees
 
     # rounding in the local frame: half a unit in the last place of the largest difference
     corner = np.tile(origin, 2)
     slip = ULP * float(max(np.abs(tree.bounds - corner).max() for tree in trees))
-    sides = [(*tree.coordinates, tree.places, tree.nodes, tree.levels) for tree in (one, two)]
+    sides = [(*tree.coordinates, tree.places, tree.nodes, tree.levels) for tree in (first, second)]
     return all_pairs(
         lambda room: axis_grid_pairs(*sides[0], *sides[1], origin, slip, swapped, room)
     )

@@ -273,24 +273,24 @@ def crossing_between(
 ) -> np.ndarray:
     """Pairs of triangles as of `crossing_pairs`, one of each of two groups, or both of one."""
 
-    def of_range(one: Group, two: Group, first: int, last: int) -> np.ndarray:
+    def of_range(small: Group, large: Group, first: int, last: int) -> np.ndarray:
         """Pairs of a range that are not seen to be apart at once: as many as there is room for,
         again if there were more.
         """
-        found = np.empty((1024 + (last - first) // 4, 2), dtype=np.int64)
-        trees = one.boxes, one.rows, one.tree.nodes, two.boxes, two.rows, two.tree.nodes
-        given = x, triangles, *trees, two.tree.levels, one is two, first, last
-        n = undecided_pairs(*given, found)
-        if n > len(found):
-            found = np.empty((n, 2), dtype=np.int64)
-            undecided_pairs(*given, found)
-        return found[:n]
+        undecided = np.empty((1024 + (last - first) // 4, 2), dtype=np.int64)
+        trees = small.boxes, small.rows, small.tree.nodes, large.boxes, large.rows, large.tree.nodes
+        given = x, triangles, *trees, large.tree.levels, small is large, first, last
+        n = undecided_pairs(*given, undecided)
+        if n > len(undecided):
+            undecided = np.empty((n, 2), dtype=np.int64)
+            undecided_pairs(*given, undecided)
+        return undecided[:n]
 
     tasks = []
     for pair in groups:
-        one, two = sorted(pair, key=lambda group: len(group.rows))
-        if len(one.rows):
-            tasks += [(one, two, *part) for part in in_ranges(len(one.rows), _EACH)]
+        small, large = sorted(pair, key=lambda group: len(group.rows))
+        if len(small.rows):
+            tasks += [(small, large, *part) for part in in_ranges(len(small.rows), _EACH)]
     pairs = np.concatenate([np.empty((0, 2), dtype=np.int64), *map_threads(of_range, tasks)])
     pairs = pairs[np.lexsort(pairs.T[::-1])]
 

@@ -39,13 +39,13 @@ def open_edges(t: np.ndarray, n_vertex: int) -> np.ndarray:
     return np.stack([t[half // 3, half % 3], t[half // 3, (half + 1) % 3]], axis=1)
 
 
-def closest_approach(x: np.ndarray, one: np.ndarray, two: np.ndarray) -> Approach:
+def closest_approach(x: np.ndarray, first: np.ndarray, second: np.ndarray) -> Approach:
     """Find where two surfaces over the same vertices are closest.
 
     Parameters
     ----------
     x : ndarray of float64, shape (n_vertex, 3)
-    one, two : ndarray of int64, shape (n, 3)
+    first, second : ndarray of int64, shape (n, 3)
         Triangles. Surfaces that cross are 0 apart, up to rounding.
 
     Returns
@@ -60,9 +60,9 @@ def closest_approach(x: np.ndarray, one: np.ndarray, two: np.ndarray) -> Approac
     """
     # two triangles are closest between an edge of one and the other triangle, or an edge passes
     # through it: edges of each against triangles of the other cover all cases
-    sides = [np.unique(np.sort(_sides(t), axis=1), axis=0) for t in (one, two)]
-    there = nearest_of(x[sides[0]], x[two])
-    back = nearest_of(x[sides[1]], x[one])
+    sides = [np.unique(np.sort(_sides(t), axis=1), axis=0) for t in (first, second)]
+    there = nearest_of(x[sides[0]], x[second])
+    back = nearest_of(x[sides[1]], x[first])
     if back.distance < there.distance:
         return Approach(back.distance, back.there, back.at)
     return there
@@ -245,7 +245,7 @@ gs.extend_fault(fault, box, sides='strike').surface, or take box=(11, 989, 0, 10
     edges = _clipped(x[rim], low, high)
     inside = in_ring(edges, ring)
 
-    found = []
+    gaps = []
     for k, (a, b) in enumerate(zip(ring, np.roll(ring, -1, axis=0), strict=True)):
         length = float(np.hypot(*(b - a)))
         if length == 0.0:
@@ -267,27 +267,27 @@ gs.extend_fault(fault, box, sides='strike').surface, or take box=(11, 989, 0, 10
         if spread > LONGER * gap:
             name = f"{SIDES[k]} side" if aoi is None else f"side {k} (counted from 0)"
             spot = edges[close][np.unravel_index(np.argmax(off[close]), off[close].shape)]
-            found.append((gap, spot, name, k))
-    if not found:
+            gaps.append((gap, spot, name, k))
+    if not gaps:
         return None
-    gap, spot, side, _ = max(found, key=lambda one: one[0])
+    gap, spot, side, _ = max(gaps, key=lambda one: one[0])
     where = "model box" if aoi is None else "area of interest"
-    more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
+    more = f" (and {len(gaps) - 1} more)" if len(gaps) > 1 else ""
     return GeosurfWarning(
         "rim",
         surface.name,
         f"Fault {surface.name!r} ends {length_text(gap)} before the {side} of the {where}{more}, "
         f"for example at {place(spot)}. Units go around it there and are not divided.",
         "Continue it, as in gs.extend_fault(fault, box, sides='strike').surface, or take "
-        f"{_smaller(box, found) if aoi is None else 'an aoi that ends inside of the fault'}.",
+        f"{_smaller(box, gaps) if aoi is None else 'an aoi that ends inside of the fault'}.",
         spot,
     )
 
 
-def _smaller(box: Sequence[float], found: Sequence[tuple[float, np.ndarray, str, int]]) -> str:
+def _smaller(box: Sequence[float], gaps: Sequence[tuple[float, np.ndarray, str, int]]) -> str:
     """A box whose sides lie beyond the gaps, with two digits of them."""
     sides = list(box)
-    for gap, _, _, k in found:
+    for gap, _, _, k in gaps:
         digit = 10.0 ** (math.floor(math.log10(gap)) - 1)
         moved = (math.floor(gap / digit) + 1) * digit
         # south, east, north, west
@@ -321,12 +321,12 @@ def _clipped(edges: np.ndarray, low: float, high: float) -> np.ndarray:
 def in_ring(points: np.ndarray, ring: np.ndarray) -> np.ndarray:
     """Whether points (..., 2 or more) lie inside of a ring in the map, but for rounding."""
     x, y = points[..., 0], points[..., 1]
-    found = np.zeros(x.shape, dtype=bool)
+    inside = np.zeros(x.shape, dtype=bool)
     for a, b in zip(ring, np.roll(ring, -1, axis=0), strict=True):
         crosses = (a[1] > y) != (b[1] > y)
         rise = b[1] - a[1] if b[1] != a[1] else 1.0
-        found ^= crosses & (x < (b[0] - a[0]) * (y - a[1]) / rise + a[0])
-    return found
+        inside ^= crosses & (x < (b[0] - a[0]) * (y - a[1]) / rise + a[0])
+    return inside
 
 
 # ---- outside ----------------------------------------

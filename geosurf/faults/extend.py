@@ -49,7 +49,7 @@ LEADS = 0.05  # of a side: steps at its ends that lead on by less are left to it
 
 
 def without_notches(
-    x: np.ndarray, arc: np.ndarray, way: np.ndarray
+    x: np.ndarray, arc: np.ndarray, direction: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """An arc with filled notches, as seen along its mean direction, the triangles in them, and the
     part of it that leads on.
@@ -58,7 +58,7 @@ def without_notches(
     behind if it lies short of the line that joins the others. No vertex is new. Whether the
     triangles may stay is decided later, exactly.
     """
-    ahead = total(way)
+    ahead = total(direction)
     ahead /= max(float(np.linalg.norm(ahead)), np.finfo(float).tiny)
 
     # the arc in a plane: how far along the side, and how far ahead
@@ -117,10 +117,10 @@ def _from_first(near: np.ndarray, far: np.ndarray) -> np.ndarray:
     The shorter diagonal; where both are as long, the one from the lesser corner of the rim.
     """
     # squares of both diagonals; ties are decided by coordinates, not by numbering
-    one = ((near[:-1] - far[1:]) ** 2).sum(axis=1)
-    two = ((near[1:] - far[:-1]) ** 2).sum(axis=1)
+    first = ((near[:-1] - far[1:]) ** 2).sum(axis=1)
+    second = ((near[1:] - far[:-1]) ** 2).sum(axis=1)
     lesser = np.array([tuple(p) < tuple(q) for p, q in pairwise(near)])
-    return ((one < two) | ((one == two) & lesser))[:, None]
+    return ((first < second) | ((first == second) & lesser))[:, None]
 
 
 def _part_of_strip(
@@ -257,7 +257,7 @@ def _in_turn(
 
     A side that is but a point (of a triangular fault) waits until its neighbours make it a line.
     """
-    longer, guides, found = surface, guides_of(surface), []
+    longer, guides, extensions = surface, guides_of(surface), []
     first, rim = first_row(surface), find_rim(surface)
     waiting = list(wanted)
     while waiting:
@@ -270,8 +270,8 @@ def _in_turn(
             longer, rim, guides, extension = continue_side(
                 longer, rim, guides, side, reach, until, first, _ROWS if box is None else 1
             )
-            found.append(extension)
-    return ExtendedFault(longer, surface.n_triangle, tuple(found))
+            extensions.append(extension)
+    return ExtendedFault(longer, surface.n_triangle, tuple(extensions))
 
 
 def first_row(surface: TriSurface) -> float:
@@ -389,8 +389,8 @@ def _row(
             surfaces=(name,),
         )
     # whether every vertex of the side has a guide, so that lines may go on as they are
-    own = bool((guides.of(side)[arc] >= 0).all())
-    ways = _LINES[:1] if own and guides.exact else _LINES
+    has_guides = bool((guides.of(side)[arc] >= 0).all())
+    ways = _LINES[:1] if has_guides and guides.exact else _LINES
     defect = None
     # directions are averaged as far along the rim as lines go on; along strike over all of the end
     window = np.inf if side in ("start", "end") else gone + length
@@ -402,30 +402,31 @@ def _row(
             edge, filled, arc = without_notches(x, arc, ahead)
             if len(arc) < 2 or len(arc) == len(given):
                 continue
-        way = directions(x, t, arc, side, axes, guides, 0.0 if lines == "own" else window)
-        missing = reach(x[arc], way, gone)
+        direction = directions(x, t, arc, side, axes, guides, 0.0 if lines == "own" else window)
+        missing = reach(x[arc], direction, gone)
         if missing.max() <= 0.0 and arc is given:
             return None
         if apart:
             window = max(window, float(np.median(missing)))
         # tangents of a mesh are as noisy as its triangles: they are averaged before they count
-        if not own and lines == "own":
+        if not has_guides and lines == "own":
             continue
 
         # a row of parallel lines is flat, however long each of them is
-        is_own = apart or (gone == 0.0 and bool(np.ptp(way, axis=0).max() <= _PARALLEL))
+        is_own = apart or (gone == 0.0 and bool(np.ptp(direction, axis=0).max() <= _PARALLEL))
         for _ in range(_ROWS if is_own else 0):
-            if _is_enough(reach, x[arc], way, missing, gone):
+            if _is_enough(reach, x[arc], direction, missing, gone):
                 break
             missing = 1.5 * missing  # the new rim crosses an edge of the box between two lines
         longest = float(missing.max())
         far = missing if is_own else np.full(len(arc), longest)
-        is_last = (is_own or 0.0 < longest < length) and _is_enough(reach, x[arc], way, far, gone)
+        is_last = is_own or 0.0 < longest < length
+        is_last = is_last and _is_enough(reach, x[arc], direction, far, gone)
         needed = longest / length if is_last and not is_own else 1.0
-        tip = x[arc] + (missing[:, None] if is_own else length) * way
+        tip = x[arc] + (missing[:, None] if is_own else length) * direction
         for share in dict.fromkeys((1.0, needed) if is_whole else (needed,)):
             # by its own length: lines of two faults with one stick end at the same places
-            end = tip if share == 1.0 else x[arc] + longest * way
+            end = tip if share == 1.0 else x[arc] + longest * direction
             beyond, ends, new = _part_of_strip(arc, len(x), x[arc], tip, end, share)
             points, faces = np.concatenate([x, beyond]), np.concatenate([t, filled, new])
             defect = _defect_of(name, side, points, faces, len(filled) + len(new))
@@ -442,10 +443,11 @@ def _row(
 
 
 def _is_enough(
-    reach: Reach, start: np.ndarray, way: np.ndarray, far: np.ndarray, gone: float
+    reach: Reach, start: np.ndarray, direction: np.ndarray, far: np.ndarray, gone: float
 ) -> bool:
     """Whether lines need no more once they have gone on by some lengths (n,)."""
-    return not (reach(start + far[:, None] * way, way, gone + float(far.max())) > 0.0).any()
+    missing = reach(start + far[:, None] * direction, direction, gone + float(far.max()))
+    return not (missing > 0.0).any()
 
 
 def _reach_of_box(
@@ -455,18 +457,18 @@ def _reach_of_box(
     side: str,
     until: str,
     start: np.ndarray,
-    way: np.ndarray,
+    direction: np.ndarray,
     gone: float,
 ) -> np.ndarray:
     """How far lines still have to go until the rim is outside a box: see `Reach`."""
     if gone and not segments_meet_box(start, low, high).any():
         return np.zeros(len(start))
-    return _lengths(start, way, low, high, name, side, until)
+    return _lengths(start, direction, low, high, name, side, until)
 
 
 def _lengths(
     start: np.ndarray,
-    way: np.ndarray,
+    direction: np.ndarray,
     low: np.ndarray,
     high: np.ndarray,
     name: str,
@@ -478,10 +480,10 @@ def _lengths(
     margin = _MARGIN * float(np.linalg.norm(high - low))
 
     # NaN for lines that never leave towards this side; `filled_lengths` gives them a neighbour's
-    length = exits(start, way, low - margin, high + margin)
+    length = exits(start, direction, low - margin, high + margin)
     if not np.isfinite(length).any():  # all pass the box, which lies between them: to its far end
         corners = np.stack(np.meshgrid(*np.stack([low, high]).T), axis=-1).reshape(-1, 3)
-        far = ((corners[None] - start[:, None]) * way[:, None]).sum(axis=2).max(axis=1)
+        far = ((corners[None] - start[:, None]) * direction[:, None]).sum(axis=2).max(axis=1)
         length = np.where(far > 0, far + margin, np.nan)
     if not np.isfinite(length).any():
         raise GeometryError(
@@ -591,17 +593,17 @@ def read_distances(distance: Any, what: str) -> dict[str, float]:
     given = distance if isinstance(distance, Mapping) else dict.fromkeys(SIDES, distance)
     if not given:
         raise InputError(f"{what} is {distance!r}. {_HOW}")
-    found: dict[str, float] = {}
+    lengths: dict[str, float] = {}
     for word, length in given.items():
         if not (is_number(length) and 0 < length < LONGEST):
             raise InputError(f"{what} is {distance!r}. {_HOW}")
         for side in read_sides((word,), what):
-            if side in found:
+            if side in lengths:
                 raise InputError(
                     f"{what} gives side {side!r} twice. Leave out 'strike' or the end."
                 )
-            found[side] = float(length)
-    return {side: found[side] for side in SIDES if side in found}
+            lengths[side] = float(length)
+    return {side: lengths[side] for side in SIDES if side in lengths}
 
 
 def read_lengthen(lengthen: Any, faults: Any) -> dict[str, dict[str, float]]:

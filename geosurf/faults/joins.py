@@ -157,11 +157,11 @@ def joins_by_length(
 
     Faults beyond the boundary, as far as bounds show, are left out.
     """
-    some = line[inside]
-    if len(some) == 0:
+    points = line[inside]
+    if len(points) == 0:
         return []
     limit = np.inf if boundary is None else boundary.length
-    near = [one for one in targets if one.least_distance(some) <= limit]
+    near = [one for one in targets if one.least_distance(points) <= limit]
     found = [boundary, *(join_to(line, inside, one) for one in near)]
     return sorted((one for one in found if one is not None), key=lambda one: one.length)
 
@@ -185,11 +185,11 @@ def nearest_at_level(point: np.ndarray, corners: np.ndarray) -> np.ndarray:
 
     # the level line in each triangle: the corner that is alone on its side, and the other two
     cut, low = corners[rows], below[rows]
-    one = np.where(low.sum(axis=1) == 1, low.argmax(axis=1), (~low).argmax(axis=1))
+    alone = np.where(low.sum(axis=1) == 1, low.argmax(axis=1), (~low).argmax(axis=1))
     rows = np.arange(len(cut))
     ends = []
     for step in (1, 2):
-        a, b = cut[rows, one], cut[rows, (one + step) % 3]
+        a, b = cut[rows, alone], cut[rows, (alone + step) % 3]
         share = (point[2] - a[:, 2]) / (b[:, 2] - a[:, 2])
         ends.append(a[:, :2] + share[:, None] * (b - a)[:, :2])
     return np.append(_nearest_on(point[:2], *ends), point[2])

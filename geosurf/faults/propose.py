@@ -213,14 +213,14 @@ def propose_network(
     contacts, misses = [], []
     met: dict[tuple[str, str], list[_Cut]] = {}
     meeting = _meeting_pairs(patches, faults)
-    for one, two in combinations(faults, 2):
-        if (one.name, two.name) in meeting:
-            cuts = [_cut(patches, one, two), _cut(patches, two, one)]
+    for first, second in combinations(faults, 2):
+        if (first.name, second.name) in meeting:
+            cuts = [_cut(patches, first, second), _cut(patches, second, first)]
             contacts.append(_contact(patches, cuts, limits))
-            met[one.name, two.name] = cuts
+            met[first.name, second.name] = cuts
             continue
-        limit = REACH * math.sqrt(min(one.area, two.area)) if reach is None else reach
-        row = near_miss(one, two, limit, limits)
+        limit = REACH * math.sqrt(min(first.area, second.area)) if reach is None else reach
+        row = near_miss(first, second, limit, limits)
         if row is not None:
             misses.append(row)
 
@@ -243,18 +243,18 @@ def propose_network(
 def _meeting_pairs(patches: Patches, faults: list[Fault]) -> set[tuple[str, str]]:
     """Names of the faults that have an edge in common, in the order of the faults."""
     keys = [np.unique(edge_keys(patches, fault.rows)) for fault in faults]
-    key, of = np.concatenate(keys), np.repeat(np.arange(len(keys)), [len(own) for own in keys])
+    key, owner = np.concatenate(keys), np.repeat(np.arange(len(keys)), [len(own) for own in keys])
 
     # a stable sort: faults of one edge stay in their order; several may share it
     order = np.argsort(key, kind="stable")
-    key, of = key[order], of[order]
+    key, owner = key[order], owner[order]
     pairs = set()
     step = 1
     while True:
         same = key[step:] == key[:-step]
         if not same.any():
             break
-        pairs |= {*zip(of[:-step][same].tolist(), of[step:][same].tolist(), strict=True)}
+        pairs |= {*zip(owner[:-step][same].tolist(), owner[step:][same].tolist(), strict=True)}
         step += 1
     return {(faults[a].name, faults[b].name) for a, b in pairs}
 
@@ -421,13 +421,13 @@ _MOST_KNOWN = 20_000
 
 
 def near_miss(
-    one: Fault, two: Fault, limit: float, box: np.ndarray | None = None
+    first: Fault, second: Fault, limit: float, box: np.ndarray | None = None
 ) -> NetworkRow | None:
     """The row of two faults that do not meet, if an end of one points at the other in the box."""
-    key = (_content(one), _content(two), limit, None if box is None else box.tobytes())
+    key = (_content(first), _content(second), limit, None if box is None else box.tobytes())
     if key in _KNOWN:
         return _KNOWN[key]
-    row = _KNOWN[key] = _near_miss(one, two, limit, box)
+    row = _KNOWN[key] = _near_miss(first, second, limit, box)
     while len(_KNOWN) > _MOST_KNOWN:
         _KNOWN.popitem(last=False)
     return row
@@ -435,19 +435,21 @@ def near_miss(
 
 def _content(fault: Fault) -> tuple[Hashable, ...]:
     """All of a fault that the row of a pair depends on."""
-    surface, guides, found = fault.surface, guides_of(fault.surface), hashlib.sha256()
+    surface, guides, hasher = fault.surface, guides_of(fault.surface), hashlib.sha256()
     for array in (surface.vertices, surface.triangles, guides.dip, guides.strike):
-        found.update(array.tobytes())
-    return fault.name, surface.n_vertex, guides.exact, found.digest()
+        hasher.update(array.tobytes())
+    return fault.name, surface.n_vertex, guides.exact, hasher.digest()
 
 
-def _near_miss(one: Fault, two: Fault, limit: float, box: np.ndarray | None) -> NetworkRow | None:
+def _near_miss(
+    first: Fault, second: Fault, limit: float, box: np.ndarray | None
+) -> NetworkRow | None:
     """The same, from both surfaces."""
-    found = []
+    candidates = []
 
     # either may be the one that stops short; the nearer end wins, then the smaller fault, then the
     # name, so the order of faults does not matter
-    for fault, main in ((one, two), (two, one)):
+    for fault, main in ((first, second), (second, first)):
         a, b = np.reshape(fault.surface.bounds, (3, 2)), np.reshape(main.surface.bounds, (3, 2))
 
         # distance of the bounds, a lower bound of the gap: most pairs end here
@@ -462,10 +464,10 @@ def _near_miss(one: Fault, two: Fault, limit: float, box: np.ndarray | None) -> 
                 facing.append((rim, side, gap))
         if facing:
             side, gap = _bridge_start(fault, main, facing)
-            found.append((gap.distance, fault.area, fault.name, side, fault, main, gap))
-    if not found:
+            candidates.append((gap.distance, fault.area, fault.name, side, fault, main, gap))
+    if not candidates:
         return None
-    distance, _, _, side, fault, main, gap = min(found, key=lambda entry: entry[:4])
+    distance, _, _, side, fault, main, gap = min(candidates, key=lambda entry: entry[:4])
 
     # `keep` is the part on this side of the main fault: the one the fault comes from
     front, angle = _lies_in_front(fault, main, gap)
@@ -554,11 +556,11 @@ def _lies_in_front(fault: Fault, main: Fault, gap: Approach) -> tuple[bool, floa
     # good enough for a word and an angle, which decide nothing exactly
     off = np.linalg.norm(corners.mean(axis=1) - gap.there, axis=1)
     normal = unit_vector(normals_of(corners[[off.argmin()]])[0])
-    own = fault.surface.vertices[fault.surface.triangles]
-    near = np.linalg.norm(own.mean(axis=1) - gap.at, axis=1).argmin()
-    mine = unit_vector(normals_of(own[[near]])[0])
-    middle = own.mean(axis=(0, 1))
-    angle = math.degrees(math.acos(min(1.0, abs(float(mine @ normal)))))
+    corners_of_fault = fault.surface.vertices[fault.surface.triangles]
+    near = np.linalg.norm(corners_of_fault.mean(axis=1) - gap.at, axis=1).argmin()
+    normal_of_fault = unit_vector(normals_of(corners_of_fault[[near]])[0])
+    middle = corners_of_fault.mean(axis=(0, 1))
+    angle = math.degrees(math.acos(min(1.0, abs(float(normal_of_fault @ normal)))))
     return bool((middle - gap.there) @ normal >= 0), angle
 
 

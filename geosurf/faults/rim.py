@@ -119,11 +119,11 @@ def plane_axes(
 
     The way up, normal x strike, never points down, even where the fault is overturned.
     """
-    own = np.stack([-units[:, 1], units[:, 0], np.zeros(len(units))], axis=1)
-    level = np.linalg.norm(own, axis=1) < flat
-    own[level] = strike - (units[level] @ strike)[:, None] * units[level]
-    own /= np.linalg.norm(own, axis=1, keepdims=True)
-    return own, np.cross(units, own)
+    strikes = np.stack([-units[:, 1], units[:, 0], np.zeros(len(units))], axis=1)
+    level = np.linalg.norm(strikes, axis=1) < flat
+    strikes[level] = strike - (units[level] @ strike)[:, None] * units[level]
+    strikes /= np.linalg.norm(strikes, axis=1, keepdims=True)
+    return strikes, np.cross(units, strikes)
 
 
 def find_rim(surface: TriSurface) -> Rim:
@@ -293,7 +293,7 @@ def _best_cuts(gain: np.ndarray) -> list[int]:
     # cumulated twice around, so that runs may pass the start
     sums = np.concatenate([np.zeros((4, 1)), np.cumsum(np.tile(gain, 2), axis=1)], axis=1)
     steps = sums[:-1] - sums[1:]  # what moving a cut by one edge is worth: run k instead of k + 1
-    best, found = -np.inf, [0, 0, 0, 0]
+    best, cuts = -np.inf, [0, 0, 0, 0]
 
     # dynamic programming over the three later cuts: O(n) for each start, O(n^2) in all; some
     # starts at a time, a row for each
@@ -319,8 +319,8 @@ def _best_cuts(gain: np.ndarray) -> list[int]:
                 third = int(back[2][row, n])
                 second = int(back[1][row, third])
                 a, first_cut = int(starts[row]), int(back[0][row, second])
-                best, found = worth, [a, a + first_cut, a + second, a + third]
-    return found
+                best, cuts = worth, [a, a + first_cut, a + second, a + third]
+    return cuts
 
 
 # ---- box exits ----------------------------------------
@@ -355,15 +355,15 @@ def exits(start: np.ndarray, way: np.ndarray, low: np.ndarray, high: np.ndarray)
 
 
 def _slabs(
-    start: np.ndarray, way: np.ndarray, low: np.ndarray, high: np.ndarray
+    start: np.ndarray, direction: np.ndarray, low: np.ndarray, high: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Where lines enter and leave the slabs of a box (Kay & Kajiya 1986), in lengths of `way`."""
+    """Where lines enter and leave a box's slabs (Kay & Kajiya 1986), in lengths of `direction`."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        s, e = (low - start) / way, (high - start) / way
+        s, e = (low - start) / direction, (high - start) / direction
     inside = (start >= low) & (start <= high)
 
     # no motion along an axis: inside its slab always, or never
-    still = way == 0
+    still = direction == 0
     enter = np.where(still, np.where(inside, -np.inf, np.inf), np.minimum(s, e))
     leave = np.where(still, np.where(inside, np.inf, -np.inf), np.maximum(s, e))
     return enter.max(axis=1), leave.min(axis=1)
@@ -490,12 +490,12 @@ def _normals_at(x: np.ndarray, t: np.ndarray, arc: np.ndarray) -> np.ndarray:
     near = np.flatnonzero((rank[t] >= 0).any(axis=1))
     normals = normals_of(x[t[near]])
     rows, corner = np.nonzero(rank[t[near]] >= 0)
-    of = rank[t[near]][rows, corner]
+    arc_vertex = rank[t[near]][rows, corner]
 
     # one group of rows per arc vertex, in the order of the arc, summed exactly below (`total`), so
     # that the order of triangles has no effect
-    order = np.argsort(of, kind="stable")
-    groups = np.split(rows[order], np.searchsorted(of[order], np.arange(1, len(arc))))
+    order = np.argsort(arc_vertex, kind="stable")
+    groups = np.split(rows[order], np.searchsorted(arc_vertex[order], np.arange(1, len(arc))))
     return np.array([total(normals[group]) for group in groups])
 
 
@@ -504,13 +504,13 @@ def _averaged(units: np.ndarray, line: np.ndarray, window: float) -> np.ndarray:
     step = np.linalg.norm(np.diff(line, axis=0), axis=1)
 
     # arc length of each vertex, and half of its two steps as its weight
-    at, own = np.r_[0.0, np.cumsum(step)], 0.5 * (np.r_[step, 0.0] + np.r_[0.0, step])
+    at, half_steps = np.r_[0.0, np.cumsum(step)], 0.5 * (np.r_[step, 0.0] + np.r_[0.0, step])
     out = np.empty_like(units)
     for i, here in enumerate(at):
         a, b = np.searchsorted(at, [here - window, here + window])
 
         # triangular window; searchsorted makes it local, so the cost is linear in the rim
-        weight = own[a:b] * (1.0 - np.abs(at[a:b] - here) / window)
+        weight = half_steps[a:b] * (1.0 - np.abs(at[a:b] - here) / window)
         mean = total(weight[:, None] * units[a:b])
 
         # opposite directions may cancel: the vertex then has its own

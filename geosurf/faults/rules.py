@@ -106,18 +106,18 @@ def read_truncations(
     """  # noqa: E501 - a message
     if not isinstance(truncations, Mapping):
         raise InputError(f"truncations is a {type(truncations).__name__}, not a mapping. {_HOW}")
-    found = {
+    rules_of_fault = {
         str(fault): tuple(_rule(str(fault), entry, faults, horizons) for entry in _entries(given))
         for fault, given in truncations.items()
     }
-    for fault, rules in found.items():
+    for fault, rules in rules_of_fault.items():
         mains = [rule.main for rule in rules]
         for main in mains:
             if mains.count(main) > 1:
                 raise InputError(
                     f"truncations: {fault} ends at {main} twice. Keep one of the two rules."
                 )
-    return tuple(rule for fault in _ordered(found) for rule in found[fault])
+    return tuple(rule for fault in _ordered(rules_of_fault) for rule in rules_of_fault[fault])
 
 
 def _rule(fault: str, entry: Any, faults: Sequence[str] | None, horizons: Sequence[str]) -> Rule:
@@ -373,25 +373,25 @@ def halves_of(truncations: Mapping[str, Any], faults: Sequence[str]) -> Halves:
 
     Examples
     --------
-    >>> found = halves_of({"F2": ("F1", "both")}, ["F1", "F2"])
-    >>> found.names(["F1", "F2"])
+    >>> halves = halves_of({"F2": ("F1", "both")}, ["F1", "F2"])
+    >>> halves.names(["F1", "F2"])
     ('F1', 'F2 (1)', 'F2 (2)')
-    >>> found.truncations
+    >>> halves.truncations
     {'F2 (1)': (('F1', '+'),), 'F2 (2)': (('F1', '-'),)}
     """
     rules = {str(name): _entries(given) for name, given in truncations.items()}
     known = list(faults)
     halves: dict[str, tuple[str, ...]] = {}
     while True:
-        found = [
+        splits = [
             (name, entry)
             for name, entries in rules.items()
             for entry in entries
             if name in known and _splits(entry) and entry[0] in known
         ]
-        if not found:
+        if not splits:
             break
-        name, entry = found[0]
+        name, entry = splits[0]
         others = tuple(one for one in rules.pop(name) if one is not entry)
         halves[name] = tuple(f"{name} ({k})" for k in (1, 2))
         for half, side in zip(halves[name], SIDES_OF_HALVES, strict=True):

@@ -95,7 +95,7 @@ def truncate_faults(
     rules = read_truncations(truncations, faults)
     alive = np.ones(patches.n_triangle, dtype=bool)
     steps = [_truncate(patches, alive, rule) for rule in rules]
-    found = [step for step, *_ in steps]
+    applied = [step for step, *_ in steps]
     missed = next((error for *_, error in steps if error is not None), None)
     walled = any(source.role == "wall" for source in patches.sources)
     if callable(whole):
@@ -104,14 +104,14 @@ def truncate_faults(
         _refuse_others(patches, whole, faults)
         uncut = _without_walls(patches, whole, rules, steps)
         if uncut is not None:
-            patches, (alive, found), walled, missed = whole, uncut, False, None
+            patches, (alive, applied), walled, missed = whole, uncut, False, None
     if missed is not None:
         raise missed
     surfaces, parents = {}, {}
     for name in sorted(faults):
         surfaces[name], parents[name] = _part(patches, name, alive)
     move = float(patches.report.get("largest_move", 0.0))
-    return TruncatedFaults(surfaces, parents, tuple(found), move, walled)
+    return TruncatedFaults(surfaces, parents, tuple(applied), move, walled)
 
 
 def main_side(surface: TriSurface, keep: str) -> int:
@@ -166,26 +166,26 @@ def past_mains(
         Of each fault that still passes its main fault, with the area.
     """
     alive = np.ones(patches.n_triangle, dtype=bool)
-    found, warnings = [], []
+    truncations, warnings = [], []
     for rule, how in rules.items():
         rows = _rows(patches, alive, rule)
-        mine = rows[rule.fault]
-        beside = adjacency(patches, mine, rows[rule.main], strict=False)
+        fault_rows = rows[rule.fault]
+        beside = adjacency(patches, fault_rows, rows[rule.main], strict=False)
         front = main_side(patches.sources[patches.names.index(rule.main)], rule.keep) > 0
         wanted, unwanted = beside.beside.T if front else beside.beside[:, ::-1].T
         beyond = (unwanted & ~wanted)[beside.piece]
-        ending = _ending_on(patches, mine[beyond])
+        ending = _ending_on(patches, fault_rows[beyond])
         held = np.zeros(len(wanted), dtype=bool)
         held[beside.piece[beyond][ending]] = True
         dropped, stays = beyond & ~held[beside.piece], beyond & held[beside.piece]
-        alive[mine[dropped]] = False
+        alive[fault_rows[dropped]] = False
         if dropped.any():
             words = rule.fault, rule.main, rule.keep, "+" if front else "-"
-            found.append(
-                Truncation(*words, apart_area=0.0, **_sizes(patches, mine, beside, dropped))
+            truncations.append(
+                Truncation(*words, apart_area=0.0, **_sizes(patches, fault_rows, beside, dropped))
             )
         if stays.any():
-            area = math.fsum(areas_of(patches, mine[stays]))
+            area = math.fsum(areas_of(patches, fault_rows[stays]))
             warnings.append(
                 GeosurfWarning(
                     "fault passes another",
@@ -196,7 +196,7 @@ def past_mains(
                     f"Lengthen them yourself, so that the rule cuts what you add: {how}.",
                 )
             )
-    return alive, tuple(found), tuple(warnings)
+    return alive, tuple(truncations), tuple(warnings)
 
 
 def _ending_on(patches: Patches, rows: np.ndarray) -> np.ndarray:
@@ -232,19 +232,19 @@ def _truncate(
     rows = _rows(patches, alive, rule)
     main = patches.sources[patches.names.index(rule.main)]
     side = main_side(main, rule.keep)
-    mine = rows[rule.fault]
+    fault_rows = rows[rule.fault]
 
     # pieces that the main fault and the walls cut off, and on which side of it each one lies
     walls, inside = _inside(patches)
-    beside = adjacency(patches, mine, rows[rule.main], walls)
+    beside = adjacency(patches, fault_rows, rows[rule.main], walls)
     held = np.zeros(len(beside.within), dtype=bool)
-    held[beside.piece[inside[mine]]] = True
+    held[beside.piece[inside[fault_rows]]] = True
     wanted = beside.beside[:, 0 if side > 0 else 1] & held
     unwanted = beside.beside[:, 1 if side > 0 else 0] & held
 
     # only where every piece has one side can a part be dropped
     if (wanted & unwanted).any():
-        raise goes_around(patches, rule, beside, mine)
+        raise goes_around(patches, rule, beside, fault_rows)
     missed = None
     if not (wanted | unwanted).any():
         missed = not_reached(patches, rule, rows, inside)
@@ -264,20 +264,20 @@ def _truncate(
     wrong = beside.beside[:, 1 if side > 0 else 0] | beside.within
     gone |= ~held & (wrong | ~_hangs_on(gone, held, beside.across_walls))
     dropped = gone[beside.piece]
-    apart = ~(wanted | gone)[beside.piece] & inside[mine] & (missed is None)
-    alive[mine[dropped]] = False
+    apart = ~(wanted | gone)[beside.piece] & inside[fault_rows] & (missed is None)
+    alive[fault_rows[dropped]] = False
 
-    sizes = _sizes(patches, mine, beside, dropped)
-    off = math.fsum(areas_of(patches, mine[apart]))
+    sizes = _sizes(patches, fault_rows, beside, dropped)
+    off = math.fsum(areas_of(patches, fault_rows[apart]))
     words = rule.fault, rule.main, rule.keep, "+" if side > 0 else "-"
-    return Truncation(*words, apart_area=off, **sizes), mine[apart], missed
+    return Truncation(*words, apart_area=off, **sizes), fault_rows[apart], missed
 
 
 def _sizes(
-    patches: Patches, mine: np.ndarray, beside: Adjacency, dropped: np.ndarray
+    patches: Patches, fault_rows: np.ndarray, beside: Adjacency, dropped: np.ndarray
 ) -> dict[str, Any]:
     """Remaining and dropped areas of a fault's rows, and the length of the line that it ends on."""
-    area = areas_of(patches, mine)
+    area = areas_of(patches, fault_rows)
     kept_edges = np.unique(beside.edge_of_half[~dropped[beside.half_edges // 3]])
     ends = patches.local[beside.edges[kept_edges]]
     return {
@@ -300,19 +300,19 @@ def _without_walls(
     of its main fault, or it goes around it beyond the box; and what stays in the box because
     nothing of it meets the main fault there must not be dropped for what it meets outside.
     """
-    alive, found = np.ones(whole.n_triangle, dtype=bool), []
+    alive, truncations = np.ones(whole.n_triangle, dtype=bool), []
     for rule, (step, apart, _) in zip(rules, steps, strict=True):
         rows = _rows(whole, alive, rule)
-        mine = rows[rule.fault]
-        beside = adjacency(whole, mine, rows[rule.main], strict=False)
+        fault_rows = rows[rule.fault]
+        beside = adjacency(whole, fault_rows, rows[rule.main], strict=False)
         right, wrong = beside.beside.T if step.side == "+" else beside.beside[:, ::-1].T
         dropped = (wrong | beside.within)[beside.piece]
-        stays = np.isin(whole.parent_of_triangle[mine], patches.parent_of_triangle[apart])
+        stays = np.isin(whole.parent_of_triangle[fault_rows], patches.parent_of_triangle[apart])
         if (right & wrong).any() or not right.any() or (dropped & stays).any():
             return None
-        alive[mine[dropped]] = False
-        found.append(replace(step, **_sizes(whole, mine, beside, dropped)))
-    return alive, found
+        alive[fault_rows[dropped]] = False
+        truncations.append(replace(step, **_sizes(whole, fault_rows, beside, dropped)))
+    return alive, truncations
 
 
 def _refuse_others(patches: Patches, whole: Patches, faults: list[str]) -> None:
@@ -475,10 +475,12 @@ def _holds(patches: Patches, walls: np.ndarray, point: np.ndarray) -> bool:
     return count % 2 == 1
 
 
-def goes_around(patches: Patches, rule: Rule, beside: Adjacency, mine: np.ndarray) -> Exception:
+def goes_around(
+    patches: Patches, rule: Rule, beside: Adjacency, fault_rows: np.ndarray
+) -> Exception:
     """Describe where the curve ends inside the truncated fault."""
     used, times = np.unique(beside.edges, return_counts=True)
-    rim = np.unique(open_edges(patches.triangles[mine], len(patches.local)))
+    rim = np.unique(open_edges(patches.triangles[fault_rows], len(patches.local)))
     tips = np.setdiff1d(used[times == 1], rim)
     at = patches.vertices[tips[0] if len(tips) else used[0]]
     return GeometryError(

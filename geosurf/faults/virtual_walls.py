@@ -135,10 +135,10 @@ def build_virtual_walls(
                 taken = _join_path(draft, path, joins, model, done)
                 if taken is not None and is_tip:
                     ways[draft.name, k] = joins[taken:]
-        found = _parting(ways, contacts, first)
-        if found is None:
+        rejoined = _parting(ways, contacts, first)
+        if rejoined is None:
             return [_finished(draft) for draft in drafts.values() if draft.mesh.strips]
-        first.update([found])
+        first.update([rejoined])
 
 
 def _contacts(
@@ -161,14 +161,14 @@ def _parting(
     A second join between the groups, or within one, costs least where it is little longer.
     """
     for (name, k), (taken, *_) in ways.items():
-        rest = [(key[0], way[0].target) for key, way in ways.items() if key != (name, k)]
+        rest = [(key[0], joins[0].target) for key, joins in ways.items() if key != (name, k)]
         group, beyond = (_connected_with(one, [*contacts, *rest]) for one in (name, taken.target))
         if taken.target in group:
             continue
         better = [
-            (join.length - way[0].length, key, join.target)
-            for key, way in ways.items()
-            for join in way[1:]
+            (join.length - joins[0].length, key, join.target)
+            for key, joins in ways.items()
+            for join in joins[1:]
             if key not in known
             and (
                 join.target in group
@@ -249,17 +249,17 @@ def _paths(
     # around the rim, the side comes after the one above or below it, as the triangles face
     first, last = ("up", "down") if (side == "start") == (rim.axes.sign > 0) else ("down", "up")
     arc, is_open = tip.arc.tolist(), tip.open.tolist()
-    own = [tip.dies and step for step in is_open]
+    free = [tip.dies and step for step in is_open]
     if arc and arc[0] in copies[first]:
-        arc, own = [copies[first][arc[0]], *arc], [None, *own]
+        arc, free = [copies[first][arc[0]], *arc], [None, *free]
     if arc and arc[-1] in copies[last]:
-        arc, own = [*arc, copies[last][arc[-1]]], [*own, None]
+        arc, free = [*arc, copies[last][arc[-1]]], [*free, None]
 
     # steps of the tip line and vertical ones next to them are one run
-    for closed, run in groupby(range(len(own)), key=lambda i: own[i] is False):
+    for closed, run in groupby(range(len(free)), key=lambda i: free[i] is False):
         steps = list(run)
         if not closed:
-            ends = any(own[i] for i in steps)
+            ends = any(free[i] for i in steps)
             yield k, side, np.array([arc[i] for i in [*steps, steps[-1] + 1]]), ends
 
 
@@ -360,8 +360,9 @@ def _joins_of(
     if word == BOUNDARY:
         return [] if boundary is None else [boundary]
     if word != NEAREST:
-        found = joins_by_length(line, inside, [one for one in targets if one.name == word], None)
-        if not found and is_tip:
+        wanted = [target for target in targets if target.name == word]
+        joins = joins_by_length(line, inside, wanted, None)
+        if not joins and is_tip:
             middle = line[len(line) // 2]
             raise GeometryError(
                 f"fault {draft.name!r} ends at {place(middle)}, and {word!r} is at none of the "
@@ -370,12 +371,16 @@ def _joins_of(
                 place=middle,
                 surfaces=(draft.name, word),
             )
-        return found
+        return joins
 
     # a tip goes to any fault or to the boundary; the vertical ends of a wall, and what is open of
     # a side that ends at a fault, to that one
     dies = is_tip and draft.is_free(piece, side)
-    others = [one for one in targets if one.name != draft.name and (dies or one.name in draft.met)]
+    others = [
+        target
+        for target in targets
+        if target.name != draft.name and (dies or target.name in draft.met)
+    ]
     return joins_by_length(line, inside, others, boundary if dies else None)
 
 
@@ -459,24 +464,25 @@ class WallMesh:
         All lines run to the nearest point of the target, or outward (3,) where that is given.
         """
         line = self.x[path]
-        way = join.ends - line
-        length = np.linalg.norm(way, axis=1)
+        direction = join.ends - line
+        length = np.linalg.norm(direction, axis=1)
 
         # where the target is missing, or touched, lines run as their neighbours do
         known = np.flatnonzero(length > 0)
         near = known[np.abs(np.arange(len(path))[:, None] - known).argmin(axis=1)]
-        way, length = (way / np.where(length > 0, length, 1.0)[:, None])[near], length[near]
+        direction = (direction / np.where(length > 0, length, 1.0)[:, None])[near]
+        length = length[near]
 
-        # ways that part leave a gap between them: all run as the shortest does
-        main = way[int(length.argmin())]
+        # lines that part leave a gap between them: all run as the shortest does
+        main = direction[int(length.argmin())]
         if outward is not None:
-            ahead = way @ outward
+            ahead = direction @ outward
             length = np.where(ahead > 0, length / np.maximum(ahead, _PARTING), 0.0)
-            way = np.broadcast_to(outward, way.shape)
-        elif join.reach or (way @ main).min() < _PARTING:
-            way = np.broadcast_to(main, way.shape)
+            direction = np.broadcast_to(outward, direction.shape)
+        elif join.reach or (direction @ main).min() < _PARTING:
+            direction = np.broadcast_to(main, direction.shape)
             length = np.full(len(length), max(join.reach, float(length.max())))
-        far = line + way * (length * (1.0 + _BEYOND) + margin)[:, None]
+        far = line + direction * (length * (1.0 + _BEYOND) + margin)[:, None]
         far[:, 2] = line[:, 2]
         n = len(self.x)
         self.strips.append(strip(path, n, line, far))
@@ -493,7 +499,7 @@ class WallMesh:
         if (tip[0, 2] > tip[-1, 2]) != down:
             tip = tip[::-1]
         other = self.add(tip)
-        found, i, k = [], 0, 0
+        triangles, i, k = [], 0, 0
 
         # down both lines: the next vertex is the one that is farther ahead
         while i + 1 < len(path) or k + 1 < len(other):
@@ -503,12 +509,12 @@ class WallMesh:
                 ahead = (p[2] > q[2]) == down if p[2] != q[2] else tuple(p) < tuple(q)
                 first = bool(ahead)
             if first:
-                found.append((path[i + 1], path[i], other[k]))
+                triangles.append((path[i + 1], path[i], other[k]))
                 i += 1
             else:
-                found.append((path[i], other[k], other[k + 1]))
+                triangles.append((path[i], other[k], other[k + 1]))
                 k += 1
-        self.strips.append(np.array(found, dtype=np.int64))
+        self.strips.append(np.array(triangles, dtype=np.int64))
 
     def finished(self) -> tuple[TriSurface, np.ndarray]:
         """Return the wall, and the strip of each of its triangles.
@@ -519,10 +525,10 @@ class WallMesh:
             If the wall crosses itself or its fault.
         """
         t = np.concatenate(self.strips)
-        of = np.repeat(np.arange(len(self.strips)), [len(one) for one in self.strips])
+        strip_number = np.repeat(np.arange(len(self.strips)), [len(one) for one in self.strips])
 
         stays = self._with_area(t)
-        t, of = t[stays], of[stays]
+        t, strip_number = t[stays], strip_number[stays]
         used, number = np.unique(t, return_inverse=True)
         name = self.surface.name
         wall = TriSurface(virtual_name(name), "virtual", self.x[used], number.reshape(-1, 3))
@@ -538,7 +544,7 @@ class WallMesh:
                 surfaces=(name,),
                 close_up=CloseUp((self.surface, wall), reach),
             )
-        return wall, of
+        return wall, strip_number
 
     def _crossings_at(self, vertices: np.ndarray) -> np.ndarray:
         """How often triangles of the wall at some vertices (n,) cross others, or the fault (n,)."""

@@ -268,8 +268,8 @@ def fault_multipliers(
     >>> world = gs.synthetic.tilted_planes()
     >>> scene = gs.Scene(world.horizons, world.faults, world.box)
     >>> grid = gs.build_grid(scene, cell=(200, 200), layers={"Top/Base": 4})
-    >>> found = gs.fault_multipliers(scene, grid, vshale=0.3, permeability=100.0)
-    >>> bool(((found.multiplier > 0.99) & (found.multiplier < 1.01)).all())  # no throw
+    >>> faces = gs.fault_multipliers(scene, grid, vshale=0.3, permeability=100.0)
+    >>> bool(((faces.multiplier > 0.99) & (faces.multiplier < 1.01)).all())  # no throw
     True
     """
     for needed in missing_members(scene, ReportedModel):
@@ -287,7 +287,7 @@ def fault_multipliers(
     k = permeability_of(permeability, grid).ravel()
     zones = vshale_of(scene, vshale)
     fault, axis, cell = _faces(grid)
-    found: list[np.ndarray] = []
+    tables: list[np.ndarray] = []
     for row in np.unique(fault).tolist():
         walls = walls_of(scene.patches, scene.units, grid.fault_names[row], zones, np.inf)
         for along in (0, 1):
@@ -297,8 +297,8 @@ def fault_multipliers(
                 flow, value = _flows(grid, along, k, part, rock, law)
                 of_face = faces[np.searchsorted(cell[faces], part.cell)]
                 columns = value, rock.ratio, rock.mean_throw
-                found.append(np.nan_to_num(np.stack([of_face, flow, *columns])))
-    row, flow, *values = np.concatenate([np.empty((5, 0)), *found], axis=1)
+                tables.append(np.nan_to_num(np.stack([of_face, flow, *columns])))
+    row, flow, *values = np.concatenate([np.empty((5, 0)), *tables], axis=1)
     row = row.astype(np.int64)
     multiplier, sgr, throw = (_mean(row, of, flow, len(cell)) for of in values)
     of_fault = _mean(fault[row], values[0], flow, len(grid.fault_names))
@@ -333,12 +333,12 @@ def permeability_of(given: Any, grid: CornerPointGrid) -> np.ndarray:
         other = given.get(ELSEWHERE, np.nan)
         given = np.array([*(given.get(zone, other) for zone in grid.zone_names), 1.0])[grid.zone]
     try:
-        found = np.broadcast_to(np.asarray(given, dtype=np.float64), grid.actnum.shape)
+        permeability = np.broadcast_to(np.asarray(given, dtype=np.float64), grid.actnum.shape)
     except (TypeError, ValueError) as error:
         raise InputError(f"permeability cannot be used: {error}. {how}") from error
-    if not ((found > 0.0) & np.isfinite(found))[grid.actnum].all():
+    if not ((permeability > 0.0) & np.isfinite(permeability))[grid.actnum].all():
         raise InputError(f"permeability is not above 0 in all active cells. {how}")
-    return found
+    return permeability
 
 
 class Parts(NamedTuple):
@@ -407,19 +407,20 @@ def _parts(
     """Parts of the faces of cells on one fault, and what has slipped past them."""
     part = Parts(*map(np.concatenate, zip(*_between_columns(grid, axis, cells), strict=True)))
     of_zone = np.array([zones.index(zone) for zone in grid.zone_names])
-    blocks = [walls.blocks.index(of) if of in walls.blocks else -1 for of in grid.block_names]
+    blocks = [walls.blocks.index(name) if name in walls.blocks else -1 for name in grid.block_names]
     both = np.stack([part.cell, part.other], axis=1)
     zone, block = of_zone[grid.zone.ravel()[both]], np.array(blocks)[grid.block.ravel()[both]]
 
     # which cell lies on side +: their blocks say so, or else the side that the fault dips to
     plus, minus = (
-        np.isin(block, [of for on, of in walls.reach if on == side]) for side in (PLUS, MINUS)
+        np.isin(block, [block_name for on, block_name in walls.reach if on == side])
+        for side in (PLUS, MINUS)
     )
     as_is, turned = plus[:, 0] & minus[:, 1], plus[:, 1] & minus[:, 0]
     ends = grid.coord[0, 0], grid.coord[0, -1] if axis == 0 else grid.coord[-1, 0]
     down_dip = (ends[1] - ends[0])[:2] @ walls.faces.strike[1] > 0.0
     turn = np.where(as_is == turned, down_dip, turned)[:, None]
-    zone, block = (np.where(turn, of[:, ::-1], of) for of in (zone, block))
+    zone, block = (np.where(turn, pair[:, ::-1], pair) for pair in (zone, block))
     return part, walls.slipped(part.place - walls.faces.origin, zone, block)
 
 

@@ -93,10 +93,10 @@ def model_of(scene: ReportedModel, lattice: ArealLattice, zones: list[str]) -> M
         return np.concatenate([lattice.to_lattice(x[:, :2]), x[:, 2:]], axis=1)
 
     # one unit for each zone and block: contacts do not split cells
-    mine = [unit for unit in scene.units.values() if unit.zone in zones]
-    if not mine:
+    in_zones = [unit for unit in scene.units.values() if unit.zone in zones]
+    if not in_zones:
         raise InputError(f"no unit of the model is in the zones {zones}. Print scene.units.")
-    units = list(dict.fromkeys((unit.zone, unit.block) for unit in mine))
+    units = list(dict.fromkeys((unit.zone, unit.block) for unit in in_zones))
     index = {name: k for k, name in enumerate(zones)}
     shells = [
         Shell(
@@ -105,21 +105,21 @@ def model_of(scene: ReportedModel, lattice: ArealLattice, zones: list[str]) -> M
             to_lattice(unit.local, unit.origin),
             unit.triangles,
         )
-        for unit in mine
+        for unit in in_zones
     ]
-    exact = [math.fsum(u.volume for u in mine if (u.zone, u.block) == one) for one in units]
+    exact = [math.fsum(u.volume for u in in_zones if (u.zone, u.block) == key) for key in units]
     ring = outline_of(scene.units.box, scene.aoi)
     faults = {}
-    known = mine[0].surface_names
+    known = in_zones[0].surface_names
     walls = [name for name in map(virtual_name, scene.fault_names) if name in known]
     for name in (*scene.fault_names, *walls):
-        one = scene.surface(name)
-        faults[name] = (to_lattice(one.vertices, np.zeros(3)), one.triangles)
+        surface = scene.surface(name)
+        faults[name] = (to_lattice(surface.vertices, np.zeros(3)), surface.triangles)
     outline = lattice.to_lattice(ring - lattice.corner)
-    regions = {(unit.zone, unit.block): unit.region for unit in mine}
+    regions = {(unit.zone, unit.block): unit.region for unit in in_zones}
     return Model(
         lattice, shells, faults, scene.fault_names, outline, units, np.array(exact),
-        [regions[one] for one in units], list(range(len(zones))),
+        [regions[key] for key in units], list(range(len(zones))),
     )  # fmt: skip
 
 
@@ -234,20 +234,20 @@ def corners_of(
     samples = columns.filled.copy()
     same = own_side(columns.faults, columns.middles.mean(axis=0), columns.used)
     samples[..., :1] = at_corners.filled(samples[..., :1], same)
-    found = at_corners.to_corners(np.moveaxis(samples, -1, 2))
-    found[:, :, 1:] = at_corners.limited(found[:, :, 1:])
-    found[:, :, 1:] *= thicker
-    found = np.moveaxis(found, 2, -1)
+    corners = at_corners.to_corners(np.moveaxis(samples, -1, 2))
+    corners[:, :, 1:] = at_corners.limited(corners[:, :, 1:])
+    corners[:, :, 1:] *= thicker
+    corners = np.moveaxis(corners, 2, -1)
 
     # columns that no fault parts at any level share their corners
     apart_i, apart_j = (np.asarray(one.any(axis=(0, 1))) for one in between)
     group = at_corners.groups_at_nodes(apart_i, apart_j, columns.used)
-    found = at_corners.joined(found, group)
-    return _on_horizons(columns, found, apart_i, apart_j)
+    corners = at_corners.joined(corners, group)
+    return _on_horizons(columns, corners, apart_i, apart_j)
 
 
 def _on_horizons(
-    columns: Columns, found: np.ndarray, apart_i: np.ndarray, apart_j: np.ndarray
+    columns: Columns, corners: np.ndarray, apart_i: np.ndarray, apart_j: np.ndarray
 ) -> np.ndarray:
     """Put nodes that no fault is near exactly on the horizons: their own line decides."""
     used = columns.used
@@ -261,8 +261,8 @@ def _on_horizons(
     j, i = j[good], i[good]
     values = np.concatenate([top[good, None], thick[good]], axis=1)
     for a, b in at_corners.CORNERS:
-        found[j + 1 - a, i + 1 - b, a, b] = values
-    return found
+        corners[j + 1 - a, i + 1 - b, a, b] = values
+    return corners
 
 
 def assemble(
@@ -277,13 +277,13 @@ def assemble(
     """Make the cells of a grid; beside faults and outlines, zones are so much thicker."""
     model = columns.model
     between = faults_between(columns.faults, columns.middles, columns.used)
-    found = corners_of(columns, between, thicker)
+    corners = corners_of(columns, between, thicker)
     ny, nx = columns.used.shape
 
     # boundaries of layers, zone by zone from the top down
-    levels, shares, first = [found[..., 0][None]], [], [0]
-    for k, one in enumerate(layers.values()):
-        depth = one.boundaries(found[..., 1 + k])
+    levels, shares, first = [corners[..., 0][None]], [], [0]
+    for k, of_zone in enumerate(layers.values()):
+        depth = of_zone.boundaries(corners[..., 1 + k])
         mean = depth.mean(axis=(-1, -2)).reshape(len(depth), -1)
         total = np.where(mean[-1] > 0.0, mean[-1], 1.0)
         shares.append(0.5 * (mean[1:] + mean[:-1]) / total)
@@ -304,7 +304,7 @@ def assemble(
     block_of = np.array([blocks.index(block) for _, block in model.units] + [-1])
     zone = np.repeat(np.arange(len(names)), np.diff(first))
     faces = faces_of(
-        between, [Below(*one, columns.used) for one in columns.faults], columns.middles, height,
+        between, [Below(*fault, columns.used) for fault in columns.faults], columns.middles, height,
         zone, block_of[unit],
     )  # fmt: skip
     return CornerPointGrid(
@@ -383,7 +383,7 @@ def units_of_cells(
         of_line = thick[:, k].reshape(-1, PER_COLUMN)
         best = np.where(of_line[:, -1] > 0.0, PER_COLUMN - 1, of_line.argmax(axis=1))
         column = np.arange(len(of_line))
-        line, found = column * PER_COLUMN + best, of_line[column, best] > 0.0
+        line, meets = column * PER_COLUMN + best, of_line[column, best] > 0.0
 
         # pieces of the zone from the top down, each up to a share of the whole length
         rows = np.flatnonzero(pieces.zone == zone)
@@ -391,20 +391,20 @@ def units_of_cells(
             out.append(np.full(depths[k].shape, -1))
             heights.append(np.full(depths[k].shape, np.nan))
             continue
-        of, length = pieces.line[rows], pieces.length[rows]
-        first = np.flatnonzero(np.diff(of, prepend=-1))
+        on_line, length = pieces.line[rows], pieces.length[rows]
+        first = np.flatnonzero(np.diff(on_line, prepend=-1))
         end = np.cumsum(length)
-        start = np.repeat(end[first] - length[first], np.diff(np.append(first, len(of))))
-        total = np.bincount(of, length, minlength=len(thick))[of]
+        start = np.repeat(end[first] - length[first], np.diff(np.append(first, len(on_line))))
+        total = np.bincount(on_line, length, minlength=len(thick))[on_line]
         share = np.minimum((end - start) / total, 1.0)
-        share[np.append(first[1:], len(of)) - 1] = 1.0
+        share[np.append(first[1:], len(on_line)) - 1] = 1.0
         central = best == PER_COLUMN - 1
         depth = np.where(central, np.clip(depths[k], 0.0, 1.0 - 1e-9), 0.5)
-        at = np.minimum(np.searchsorted(of + share, line + depth, "left"), len(rows) - 1)
-        out.append(np.where(found, pieces.unit[rows[at]], -1))
+        at = np.minimum(np.searchsorted(on_line + share, line + depth, "left"), len(rows) - 1)
+        out.append(np.where(meets, pieces.unit[rows[at]], -1))
         below_top = depth * total[at] - (end - start - length)[at]
         z = pieces.top[rows[at]] - np.clip(below_top, 0.0, length[at])
-        heights.append(np.where(found & central, z, np.nan))
+        heights.append(np.where(meets & central, z, np.nan))
     return np.concatenate(out), np.concatenate(heights)
 
 
@@ -440,7 +440,7 @@ def faces_of(
     height = np.where(np.isnan(height), middles[zone], height)
     live = np.asarray((block >= 0).any(axis=0))
     sides = (live[:, :-1] & live[:, 1:], live[:-1] & live[1:], live)
-    found: list[list[np.ndarray]] = [[], [], []]
+    parted: list[list[np.ndarray]] = [[], [], []]
     for fault, below in enumerate(faults):
         # a fault may cut a column: cells above it and below it have other neighbours than the
         # middle of their zone, and a face between them
@@ -449,12 +449,12 @@ def faces_of(
         apart_i = between[0][fault][zone] ^ turned[:, :, :-1] ^ turned[:, :, 1:]
         apart_j = between[1][fault][zone] ^ turned[:, :-1] ^ turned[:, 1:]
         for axis, apart in enumerate((apart_i, apart_j, here[:-1] ^ here[1:])):
-            found[axis].append(apart & sides[axis])
+            parted[axis].append(apart & sides[axis])
     if faults:
-        _at_blocks(found, block)
+        _at_blocks(parted, block)
     none = np.empty((0, 2), np.int64)
     parts = [(none[:, 0], none[:, 0], none, none)]
-    for axis, of_fault in enumerate(found):
+    for axis, of_fault in enumerate(parted):
         for fault, apart in enumerate(of_fault):
             step = np.diff(np.moveaxis(apart, 0, -1).astype(np.int8), axis=-1, prepend=0, append=0)
             j, i, start = np.nonzero(step == 1)
@@ -465,7 +465,7 @@ def faces_of(
     return GridFaces(of[order], axis_of[order], column[order], layers[order])
 
 
-def _at_blocks(found: list[list[np.ndarray]], block: np.ndarray) -> None:
+def _at_blocks(parted: list[list[np.ndarray]], block: np.ndarray) -> None:
     """Add faces between blocks that rays missed by rounding of tilted pillars, in place.
 
     They belong to the fault that most other faces between the same two blocks are on.
@@ -476,12 +476,12 @@ def _at_blocks(found: list[list[np.ndarray]], block: np.ndarray) -> None:
     ]  # fmt: skip
     pairs = [np.minimum(a, b) * n_block + np.maximum(a, b) for a, b in ends]
     other = [(a != b) & (np.minimum(a, b) >= 0) for a, b in ends]
-    count = np.zeros((len(found[0]), n_block * n_block), dtype=np.int64)
-    for of_fault, pair, differ in zip(found, pairs, other, strict=True):
+    count = np.zeros((len(parted[0]), n_block * n_block), dtype=np.int64)
+    for of_fault, pair, differ in zip(parted, pairs, other, strict=True):
         for fault, apart in enumerate(of_fault):
             count[fault] += np.bincount(pair[apart & differ], minlength=n_block * n_block)
     owner = np.where(count.any(axis=0), count.argmax(axis=0), -1)
-    for of_fault, pair, differ in zip(found, pairs, other, strict=True):
+    for of_fault, pair, differ in zip(parted, pairs, other, strict=True):
         missed = differ & ~np.any(of_fault, axis=0)
         for fault, apart in enumerate(of_fault):
             apart |= missed & (owner[np.where(missed, pair, 0)] == fault)
@@ -544,17 +544,19 @@ def pieces_along(shells: Sequence[Shell], feet: np.ndarray, middle: np.ndarray) 
         (np.empty(0, np.int64), 0, 0, nothing, nothing)
     ]
     for shell in shells:
-        found = cross_columns(shell.x, shell.triangles, feet, middle)
-        if not len(found.foot):
+        crossings = cross_columns(shell.x, shell.triangles, feet, middle)
+        if not len(crossings.foot):
             continue
 
         # a line leaves through the top (+) and enters through the base (-); heights count from the
         # level of the unit, so that little is lost in the sum
         level = float(np.round(shell.x[:, 2].mean()))
         n = len(feet)
-        length = np.bincount(found.foot, found.way * (found.elevation - level), minlength=n)
+        length = np.bincount(
+            crossings.foot, crossings.way * (crossings.elevation - level), minlength=n
+        )
         top = np.full(n, -np.inf)
-        np.maximum.at(top, found.foot, found.elevation)
+        np.maximum.at(top, crossings.foot, crossings.elevation)
         rows = np.flatnonzero(length > 0.0)
         parts.append((rows, shell.zone, shell.unit, length[rows], top[rows]))
     line, length, top = (np.concatenate([part[k] for part in parts]) for k in (0, 3, 4))

@@ -154,13 +154,13 @@ def _crossed(
     low, high = x.min(axis=0), x.max(axis=0)
     near = open_at & (start >= low - 1.0).all(axis=-1) & (start <= high + 1.0).all(axis=-1)
     rays = start[near]
-    found = cross_columns(
+    crossings = cross_columns(
         np.ascontiguousarray(x[:, across]), triangles, rays[:, across[:2]].copy(), np.zeros(2)
     )
-    first = rays[found.foot, along]
-    hit = (found.elevation >= first) & (found.elevation < first + length)
+    first = rays[crossings.foot, along]
+    hit = (crossings.elevation >= first) & (crossings.elevation < first + length)
     out = np.zeros(start.shape[:-1], dtype=bool)
-    out[near] = np.bincount(found.foot[hit], minlength=len(rays)) % 2 == 1
+    out[near] = np.bincount(crossings.foot[hit], minlength=len(rays)) % 2 == 1
     return out
 
 
@@ -303,12 +303,12 @@ def _stair(between: tuple[np.ndarray, np.ndarray], fault: int) -> np.ndarray:
     """Nodes at edges between columns that a fault parts, (ny + 1, nx + 1)."""
     along_i, along_j = between[0][fault, 0], between[1][fault, 0]
     ny, nx = along_i.shape[0], along_j.shape[1]
-    found = np.zeros((ny + 1, nx + 1), dtype=bool)
-    found[:-1, 1:-1] |= along_i
-    found[1:, 1:-1] |= along_i
-    found[1:-1, :-1] |= along_j
-    found[1:-1, 1:] |= along_j
-    return found
+    nodes = np.zeros((ny + 1, nx + 1), dtype=bool)
+    nodes[:-1, 1:-1] |= along_i
+    nodes[1:, 1:-1] |= along_i
+    nodes[1:-1, :-1] |= along_j
+    nodes[1:-1, 1:] |= along_j
+    return nodes
 
 
 def _onto(
@@ -322,17 +322,17 @@ def _onto(
     distance, normal = np.full((len(j), 2), np.inf), np.zeros((len(j), 3))
     for along, axes in enumerate(AXES):
         across = list(axes)
-        found = cross_columns(
+        crossings = cross_columns(
             np.ascontiguousarray(x[:, across]), triangles, place[:, across[:2]].copy(), np.zeros(2)
         )
-        gap = found.elevation - place[found.foot, along]
+        gap = crossings.elevation - place[crossings.foot, along]
 
         # the nearest crossing of each node comes last, and is that which stays
         order = np.argsort(-np.abs(gap), kind="stable")
-        foot = found.foot[order]
+        foot = crossings.foot[order]
         distance[foot, along] = gap[order]
         nearest = np.zeros((len(j), 3))
-        nearest[foot] = normals[found.triangle[order]]
+        nearest[foot] = normals[crossings.triangle[order]]
         nearest *= np.where(nearest[:, along] < 0, -1.0, 1.0)[:, None]
         weight = 1.0 / np.maximum(np.abs(distance[:, along]), 0.01)
         turned = (nearest * normal).sum(axis=1) < 0

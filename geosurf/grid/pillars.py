@@ -247,13 +247,13 @@ def joined(corners: np.ndarray, group: np.ndarray) -> np.ndarray:
 
     # the column north-east of a node (3) has its own corner (0, 0) there
     places = [(j + a, i + b, 3 - 2 * a - b, a, b) for a, b in CORNERS]
-    for jj, ii, of, a, b in places:
-        np.add.at(total, (jj, ii, group[jj, ii, of]), corners[:, :, a, b])
-        np.add.at(count, (jj, ii, group[jj, ii, of]), 1.0)
+    for jj, ii, column, a, b in places:
+        np.add.at(total, (jj, ii, group[jj, ii, column]), corners[:, :, a, b])
+        np.add.at(count, (jj, ii, group[jj, ii, column]), 1.0)
     mean = total / np.maximum(count, 1.0)[..., None]
     out = np.empty_like(corners)
-    for jj, ii, of, a, b in places:
-        out[:, :, a, b] = mean[jj, ii, group[jj, ii, of]]
+    for jj, ii, column, a, b in places:
+        out[:, :, a, b] = mean[jj, ii, group[jj, ii, column]]
     return out
 
 

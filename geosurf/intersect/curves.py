@@ -102,12 +102,12 @@ def overlap_of(surfaces: Sequence[TriSurface], i: int, j: int, origin: np.ndarra
 
     # An edge is inner where it has two triangles and both surfaces own them.
     keys = _edge_keys(common.corners, n)
-    found, edge, count = np.unique(keys, return_inverse=True, return_counts=True)
+    distinct, edge, count = np.unique(keys, return_inverse=True, return_counts=True)
     edge = edge.reshape(-1, 3)
-    inner = (count == 2) & (np.bincount(edge[common.shared].ravel(), minlength=len(found)) == 2)
+    inner = (count == 2) & (np.bincount(edge[common.shared].ravel(), minlength=len(distinct)) == 2)
 
     # Common edges that are not inner are curves; they bound areas or cross them.
-    lines = np.setdiff1d(common.edges, found[inner])
+    lines = np.setdiff1d(common.edges, distinct[inner])
     segments = np.stack([lines // n, lines % n], axis=1)
 
     # Touching points are common points on no curve and not inside an area.
@@ -170,10 +170,10 @@ def _of_one(contacts: Contacts, children: Children, n: int) -> _Common:
 def _of_two(contacts: Contacts, children: Children, n: int) -> _Common:
     """What two surfaces have in common."""
     # Numbers of pieces are comparable, since both surfaces are in one list.
-    one, of_one = arranged_faces(contacts, children, 0)
-    two, of_two = arranged_faces(contacts, children, 1)
-    corners, number = _distinct(np.concatenate([one, two]), n)
-    piece_one, piece_two = np.split(number, [len(one)])
+    corners_one, of_one = arranged_faces(contacts, children, 0)
+    corners_two, of_two = arranged_faces(contacts, children, 1)
+    corners, number = _distinct(np.concatenate([corners_one, corners_two]), n)
+    piece_one, piece_two = np.split(number, [len(corners_one)])
 
     shared = np.zeros(len(corners), dtype=bool)
     shared[np.intersect1d(piece_one, piece_two)] = True
@@ -470,12 +470,12 @@ def _isolated(
 
     `single` has those of pairs that coincide over areas, `touching` those of the others.
     """
-    found: dict[tuple[int, int], list[Touch]] = {}
+    touches: dict[tuple[int, int], list[Touch]] = {}
     pairs, places = off_curves(contacts.x, touching, points, segments, surfaces)
 
     # Touching points outside overlaps, then those of pairs that overlap somewhere.
     rows = list(zip(map(tuple, pairs.tolist()), places, strict=True))
     rows += [(pair, at) for pair, some in single.items() for at in np.unique(some, axis=0)]
     for pair, at in rows:
-        found.setdefault(pair, []).append(Touch("point", pair, at[None] + contacts.origin))
-    return [touch for pair in sorted(found) for touch in found[pair]]
+        touches.setdefault(pair, []).append(Touch("point", pair, at[None] + contacts.origin))
+    return [touch for pair in sorted(touches) for touch in touches[pair]]

@@ -43,16 +43,16 @@ def line_contacts(contacts: Contacts, pairs: np.ndarray) -> tuple[np.ndarray, np
     """
     two = np.flatnonzero(n_corners(contacts.rows) == 2)
     segments, surfaces = contacts.ids[two, :2], pairs[two]
-    own = np.flatnonzero(surfaces[:, 0] == surfaces[:, 1])
+    with_itself = np.flatnonzero(surfaces[:, 0] == surfaces[:, 1])
     # A shared edge or corner of one surface: both ends are corners of both faces.
-    if len(own):
-        ends = segments[own, :, None]
+    if len(with_itself):
+        ends = segments[with_itself, :, None]
         for side in range(2):
-            corners = contacts.t[contacts.rows[two[own], side]]
-            own = own[(ends == corners[:, None, :]).any(axis=2).all(axis=1)]
-            ends = segments[own, :, None]
+            corners = contacts.t[contacts.rows[two[with_itself], side]]
+            with_itself = with_itself[(ends == corners[:, None, :]).any(axis=2).all(axis=1)]
+            ends = segments[with_itself, :, None]
         others = np.ones(len(two), dtype=bool)
-        others[own] = False
+        others[with_itself] = False
         segments, surfaces = segments[others], surfaces[others]
     return _once(segments, surfaces, len(contacts.x))
 
@@ -80,20 +80,20 @@ def _numbered(keys: np.ndarray, n_surface: int) -> tuple[np.ndarray, np.ndarray]
 
 def touching_points(contacts: Contacts, pairs: np.ndarray) -> np.ndarray:
     """Rows (surface, surface, point) of contacts in a single point, once each."""
-    one = np.flatnonzero(n_corners(contacts.rows) == 1)
-    if len(one) == 0:
+    single = np.flatnonzero(n_corners(contacts.rows) == 1)
+    if len(single) == 0:
         return np.empty((0, 3), dtype=np.int64)
 
-    points, surfaces = contacts.ids[one, :1], pairs[one]
-    own = surfaces[:, 0] == surfaces[:, 1]
+    points, surfaces = contacts.ids[single, :1], pairs[single]
+    with_itself = surfaces[:, 0] == surfaces[:, 1]
     for side in range(2):
-        t = contacts.t[contacts.rows[one, side]]
-        own &= (points == t).any(axis=1)
+        t = contacts.t[contacts.rows[single, side]]
+        with_itself &= (points == t).any(axis=1)
 
     # Contacts of several faces may name the same point: once per pair of surfaces is enough.
     keys, n_surface = _keys(surfaces)
     pair, point = np.divmod(
-        np.unique(keys[~own] * len(contacts.x) + points[~own, 0]), len(contacts.x)
+        np.unique(keys[~with_itself] * len(contacts.x) + points[~with_itself, 0]), len(contacts.x)
     )
     return np.column_stack([*np.divmod(pair, n_surface), point])
 
@@ -130,11 +130,11 @@ def off_curves(
     pairs, _ = _keys(np.concatenate([touching[:, :2], surfaces]))
 
     # One key for pair and place; ends of the segments of the same pair drop out.
-    mine = pairs[: len(touching)] * count + number[: len(touching)]
+    keys = pairs[: len(touching)] * count + number[: len(touching)]
     ends = number[len(touching) :][segments]
-    mine, first = np.unique(mine, return_index=True)
+    keys, first = np.unique(keys, return_index=True)
     of_segment = pairs[len(touching) :, None]
-    first = first[~np.isin(mine, (of_segment * count + ends).ravel())]
+    first = first[~np.isin(keys, (of_segment * count + ends).ravel())]
 
     # By pair, then easting, northing, elevation.
     order = np.lexsort((*places[first].T[::-1], pairs[first]))
@@ -263,10 +263,10 @@ def shared_curves(patches: Patches, first: str, second: str) -> Curves:
         )
 
     # edges of the mesh that both surfaces own
-    mine, others = (
+    edges_of_first, edges_of_second = (
         patches.curve_edges_by_surface[patches.names.index(name)] for name in (first, second)
     )
-    edges = patches.curve_edges[np.intersect1d(mine, others, assume_unique=True)]
+    edges = patches.curve_edges[np.intersect1d(edges_of_first, edges_of_second, assume_unique=True)]
     segments = np.unique(np.sort(edges, axis=1), axis=0)
     # ends of these edges are points of the pieces: no node of a lattice is listed
     points, segments, pairs = canonical(
@@ -350,19 +350,19 @@ def split_overlaps(
 
     # A cut segment is listed with its two ends and its hits: one row of (segment, point) each.
     cut = np.flatnonzero(~whole)
-    of = np.concatenate([cut, cut, hits[:, 0]])
+    segment = np.concatenate([cut, cut, hits[:, 0]])
     on = np.concatenate([segments[cut, 0], segments[cut, 1], hits[:, 1]])
 
     # each coordinate rises or falls along a line, rounded ones as well: none alone tells the order
-    way = np.sign(contacts.x[segments[of, 1]] - contacts.x[segments[of, 0]])
-    order = np.lexsort((*(way * contacts.x[on]).T, of))
-    of, on = of[order], on[order]
+    way = np.sign(contacts.x[segments[segment, 1]] - contacts.x[segments[segment, 0]])
+    order = np.lexsort((*(way * contacts.x[on]).T, segment))
+    segment, on = segment[order], on[order]
 
     # Consecutive points of the same segment bound one piece of it.
-    piece = np.flatnonzero(of[1:] == of[:-1])
+    piece = np.flatnonzero(segment[1:] == segment[:-1])
     return (
         np.concatenate([segments[whole], np.stack([on[piece], on[piece + 1]], axis=1)]),
-        np.concatenate([surfaces[whole], surfaces[of[piece]]]),
+        np.concatenate([surfaces[whole], surfaces[segment[piece]]]),
     )
 
 
@@ -471,7 +471,7 @@ def _inside(contacts: Contacts, segments: np.ndarray, groups: _Groups) -> np.nda
     # `known`, `new`, `tested`: sorted keys of (group, point) and (segment, point). A key is tested
     # only once, so the loop ends.
     known = groups.points[:, 0] * n + groups.points[:, 1]
-    new, tested, found = known, _NONE, [_NONE]
+    new, tested, all_hits = known, _NONE, [_NONE]
     while len(new):
         # Only the new points of each group are compared with its segments.
         group, point = np.divmod(new, n)
@@ -480,7 +480,7 @@ def _inside(contacts: Contacts, segments: np.ndarray, groups: _Groups) -> np.nda
         near = _without(near[:, 0] * n + near[:, 1], tested)
         tested = np.concatenate([tested, near])
         hits = near[_lie_inside(contacts, segments, groups, *np.divmod(near, n))]
-        found.append(hits)
+        all_hits.append(hits)
 
         # A hit makes the point known in every group of its segment, which may lead to further hits.
         segment, point = np.divmod(hits, n)
@@ -488,7 +488,7 @@ def _inside(contacts: Contacts, segments: np.ndarray, groups: _Groups) -> np.nda
         of, row = ranges(first_group[segment], count)
         new = _without(by_segment[row, 0] * n + point[of], known)
         known = np.concatenate([known, new])
-    return np.stack(np.divmod(np.concatenate(found), n), axis=1)
+    return np.stack(np.divmod(np.concatenate(all_hits), n), axis=1)
 
 
 def _without(keys: np.ndarray, others: np.ndarray) -> np.ndarray:

@@ -173,15 +173,15 @@ def _triangles(
 
     # By surface and key, as in the input; pieces of one triangle stay in their order.
     cut = np.searchsorted(contacts.surface_of_face, np.arange(len(contacts.surfaces) + 1))
-    first = [np.searchsorted(of, cut) for of in (children.parent, uncut)]
+    first = [np.searchsorted(faces, cut) for faces in (children.parent, uncut)]
     counts = [other.n for other in others] + np.diff(first[0]) + np.diff(first[1])
     row = np.concatenate([[0], np.cumsum(counts)])
     t = np.empty((row[-1], 3), dtype=np.int64)
     surface, key, face = np.empty((3, row[-1]), dtype=np.int64)  # at once: large pages
-    of = contacts.t, contacts.surface_of_face, contacts.key_of_face
+    columns = contacts.t, contacts.surface_of_face, contacts.key_of_face
     rows = [
         (
-            children.triangles, children.parent, uncut, *of,
+            children.triangles, children.parent, uncut, *columns,
             other.triangles, other.taken, other.number, other.keys,
             i, first[0][i], first[1][i], row[i], row[i + 1], t, surface, key, face,
         )
@@ -252,29 +252,29 @@ def _add_links(
     # A half-edge that is alone in its ring lies on a rim, or next to a strip.
     cut = 3 * np.searchsorted(surface, np.arange(len(strips) + 1))
     rows = []
-    for i, of in enumerate(strips):
-        if of is None:
+    for i, strip in enumerate(strips):
+        if strip is None:
             continue
         lattice = contacts.surfaces[i].lattice
         assert lattice is not None  # only lattices have strips
         rows.append((
-            t, key, face, ring, cut[i], cut[i + 1], contacts.t, number,
-            of.places, of.absent, bool(lattice.turned), of.runs, of.start, first_run[i], link,
+            t, key, face, ring, cut[i], cut[i + 1], contacts.t, number, strip.places,
+            strip.absent, bool(lattice.turned), strip.runs, strip.start, first_run[i], link,
         ))  # fmt: skip
-    found = [np.empty((0, 2), dtype=np.int64)]
+    links = [np.empty((0, 2), dtype=np.int64)]
     for torn, linked in map_threads(link_runs, rows, worth=len(t) > _MANY):
         if torn >= 0:
             _raise_torn(contacts, torn, face)
-        found.append(linked)
-    return np.concatenate(found)
+        links.append(linked)
+    return np.concatenate(links)
 
 
 def _raise_torn(contacts: Contacts, triangle: int, face: np.ndarray) -> None:
     """Raise the error for a piece of which an edge inside the surface has no neighbour."""
-    one = face[triangle]
-    name = contacts.surfaces[contacts.surface_of_face[one]].name
+    torn_face = face[triangle]
+    name = contacts.surfaces[contacts.surface_of_face[torn_face]].name
     raise InvariantError(
-        f"surface {name!r} came apart at triangle {contacts.row_of(one)}; please report this "
+        f"surface {name!r} came apart at triangle {contacts.row_of(torn_face)}; please report this "
         "with the surfaces."
     )
 
@@ -333,10 +333,10 @@ def _numbered_patches(
 
     # pairs of runs that share an edge, and the lowest key of each run
     joined, lowest = [np.empty((0, 2), dtype=np.int64)], [np.empty(0, dtype=np.int64)]
-    for first, of in zip(first_run, strips, strict=False):
-        if of is not None:
-            joined.append(of.joined + first)
-            lowest.append(lowest_keys(of.places, of.runs))
+    for first, strip in zip(first_run, strips, strict=False):
+        if strip is not None:
+            joined.append(strip.joined + first)
+            lowest.append(lowest_keys(strip.places, strip.runs))
     runs = np.concatenate(joined), np.concatenate(lowest), first_run
     return number_patches(part, n_part, surface, key, linked, *runs)
 

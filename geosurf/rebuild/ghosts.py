@@ -132,11 +132,11 @@ class Listed:
         node = vertex
         if isinstance(source.lattice, TornLattice):
             node = source.lattice.node_of_vertex[vertex]
-        found = SheetFaces(
+        faces = SheetFaces(
             row, number.reshape(-1, 3), source.places_of_nodes(node), vertex,
         )  # fmt: skip
-        self._sheets[surface] = found
-        return found
+        self._sheets[surface] = faces
+        return faces
 
     @cached_property
     def _sheets(self) -> dict[int, SheetFaces]:
@@ -150,10 +150,10 @@ class Listed:
     @cached_property
     def on_fault(self) -> np.ndarray:
         """Vertices on any fault: there a sheet may end, bool (n_vertex,)."""
-        found = np.zeros(len(self.local), dtype=bool)
+        at_fault = np.zeros(len(self.local), dtype=bool)
         for i in np.flatnonzero(self.is_fault).tolist():
-            found[self.triangles[self.rows(i)]] = True
-        return found
+            at_fault[self.triangles[self.rows(i)]] = True
+        return at_fault
 
     @cached_property
     def at_curves(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -196,11 +196,11 @@ def on_wrong_side(mesh: Listed, surface: int, part_of: np.ndarray) -> np.ndarray
     ndarray of bool, shape (n_patch,)
     """
     source, (edge, triangle, _) = mesh.sources[surface], mesh.at_curves
-    found = np.zeros(len(part_of), dtype=bool)
+    wrong = np.zeros(len(part_of), dtype=bool)
     faults = [k for k, other in enumerate(mesh.sources)
               if other.role == "fault" and WALL + other.name in source.vertex_data]  # fmt: skip
     if not faults:
-        return found
+        return wrong
     frame = frame_of(mesh.local)
     part = part_of[mesh.patch_of_triangle]
     sheet, parent = mesh.sheet(surface), np.zeros(len(part), dtype=np.int64)
@@ -213,8 +213,8 @@ def on_wrong_side(mesh: Listed, surface: int, part_of: np.ndarray) -> np.ndarray
             mesh.local, mesh.triangles, mesh.curve_edges, edge, triangle, mesh.surface_of_triangle,
             part, parent, wall, sheet.faces, surface, k, len(part_of), *frame,
         )  # fmt: skip
-        found |= balance < 0.0
-    return found
+        wrong |= balance < 0.0
+    return wrong
 
 
 def trim_sheets(patches: Patches) -> Patches:
@@ -244,13 +244,13 @@ def trim_sheets(patches: Patches) -> Patches:
     (0.0, 3.0, 0.0, 9.0, 0.0, 0.0)
     """
     expect(patches, Patches, "trim_sheets takes Patches", "pass the result of rebuild_surfaces")
-    sheets = [one for one in patches.sources if "ghost" in one.vertex_data]
+    sheets = [source for source in patches.sources if "ghost" in source.vertex_data]
     if not sheets:
         return patches
 
     # of other grids all triangles are looked at
     lattices = [sheet.lattice for sheet in sheets]
-    if not all(one is None or isinstance(one, TornLattice) for one in lattices):
+    if not all(lattice is None or isinstance(lattice, TornLattice) for lattice in lattices):
         return drop_triangles(patches, kept_parts(patches)[0])
     mesh = Listed.without_runs(patches)
     has_runs = np.zeros(mesh.n_patch, dtype=bool)
@@ -287,7 +287,7 @@ def _parts_of_sheets(
     Writes `corner` (n_triangle, 3), if it is given: the vertex of the sheet at each corner.
     Patches that have runs, if these are given, hold data: no ghost is in a run.
     """
-    found = []
+    parts = []
     for i, source in enumerate(mesh.sources):
         ghost = source.vertex_data.get("ghost")
         if ghost is None:
@@ -312,8 +312,8 @@ def _parts_of_sheets(
         if has_runs is not None:
             held[joined[has_runs]] = True
         wrong = on_wrong_side(mesh, i, joined)
-        found.append((i, joined, held & ~beyond & ~wrong))
-    return found
+        parts.append((i, joined, held & ~beyond & ~wrong))
+    return parts
 
 
 # ---- patches without some of their triangles: vertices, curves and patches numbered again ----
@@ -484,16 +484,16 @@ def _areas(mesh: Listed, rows: np.ndarray) -> dict[int, np.ndarray]:
 
 def _areas_of_runs(pieces: Pieces, gone: np.ndarray) -> dict[int, np.ndarray]:
     """Areas of the triangles of some runs, bool (n_run,), by surface [m2]."""
-    found = {}
+    areas = {}
     for i, (source, strips) in enumerate(zip(pieces.sources, pieces.strips, strict=True)):
-        mine = np.flatnonzero(gone[pieces.first_run[i] : pieces.first_run[i + 1]])
-        if strips is None or not len(mine):
+        runs = np.flatnonzero(gone[pieces.first_run[i] : pieces.first_run[i + 1]])
+        if strips is None or not len(runs):
             continue
         assert source.lattice is not None  # only lattices have strips
-        nodes = source.lattice.corners_of_keys(strips.keys_of(mine)[0])
+        nodes = source.lattice.corners_of_keys(strips.keys_of(runs)[0])
         places = source.places_of_nodes(nodes.ravel()) - pieces.origin
-        found[i] = _area(places.reshape(-1, 3, 3))
-    return found
+        areas[i] = _area(places.reshape(-1, 3, 3))
+    return areas
 
 
 def _area(corners: np.ndarray) -> np.ndarray:

@@ -157,9 +157,9 @@ def with_own_contacts(contacts: Contacts) -> Contacts:
     surface, meet each other elsewhere than in common corners and edges.
     """
     # Faces that meet another surface.
-    of, rows = contacts.surface_of_face, contacts.rows[:, :2]
+    owner, rows = contacts.surface_of_face, contacts.rows[:, :2]
     met = np.zeros(len(contacts.t), dtype=bool)
-    met[rows[of.take(rows[:, 0]) != of.take(rows[:, 1])]] = True
+    met[rows[owner.take(rows[:, 0]) != owner.take(rows[:, 1])]] = True
     searched = {tuple(pair) for pair in contacts.options["pairs"]}
     more = []
     for i, surface in enumerate(contacts.surfaces):
@@ -168,7 +168,7 @@ def with_own_contacts(contacts: Contacts) -> Contacts:
         if is_graph or (i, i) in searched:
             continue
         # A quick exact test of those faces alone: the full search follows only if some cross.
-        start, stop = np.searchsorted(of, (i, i + 1))
+        start, stop = np.searchsorted(owner, (i, i + 1))
         faces = contacts.t[start:stop][met[start:stop]]
         if len(faces) > 1 and len(crossing_pairs(contacts.x, faces, faces[:0])):
             more.append((i, i))
@@ -357,16 +357,16 @@ def _of_near_pairs(
     # Rows of `pieces` by face, with offsets.
     order = np.argsort(face, kind="stable")
     start = np.searchsorted(face[order], np.arange(len(contacts.t) + 1))
-    one, other = np.concatenate([pairs, pairs[:, ::-1]]).T
+    first_face, second_face = np.concatenate([pairs, pairs[:, ::-1]]).T
 
     # All pieces of one face against the other face of the pair.
-    count = start[one + 1] - start[one]
+    count = start[first_face + 1] - start[first_face]
     first = np.cumsum(count) - count
-    piece = order[np.repeat(start[one] - first, count) + np.arange(count.sum())]
+    piece = order[np.repeat(start[first_face] - first, count) + np.arange(count.sum())]
 
     # A piece away from the other face cannot cross it.
     boxes = triangle_boxes(x, pieces)[piece]
-    reach = np.repeat(triangle_boxes(contacts.x, contacts.t)[other], count, axis=0)
+    reach = np.repeat(triangle_boxes(contacts.x, contacts.t)[second_face], count, axis=0)
     meets = (boxes[:, :3] <= reach[:, 3:]) & (reach[:, :3] <= boxes[:, 3:])
     suspect[piece[meets.all(axis=1)]] = True
     return suspect
@@ -404,10 +404,12 @@ def shifted(places: np.ndarray, step: float, draw: int) -> np.ndarray:
     bits = np.ascontiguousarray(places + 0.0).view(np.uint64)
     mixed = bits * np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)
     mixed ^= mixed >> np.uint64(29)
-    one = mixed.sum(axis=1, dtype=np.uint64) * np.uint64(0xBF58476D1CE4E5B9)
+    hashes = mixed.sum(axis=1, dtype=np.uint64) * np.uint64(0xBF58476D1CE4E5B9)
 
     # Bits of the hash decide between -1, 0 and 1 step on each axis.
-    thirds = [(one >> np.uint64(k)) % np.uint64(3) for k in (17 - 3 * draw, 31 - draw, 45 + draw)]
+    thirds = [
+        (hashes >> np.uint64(k)) % np.uint64(3) for k in (17 - 3 * draw, 31 - draw, 45 + draw)
+    ]
     return rounded(places, step) + step * (np.stack(thirds, axis=1).astype(np.float64) - 1.0)
 
 
@@ -535,13 +537,13 @@ def _cells_around(nodes: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
     """
     n_row, n_col = shape
     row, col = np.divmod(nodes, n_col)
-    found = []
+    cells = []
     for i in (-1, 0):
         for j in (-1, 0):
             r, c = row + i, col + j
             some = (r >= 0) & (c >= 0) & (r < n_row - 1) & (c < n_col - 1)
-            found.append(r[some] * (n_col - 1) + c[some])
-    return np.unique(np.concatenate(found))
+            cells.append(r[some] * (n_col - 1) + c[some])
+    return np.unique(np.concatenate(cells))
 
 
 def _as_list(surface: TriSurface, rows: np.ndarray, there: np.ndarray) -> TriSurface:

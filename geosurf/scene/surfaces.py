@@ -652,7 +652,7 @@ def as_surface(
 
     given = opened is value and hasattr(opened, "coords")
     if role == "horizon":
-        made = horizon_over(opened, maps, own=given, name=name, **undeclared(opened, options))
+        made = horizon_over(opened, maps, copy=given, name=name, **undeclared(opened, options))
         check_spikes(made)
         return made
     opened = _own(opened) if given else opened

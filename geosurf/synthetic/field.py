@@ -212,11 +212,11 @@ def _faults(n: int, offset: Offset) -> dict[str, xarray.Dataset]:
     # 150 m beyond the box along strike, 60 m up and down: the fault leaves the box
     y = np.linspace(_BOX[2] - 150.0, _BOX[3] + 150.0, max(n // 3, 9))[None, :]
     z = np.linspace(_BOX[5] + 60.0, _BOX[4] - 60.0, max(n // 6, 5))[:, None]
-    found = {"F1": make_fault("F1", _MainFault().easting(y, z), y, z, offset)}
+    faults = {"F1": make_fault("F1", _MainFault().easting(y, z), y, z, offset)}
     for key, fault in _FAULTS.items():
         if isinstance(fault, _SmallFault):
-            found[key] = _small_fault(key, fault, max(n // 5, 7), offset)
-    return found
+            faults[key] = _small_fault(key, fault, max(n // 5, 7), offset)
+    return faults
 
 
 def _small_fault(key: str, fault: _SmallFault, n: int, offset: Offset) -> xarray.Dataset:

@@ -97,11 +97,11 @@ def scattered(
     """Points (n, 3) at random places, on each sheet that exists there."""
     rng = np.random.default_rng(seed)
     x, y = rng.uniform(0.0, side, (2, number))
-    found = []
+    clouds = []
     for signs, sheet in sheets.items():
         z = sheet(x, y)
-        found.append(np.stack([x, y, z], axis=1)[exists(faults, signs, x, y, z)])
-    points = np.concatenate(found)
+        clouds.append(np.stack([x, y, z], axis=1)[exists(faults, signs, x, y, z)])
+    points = np.concatenate(clouds)
     points[:, 2] += noise * rng.standard_normal(len(points))
     return points
 
@@ -213,8 +213,8 @@ def displacement(profile: str, s: Any, r: Any) -> Any:
     zeta = s + 1j * np.where(inside, r, np.maximum(np.abs(r), tiny))
     # On the fault (r = 0) this is sqrt(1 - s^2), an ellipse.
     if profile == "ellipse":
-        found = np.sqrt(1.0 - zeta * zeta).real - zeta.imag
-        return side * found
+        share = np.sqrt(1.0 - zeta * zeta).real - zeta.imag
+        return side * share
 
     # On the fault this is 1 - s^2, a parabola; beyond the tips its limit is 0.
     # log is singular at both tips, where the product with 1 - zeta^2 is 0: replaced below
@@ -224,8 +224,8 @@ def displacement(profile: str, s: Any, r: Any) -> Any:
             np.log(1.0 + zeta) - np.log(1.0 - zeta) - 1j * np.pi,
             np.log((zeta + 1.0) / (zeta - 1.0)),
         )
-        found = -((1.0 - zeta * zeta) * log + 2.0 * zeta).imag / np.pi
-    return side * np.where(np.abs(zeta * zeta - 1.0) > 0, found, 0.0)
+        share = -((1.0 - zeta * zeta) * log + 2.0 * zeta).imag / np.pi
+    return side * np.where(np.abs(zeta * zeta - 1.0) > 0, share, 0.0)
 
 
 def named_faults(side: float) -> dict[str, dict[str, Fault]]:
@@ -276,7 +276,7 @@ def relief(x: Any, y: Any) -> Any:
 def sectors(faults: dict[str, Fault]) -> list[tuple[int, ...]]:
     """Sides of all faults, 0 for a branch on the side of its main fault where it is not."""
     names = list(faults)
-    found = []
+    combinations = []
 
     # A branch ends at its main fault: beyond it, its two sides are one.
     for signs in itertools.product((1, -1), repeat=len(names)):
@@ -284,9 +284,9 @@ def sectors(faults: dict[str, Fault]) -> list[tuple[int, ...]]:
         branch = [faults[name].branch for name in names]
         off = [b is not None and signs[names.index(b[0])] != b[1] for b in branch]
         signs = tuple(0 if gone else s for s, gone in zip(signs, off, strict=True))
-        if signs not in found:
-            found.append(signs)
-    return found
+        if signs not in combinations:
+            combinations.append(signs)
+    return combinations
 
 
 def side_of(fault: Fault, x: Any, y: Any, z: Any) -> Any:

@@ -71,7 +71,7 @@ def boundary_of(units: Units) -> Boundary:
     rows = np.flatnonzero(beside[:, 0] != beside[:, 1])
 
     used, place_of = np.unique(full.triangles[rows], return_inverse=True)
-    found = Boundary(
+    boundary = Boundary(
         full.local[used],
         pieces.origin,
         place_of.reshape(-1, 3),
@@ -79,8 +79,8 @@ def boundary_of(units: Units) -> Boundary:
         full.surface[rows],
         tuple(source.name for source in pieces.sources),
     )
-    _refuse_equal_corners(found)
-    return found
+    _refuse_equal_corners(boundary)
+    return boundary
 
 
 def with_parts(
@@ -113,7 +113,7 @@ def with_parts(
     normal, of_whole = (_normals(x, t) for t in (parts, whole))
     turned = np.einsum("ij,ij->i", normal, of_whole) < 0.0
     parts = np.where(turned[:, None], parts[:, [0, 2, 1]], parts)
-    found = np.where(alone[:, None], whole, parts)
+    faces = np.where(alone[:, None], whole, parts)
 
     # parts of one face have its area
     area, asked = (np.sqrt(np.square(n).sum(axis=1)) for n in (normal, of_whole))
@@ -122,7 +122,7 @@ def with_parts(
     if (np.abs(covered[split] - 1.0) > 1e-6).any():
         raise InvariantError("a face of the model is not in the mesh; please report this with it.")
     return replace(
-        boundary, x=x, faces=found, sides=boundary.sides[parents], surface=boundary.surface[parents]
+        boundary, x=x, faces=faces, sides=boundary.sides[parents], surface=boundary.surface[parents]
     )
 
 
@@ -262,12 +262,12 @@ def _check_volumes(mesh: TetMesh, units: Units) -> None:
         if (signs <= 0).any():
             raise InvariantError("a tetrahedron is inside out; please report this with the model.")
 
-    found, exact = mesh.volumes.values, units.volumes.values
+    meshed, exact = mesh.volumes.values, units.volumes.values
     allowed = ALLOWED * exact + np.bincount(mesh.region, rounding, len(exact))
-    if (wrong := np.flatnonzero(np.abs(found - exact) > allowed)).size:
+    if (wrong := np.flatnonzero(np.abs(meshed - exact) > allowed)).size:
         k = int(wrong[0])
         raise InvariantError(
-            f"tetrahedra of unit {mesh.unit_names[k]!r} have {found[k]:.17g} m3, the unit has "
+            f"tetrahedra of unit {mesh.unit_names[k]!r} have {meshed[k]:.17g} m3, the unit has "
             f"{exact[k]:.17g} m3; please report this with the model."
         )
 
@@ -389,10 +389,10 @@ def flat_parts(x: np.ndarray, faces: np.ndarray, kind: np.ndarray, size: float) 
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.sqrt(np.square(normal).sum(axis=1))
     normal /= np.where(area > 0.0, area, 1.0)[:, None]
-    one, other, _, _ = pairs_of(faces, len(x))
-    level = np.einsum("ij,ij->i", normal[one], normal[other]) > 1.0 - BEND
-    joined = level & (kind[one] == kind[other])
-    label = join_pairs(np.stack([one[joined], other[joined]], axis=1), len(faces))
+    face, other, _, _ = pairs_of(faces, len(x))
+    level = np.einsum("ij,ij->i", normal[face], normal[other]) > 1.0 - BEND
+    joined = level & (kind[face] == kind[other])
+    label = join_pairs(np.stack([face[joined], other[joined]], axis=1), len(faces))
 
     # only parts of several faces with a long edge
     longest = np.square(corners - np.roll(corners, 1, axis=1)).sum(axis=2).max(axis=1)
@@ -433,10 +433,10 @@ def _held_edges(faces: np.ndarray, parts: FlatParts, n_vertex: int) -> np.ndarra
     Nearly always there are none. Flips make no others, since faces of a model meet at edges only.
     """
     flat = parts.of_face >= 0
-    one, other, i, _ = pairs_of(faces[flat], n_vertex)
+    face, other, i, _ = pairs_of(faces[flat], n_vertex)
     of = parts.of_face[flat]
     edges = edge_keys(faces[flat], n_vertex).reshape(-1, 3)
-    inner = edges[one, i][of[one] == of[other]]
+    inner = edges[face, i][of[face] == of[other]]
     return np.intersect1d(inner, edge_keys(faces[~flat], n_vertex))
 
 
@@ -467,16 +467,16 @@ def flipped(x: np.ndarray, faces: np.ndarray, parts: FlatParts) -> np.ndarray:
 
     held = _held_edges(faces, parts, len(x))
     while len(rows):
-        one, other, i, j = pairs_of(out[rows], len(x))
-        one, other = rows[one], rows[other]
-        inside = parts.of_face[one] == parts.of_face[other]
+        face, other, i, j = pairs_of(out[rows], len(x))
+        face, other = rows[face], rows[other]
+        inside = parts.of_face[face] == parts.of_face[other]
         if len(held):
-            ends = np.stack([out[one, i], out[one, (i + 1) % 3]], axis=1)
+            ends = np.stack([out[face, i], out[face, (i + 1) % 3]], axis=1)
             inside &= ~np.isin(_keys(ends, len(x)), held)
-        one, other, i, j = one[inside], other[inside], i[inside], j[inside]
-        a, b, c = (out[one, (i + k) % 3] for k in range(3))
+        face, other, i, j = face[inside], other[inside], i[inside], j[inside]
+        a, b, c = (out[face, (i + k) % 3] for k in range(3))
         d = out[other, (j + 2) % 3]
-        p, q, r, s = (parts.in_plane(parts.of_face[one], x[v]) for v in (a, b, c, d))
+        p, q, r, s = (parts.in_plane(parts.of_face[face], x[v]) for v in (a, b, c, d))
         side = np.sign(_cross(q - p, r - p))
 
         # both new faces are turned as the old ones, and the angles at c and d exceed 180 degrees
@@ -484,7 +484,7 @@ def flipped(x: np.ndarray, faces: np.ndarray, parts: FlatParts) -> np.ndarray:
         sines = side * _sine(p - r, q - r), side * _sine(q - s, p - s)
         cosines = _cosine(p - r, q - r), _cosine(q - s, p - s)
         excess = -(sines[0] * cosines[1] + sines[1] * cosines[0])
-        good &= (excess > STRICT) & (out[one, i] == out[other, (j + 1) % 3])
+        good &= (excess > STRICT) & (out[face, i] == out[other, (j + 1) % 3])
         at = np.flatnonzero(good)
         if not len(at):
             break
@@ -492,11 +492,11 @@ def flipped(x: np.ndarray, faces: np.ndarray, parts: FlatParts) -> np.ndarray:
         # each face takes part in one flip: that with the largest excess, of equal ones the first
         at = at[np.argsort(-excess[at], kind="stable")]
         rank = np.full(len(out), len(at))
-        np.minimum.at(rank, one[at], np.arange(len(at)))
+        np.minimum.at(rank, face[at], np.arange(len(at)))
         np.minimum.at(rank, other[at], np.arange(len(at)))
         own = np.arange(len(at))
-        at = at[(rank[one[at]] == own) & (rank[other[at]] == own)]
-        out[one[at]] = np.stack([a[at], d[at], c[at]], axis=1)
+        at = at[(rank[face[at]] == own) & (rank[other[at]] == own)]
+        out[face[at]] = np.stack([a[at], d[at], c[at]], axis=1)
         out[other[at]] = np.stack([d[at], b[at], c[at]], axis=1)
     return out
 
@@ -710,22 +710,22 @@ def fill(
         "facesout": True, "nobisect": True, "nomergefacet": True, "nomergevertex": True,
         "epsilon": EPSILON, "steinerleft": -1,
     }  # fmt: skip
-    found, order = _first_that_ends(boundary, options, len(boundary.faces) + expected)
+    mesh, order = _first_that_ends(boundary, options, len(boundary.faces) + expected)
 
     # vertices of the model in their own order again, new ones after them
     n = len(order)
-    place = np.arange(len(found["node"]))
+    place = np.arange(len(mesh["node"]))
     place[:n] = order
-    x = np.empty_like(found["node"])
-    x[place] = found["node"]
-    cells = place[found["elem"].astype(np.int64)]
+    x = np.empty_like(mesh["node"])
+    x[place] = mesh["node"]
+    cells = place[mesh["elem"].astype(np.int64)]
     if not len(cells) or not np.array_equal(x[:n], boundary.x):
         raise InvariantError("TetGen moved vertices of the model; please report this with it.")
 
     # 0 marks faces inside of units
-    marks = found["markers"].astype(np.int64)
+    marks = mesh["markers"].astype(np.int64)
     on = np.flatnonzero(marks > 0)
-    return x, cells, place[found["trifaces"].astype(np.int64)[on]], marks[on] - 1
+    return x, cells, place[mesh["trifaces"].astype(np.int64)[on]], marks[on] - 1
 
 
 def _first_that_ends(

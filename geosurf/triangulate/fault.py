@@ -275,8 +275,8 @@ def build_contacts(
 
     Examples
     --------
-    >>> surfaces, found = build_contacts({"OWC": {"F1+": -1705.0}}, (0, 9, 0, 9, -1800, -1600))
-    >>> surfaces[0], found[0].block
+    >>> surfaces, contacts = build_contacts({"OWC": {"F1+": -1705.0}}, (0, 9, 0, 9, -1800, -1600))
+    >>> surfaces[0], contacts[0].block
     (<TriSurface 'OWC in F1+' (contact): 4 vertices, 2 triangles>, 'F1+')
     """
     if not isinstance(contacts, Mapping):
@@ -286,7 +286,7 @@ def build_contacts(
         )
 
     surfaces: list[TriSurface] = []
-    found: list[FluidContact] = []
+    fluid_contacts: list[FluidContact] = []
     box = box_of_sides(box).tolist()
 
     # A contact has one entry for the whole field, or one for each block; each becomes a surface.
@@ -302,15 +302,15 @@ def build_contacts(
                 )
 
             # the same contact may count in several zones or blocks, but once in each
-            one = replace(entry, name=str(name))
-            if any(one.surface == surface.name for surface in surfaces):
+            contact = replace(entry, name=str(name))
+            if any(contact.surface == surface.name for surface in surfaces):
                 raise InputError(
-                    f"fluid contact {one.surface!r} is given twice. Leave one of them out, or "
+                    f"fluid contact {contact.surface!r} is given twice. Leave one of them out, or "
                     "give each its own zones or block."
                 )
-            surfaces.append(_surface(one.surface, one.at, box))
-            found.append(one)
-    return surfaces, found
+            surfaces.append(_surface(contact.surface, contact.at, box))
+            fluid_contacts.append(contact)
+    return surfaces, fluid_contacts
 
 
 def _entries(name: str, value: Any) -> list[FluidContact]:
@@ -318,14 +318,14 @@ def _entries(name: str, value: Any) -> list[FluidContact]:
     if isinstance(value, FluidContact):
         return [value]
     if isinstance(value, list | tuple):
-        odd = [one for one in value if not isinstance(one, FluidContact)]
+        odd = [contact for contact in value if not isinstance(contact, FluidContact)]
         if odd:
             raise InputError(f"fluid contact {name!r} is a list that holds {odd[0]!r}. {_HOW}")
         return list(value)
     if not isinstance(value, Mapping) or hasattr(value, "data_vars"):
         return [FluidContact(value)]
     # A mapping that is not a Dataset: one value per block.
-    return [one for key, part in value.items() for one in _of_block(name, str(key), part)]
+    return [contact for key, part in value.items() for contact in _of_block(name, str(key), part)]
 
 
 def _of_block(name: str, key: str, value: Any) -> list[FluidContact]:
@@ -333,14 +333,14 @@ def _of_block(name: str, key: str, value: Any) -> list[FluidContact]:
     # The key says which block; a FluidContact may repeat it, but not contradict it.
     block = "" if key == ELSEWHERE else key
     parts = list(value) if isinstance(value, list | tuple) else [value]
-    entries = [one if isinstance(one, FluidContact) else FluidContact(one) for one in parts]
-    for one in entries:
-        if one.block not in ("", block):
+    entries = [entry if isinstance(entry, FluidContact) else FluidContact(entry) for entry in parts]
+    for entry in entries:
+        if entry.block not in ("", block):
             raise InputError(
-                f"fluid contact {name!r} has two blocks: {key!r} as its key and {one.block!r} "
+                f"fluid contact {name!r} has two blocks: {key!r} as its key and {entry.block!r} "
                 "in the FluidContact. Keep one of them."
             )
-    return [replace(one, block=block) for one in entries]
+    return [replace(entry, block=block) for entry in entries]
 
 
 def _surface(name: str, value: Any, box: Sequence[float]) -> TriSurface:

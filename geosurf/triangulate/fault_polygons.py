@@ -313,22 +313,22 @@ def dips_in_horizons(polygon: Any, horizons: Iterable[Any] | Mapping[str, Any]) 
     given: Iterable[Any] = horizons.values() if isinstance(horizons, Mapping) else horizons
     how = "Give easting, northing, z, or gridded horizons."
     clouds = [
-        checked_points(one, "a horizon", how, error=InputError)
-        if isinstance(one, np.ndarray)
-        else triangulate_horizon(one, name="horizon").vertices
-        for one in given
+        checked_points(horizon, "a horizon", how, error=InputError)
+        if isinstance(horizon, np.ndarray)
+        else triangulate_horizon(horizon, name="horizon").vertices
+        for horizon in given
     ]
     for cloud in clouds:
         if not np.ptp(cloud[:, :2], axis=0).all():
             raise InputError(f"a horizon has no extent on the map: {place(cloud[0])}. {how}")
     if len(clouds) < 2:
         return np.empty(0)
-    found = [_steepest(cloud, pairs, down) for cloud in clouds]
-    centres = np.array([centre for centre, _ in found])  # (n, n_section, 2)
+    steepest = [_steepest(cloud, pairs, down) for cloud in clouds]
+    centres = np.array([centre for centre, _ in steepest])  # (n, n_section, 2)
 
     # how far across strike for each metre of depth, in sections where all horizons show the fault
     # and lie as far apart as their data
-    spacing = max(one for _, one in found)
+    spacing = max(step for _, step in steepest)
     known = np.isfinite(centres[..., 0]).all(axis=0) & (np.ptp(centres[..., 1], axis=0) >= spacing)
     length = np.linalg.norm(pairs[-1, 0, :2] - pairs[0, 0, :2])
     if length * known.sum() < _ALONG * spacing * _SECTIONS:

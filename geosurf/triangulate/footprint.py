@@ -99,18 +99,18 @@ def footprint_of(horizon: TriSurface) -> Footprint:
 
 def footprints_of(horizons: Sequence[TriSurface]) -> list[Footprint]:
     """Return where some horizons are in the map; those of one survey have one rim."""
-    found: list[Footprint] = []
+    footprints: list[Footprint] = []
     wholes: dict[tuple[int, int], Footprint] = {}  # by the arrays of coordinates that they share
     for horizon in horizons:
         lattice = horizon.lattice
         if lattice is None or not lattice.whole:
-            found.append(footprint_of(horizon))
+            footprints.append(footprint_of(horizon))
             continue
         shared = id(lattice.easting), id(lattice.northing)
         if shared not in wholes:
             wholes[shared] = footprint_of(horizon)
-        found.append(replace(wholes[shared], name=horizon.name))
-    return found
+        footprints.append(replace(wholes[shared], name=horizon.name))
+    return footprints
 
 
 def _lines_of(lattice: Lattice) -> tuple[np.ndarray, np.ndarray] | None:
@@ -170,14 +170,14 @@ def _links_in(lattice: Lattice, low: int, high: int) -> list[np.ndarray]:
 
     # along rows: the second triangle of a cell has its upper side, the first its lower one
     below, above = second[:-1, 1:], first[1:, 1:]
-    found = [_directed(above & ~below, node[:-1, :-1], node[:-1, 1:]),
+    links = [_directed(above & ~below, node[:-1, :-1], node[:-1, 1:]),
              _directed(below & ~above, node[:-1, 1:], node[:-1, :-1])]  # fmt: skip
 
     # which triangle of a cell touches its east and its west side depends on the diagonal
     first, second = first[1:], second[1:]
     on_right, on_left = (first, second) if lattice.rising else (second, first)
     before, behind = on_right[:, :-1], on_left[:, 1:]
-    found += [_directed(before & ~behind, node[:-1, :-1], node[1:, :-1]),
+    links += [_directed(before & ~behind, node[:-1, :-1], node[1:, :-1]),
               _directed(behind & ~before, node[1:, :-1], node[:-1, :-1])]  # fmt: skip
 
     # diagonals
@@ -186,9 +186,9 @@ def _links_in(lattice: Lattice, low: int, high: int) -> list[np.ndarray]:
     on_left, on_right = second, first
     if not lattice.rising:
         ends, on_left, on_right = (node[:-1, 1:], node[1:, :-1]), first, second
-    found += [_directed(on_left & ~on_right, *ends),
+    links += [_directed(on_left & ~on_right, *ends),
               _directed(on_right & ~on_left, *ends[::-1])]  # fmt: skip
-    return found
+    return links
 
 
 def _directed(where: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:

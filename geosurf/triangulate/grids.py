@@ -137,11 +137,11 @@ def check_axis(key: str, axis: np.ndarray, what: str) -> None:
         )
 
     # Strictly increasing or strictly decreasing, by the direction of the ends.
-    way = 1.0 if axis[-1] >= axis[0] else -1.0
-    bad = np.flatnonzero(way * np.diff(axis) <= 0)
+    direction = 1.0 if axis[-1] >= axis[0] else -1.0
+    bad = np.flatnonzero(direction * np.diff(axis) <= 0)
     if len(bad):
         i = int(bad[0])
-        verb = "decreases" if way > 0 else "increases"
+        verb = "decreases" if direction > 0 else "increases"
         remedy = f"Sort it with da.sortby({key!r})."
         if axis[i + 1] == axis[i]:
             verb, remedy = "repeats", f"Keep one with da.drop_duplicates({key!r})."
@@ -488,20 +488,20 @@ def decimate_stored(grids: Sequence[StoredGrid], tolerance: float) -> list[TriSu
         if free is not None and KEPT * frame.n_node * len(grids) > free * stride**2:
             break
         nodes = Frame.of(frame, stride)
-        found: dict[int, Differences] = {}
+        differences: dict[int, Differences] = {}
         for k in order:
-            one = _differences(grids[k], nodes, tolerance)
-            if one is None:  # what failed with fewer nodes is asked first
+            difference = _differences(grids[k], nodes, tolerance)
+            if difference is None:  # what failed with fewer nodes is asked first
                 order = [k, *(other for other in order if other != k)]
                 break
-            found[k] = one
+            differences[k] = difference
         else:
-            return [_decimated(one, nodes, found[k]) for k, one in enumerate(grids)]
-    names = ", ".join(repr(one.name) for one in grids)
+            return [_decimated(grid, nodes, differences[k]) for k, grid in enumerate(grids)]
+    names = ", ".join(repr(grid.name) for grid in grids)
     raise HorizonError(
         f"horizon {names}: no grid of every k-th node that fits into memory is within "
         f"{tolerance:g} m of all nodes. Give a larger tolerance, or aoi= to read a part.",
-        surfaces=[one.name for one in grids],
+        surfaces=[grid.name for grid in grids],
     )
 
 
@@ -519,12 +519,12 @@ def _differences(grid: StoredGrid, nodes: Frame, limit: float) -> Differences | 
     size = 0.0
     for done, end, z in grid.bands(rows):
         order = np.arange(end - done)
-        some, *parts, failed = differences_of_rows_and_columns(
+        heights, *parts, failed = differences_of_rows_and_columns(
             z, rows[done : end + 1] - rows[done], cols, order, limit
         )
         if failed >= 0:
             return None
-        few[done : end + 1] = some
+        few[done : end + 1] = heights
         for cell, part in zip(cells, parts, strict=True):
             cell[done:end] = part
         size = max(size, float(np.abs(z).max()))

@@ -126,7 +126,7 @@ def horizon_over(
     da: Any,
     maps: Iterable[Lattice],
     *,
-    own: bool = False,
+    copy: bool = False,
     name: str | None = None,
     positive: str | None = None,
     length_unit: str | None = None,
@@ -140,7 +140,7 @@ def horizon_over(
     maps : iterable of Lattice
         Of other horizons with 2-D coordinates. What has the same ones, to the last bit, refers to
         theirs, and to what is known of them.
-    own : bool
+    copy : bool
         Whether to copy what others can write to.
     noun : str
         What messages call it.
@@ -164,11 +164,11 @@ def horizon_over(
         da = read_stored(da, title)
     easting, northing = coordinates_of(da, what)
     values = np.asarray(da.values, dtype=np.float64)
-    if own and scale == 1.0:
+    if copy and scale == 1.0:
         values = _own(values)
     on = next((one for one in maps if easting.ndim == 2 and one.has_map(easting, northing)), None)
     if on is None:
-        both = (_own(easting), _own(northing)) if own else (easting, northing)
+        both = (_own(easting), _own(northing)) if copy else (easting, northing)
         lattice = _lattice_of(*both, values, scale)
     else:
         lattice = _without_minus_zero(on.with_elevation(values * scale if scale != 1.0 else values))
@@ -220,14 +220,14 @@ def decimated_horizons(
     groups: list[list[StoredGrid]] = []
     for name, da in grids.items():
         given = words[name].get("positive"), words[name].get("length_unit")
-        one = StoredGrid.of(da, name, scale_of(da, f"horizon {name!r}", *given))
-        same = [of for of in groups if of[0].has_axes_of(one)]
+        grid = StoredGrid.of(da, name, scale_of(da, f"horizon {name!r}", *given))
+        same = [group for group in groups if group[0].has_axes_of(grid)]
         if same:
-            same[0].append(one)
+            same[0].append(grid)
         else:
-            groups.append([one])
-    found = [one for group in groups for one in decimate_stored(group, tolerance)]
-    return {one.name: one for one in found}
+            groups.append([grid])
+    surfaces = [surface for group in groups for surface in decimate_stored(group, tolerance)]
+    return {surface.name: surface for surface in surfaces}
 
 
 def _marks_of(da: Any, lattice: Lattice) -> dict[str, np.ndarray] | None:

@@ -204,14 +204,14 @@ fault, faults={'Salt': ...}; its inside becomes a block.
     # A sheet without a rim is closed.
     rims = np.bincount(sheet, (neighbour < 0).any(axis=1), n_sheet)
     for k in np.flatnonzero(rims == 0):
-        mine = sheet == k
+        body = sheet == k
         # Signed volume by the divergence theorem: tetrahedra with the origin.
-        volume = np.linalg.det(corners[mine]) / 6.0
+        volume = np.linalg.det(corners[body]) / 6.0
         take = "" if n_sheet == 1 else "Remove it from the horizon. "
-        at = place(corners[mine].reshape(-1, 3)[_distinct(surface, mine)].mean(axis=0) + low)
+        at = place(corners[body].reshape(-1, 3)[_distinct(surface, body)].mean(axis=0) + low)
         raise SurfaceError(
             f"horizon {surface.name!r} {'is' if n_sheet == 1 else 'holds'} a closed body of "
-            f"{volume_text(abs(float((sign[mine] * volume).sum())))} around {at}, so nothing "
+            f"{volume_text(abs(float((sign[body] * volume).sum())))} around {at}, so nothing "
             f"is above or below it. {take}Pass it as a fault, faults={{{surface.name!r}: "
             "...}; its inside becomes a block."
         )

@@ -138,11 +138,11 @@ def _meet(
         return (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
 
     # A proper crossing: both ends of either segment lie on different sides of the other.
-    one, two = turn(rx, ry, sx, sy, px, py), turn(rx, ry, sx, sy, qx, qy)
-    if one * two < 0:
-        three, four = turn(px, py, qx, qy, rx, ry), turn(px, py, qx, qy, sx, sy)
-        if three * four < 0:
-            t = one / (one - two)
+    turn_p, turn_q = turn(rx, ry, sx, sy, px, py), turn(rx, ry, sx, sy, qx, qy)
+    if turn_p * turn_q < 0:
+        turn_r, turn_s = turn(px, py, qx, qy, rx, ry), turn(px, py, qx, qy, sx, sy)
+        if turn_r * turn_s < 0:
+            t = turn_p / (turn_p - turn_q)
             return float(px + t * (qx - px)), float(py + t * (qy - py))
 
     # Otherwise they meet only if an end of one lies on the other.
@@ -535,8 +535,8 @@ def off_the_rims(outline: np.ndarray, horizons: Sequence[TriSurface], what: str)
     # far enough that rounding of the moved corners, or of the rim, leaves no rim node inside
     inward = max(FURTHER * max(*named.values(), ROUNDED), LEAST * size)
 
-    found = check_outline(moved_inward(outline, np.where(along, inward, 0.0)))
-    lost = signed_area(outline) - signed_area(found)
+    area = check_outline(moved_inward(outline, np.where(along, inward, 0.0)))
+    lost = signed_area(outline) - signed_area(area)
     names = " and ".join(repr(name) for name in named)
 
     warn_of(
@@ -548,7 +548,7 @@ def off_the_rims(outline: np.ndarray, horizons: Sequence[TriSurface], what: str)
         "To choose the area yourself, pass one that ends farther inside the horizon.",
         (*_middle_of_side(outline, int(along.argmax())), float(horizons[0].bounds[4])),
     )
-    return found
+    return area
 
 
 def _rim_beside(outline: np.ndarray, horizon: TriSurface, near: float) -> tuple[np.ndarray, float]:
@@ -560,10 +560,10 @@ def _rim_beside(outline: np.ndarray, horizon: TriSurface, near: float) -> tuple[
     rim = _rim(horizon, outline, near)
     for sides in straight_runs(outline, near):
         # One node touches a straight run of sides; two or more run along it.
-        found = [_beside_side(outline, k, rim, near) for k in sides]
-        if len(np.unique(np.concatenate([rows for rows, _ in found]))) > 1:
+        beside = [_beside_side(outline, k, rim, near) for k in sides]
+        if len(np.unique(np.concatenate([rows for rows, _ in beside]))) > 1:
             along_rim[sides] = True
-            depth = max(depth, *(deep for _, deep in found))
+            depth = max(depth, *(deep for _, deep in beside))
     return along_rim, depth
 
 

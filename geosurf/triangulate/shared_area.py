@@ -184,13 +184,13 @@ def _windings(rim: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
     low, high = np.minimum(y, v), np.maximum(y, v)
     first = np.clip(np.ceil(low - 0.5), 0, rows).astype(np.int64)
     last = np.clip(np.ceil(high - 0.5), 0, rows).astype(np.int64)  # not included
-    of, row = ranges(first, last - first)
+    edge, row = ranges(first, last - first)
 
     # where the segment crosses the middle of the row; the steps count from the cell after it on
-    at = x[of] + (u[of] - x[of]) * (row + 0.5 - y[of]) / (v[of] - y[of])
+    at = x[edge] + (u[edge] - x[edge]) * (row + 0.5 - y[edge]) / (v[edge] - y[edge])
     column = np.clip(np.ceil(at - 0.5), 0, columns).astype(np.int64)
     steps = np.zeros((rows, columns + 1), dtype=np.int16)
-    np.add.at(steps, (row, column), np.where(v[of] < y[of], 1, -1).astype(np.int16))
+    np.add.at(steps, (row, column), np.where(v[edge] < y[edge], 1, -1).astype(np.int16))
     return np.cumsum(steps[:, :-1], axis=1, dtype=np.int16)
 
 
@@ -201,11 +201,11 @@ def _entered(rim: np.ndarray, shape: tuple[int, int], slack: np.ndarray) -> np.n
     # segments in parts of three cells at most: then each part meets few cells around it
     longest = np.abs(rim[:, 1] - rim[:, 0]).max(axis=1)
     n_part = np.maximum(np.ceil(longest / 3.0), 1.0).astype(np.int64)
-    of, part = ranges(0, n_part)
-    way = (rim[:, 1] - rim[:, 0])[of] / n_part[of, None]
-    start = rim[of, 0] + part[:, None] * way
-    low = np.minimum(start, start + way)
-    high = np.maximum(start, start + way)
+    segment, part = ranges(0, n_part)
+    step = (rim[:, 1] - rim[:, 0])[segment] / n_part[segment, None]
+    start = rim[segment, 0] + part[:, None] * step
+    low = np.minimum(start, start + step)
+    high = np.maximum(start, start + step)
     base = np.floor(low).astype(np.int64) - 1
     entered = np.zeros(shape, dtype=bool)
     reach = int(np.ceil((high - low).max(initial=0.0))) + 3
@@ -222,7 +222,7 @@ def _entered(rim: np.ndarray, shape: tuple[int, int], slack: np.ndarray) -> np.n
             for s in (slack[0], 1 - slack[0]):
                 for t in (slack[1], 1 - slack[1]):
                     dx, dy = (cell[k] + (s, t) - start[k]).T
-                    sides.append(way[k, 0] * dy - way[k, 1] * dx)
+                    sides.append(step[k, 0] * dy - step[k, 1] * dx)
             met = (np.min(sides, axis=0) <= 0) & (np.max(sides, axis=0) >= 0)
             entered[cell[k[met], 1], cell[k[met], 0]] = True
     return entered
@@ -368,7 +368,7 @@ def _common_lines(axes: Sequence[np.ndarray | None]) -> np.ndarray:
     """Coordinates that all unrotated grids have; none if a horizon is no such grid."""
     if any(axis is None for axis in axes):
         return np.empty(0)
-    found = np.asarray(axes[0])
+    lines = np.asarray(axes[0])
     for axis in axes[1:]:
-        found = np.intersect1d(found, np.asarray(axis))
-    return found
+        lines = np.intersect1d(lines, np.asarray(axis))
+    return lines

@@ -214,7 +214,7 @@ def _spacing(surface: TriSurface) -> float:
     spacing = []
     for axis in (0, 1):
         gaps = []
-        for part, own in ((lattice.northing, 0), (lattice.easting, 1)):
+        for part, own_axis in ((lattice.northing, 0), (lattice.easting, 1)):
             if part.ndim == 2:
                 few = (
                     part[:: max(len(part) // 64, 1)]
@@ -222,7 +222,7 @@ def _spacing(surface: TriSurface) -> float:
                     else part[:, :: max(part.shape[1] // 64, 1)]
                 )
                 gaps.append(np.diff(few, axis=axis).reshape(-1))
-            elif own == axis:
+            elif own_axis == axis:
                 gaps.append(np.diff(part))
         gaps = [g for g in gaps if g.size]
         if gaps:
@@ -320,8 +320,8 @@ def _look_at_islands(
 
     # Islands that hold nothing but the mark are refused.
     for value in marks:
-        mine = island[part] & (z == value)
-        alone = mine & (np.bincount(part, z != value, n_part)[part] == 0)
+        marked = island[part] & (z == value)
+        alone = marked & (np.bincount(part, z != value, n_part)[part] == 0)
         if alone.any():
             _refuse_nodes(surface, z, alone)
 
@@ -333,16 +333,16 @@ def _look_at_islands(
     for one, other in ((first, second), (second, first)):
         wide[part[one[~jump & at_jump[one] & ~at_jump[other]]]] = True
 
-    mine = (island & ~wide)[part]
-    if not mine.any() or mine.sum() > _FEW * np.isfinite(z).sum():
+    spikes = (island & ~wide)[part]
+    if not spikes.any() or spikes.sum() > _FEW * np.isfinite(z).sum():
         return False
-    _warn(surface, mine, part, a, b, step, limit)
+    _warn(surface, spikes, part, a, b, step, limit)
     return True
 
 
 def _warn(
     surface: TriSurface,
-    mine: np.ndarray,
+    spikes: np.ndarray,
     part: np.ndarray,
     a: np.ndarray,
     b: np.ndarray,
@@ -351,11 +351,11 @@ def _warn(
 ) -> None:
     """Warn of all spikes at once, naming the highest."""
     # The highest step at any spike, and the node of the spike at it.
-    ours = mine[a] | mine[b]
+    ours = spikes[a] | spikes[b]
     k = int(np.argmax(np.where(ours, np.abs(step), 0.0)))
-    node = int(a[k] if mine[a[k]] else b[k])
+    node = int(a[k] if spikes[a[k]] else b[k])
 
-    height, n = abs(float(step[k])), int(mine.sum())
+    height, n = abs(float(step[k])), int(spikes.sum())
     at = _place(surface, node)
     usual = f"{height / limit:.0f} times all other steps" if limit > 0 else "and nowhere else"
 

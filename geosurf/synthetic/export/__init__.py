@@ -253,13 +253,13 @@ def points_of(geology: Geology, horizon: Horizon) -> np.ndarray:
     """Points (n, 3) on the nodes, in no order; at faults one for each wall, a bit too far."""
     x, y = nodes()
     mask = defined(geology, horizon)
-    found = []
+    clouds = []
     for signs, z in geology.sheets(horizon, x, y).items():
         there = mask & _near(geology.faults, signs, x, y, z)
-        found.append(np.stack([*to_world(x[there], y[there]), z[there]], axis=1))
+        clouds.append(np.stack([*to_world(x[there], y[there]), z[there]], axis=1))
 
     # to the millimetre, as files have them; then in no order, as picks come
-    points = np.unique(np.concatenate(found).round(3), axis=0)  # beyond tips, walls are one
+    points = np.unique(np.concatenate(clouds).round(3), axis=0)  # beyond tips, walls are one
 
     # Knuth's multiplicative hash: the same shuffle on every machine
     order = np.argsort(np.arange(len(points), dtype=np.uint64) * np.uint64(2654435761) % 2**32)

@@ -92,11 +92,11 @@ class Geology:
             for sign in (1, -1)
         }
         base = horizon.before(x, y)
-        found = {}
+        elevations = {}
         for signs in self.sectors:
             pairs = [(name, sign) for name, sign in zip(self.faults, signs, strict=True) if sign]
-            found[signs] = base - sum(moves[pair] for pair in pairs)
-        return found
+            elevations[signs] = base - sum(moves[pair] for pair in pairs)
+        return elevations
 
     def sheet(self, horizon: Horizon, signs: tuple[int, ...], x: Any, y: Any) -> Any:
         """Elevation of the sheet of one sector."""
@@ -225,25 +225,25 @@ def geology_of(variant: str) -> Geology:
 
 def inside(polygon: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Whether places are inside a polygon (n, 2), by the parity of crossings to the east."""
-    found = np.zeros(np.broadcast(x, y).shape, dtype=bool)
+    is_inside = np.zeros(np.broadcast(x, y).shape, dtype=bool)
     for (x0, y0), (x1, y1) in _edges(polygon):
         # even-odd rule; level edges are never crossed by a level ray
         if y0 != y1:
             crossing = x0 + (y - y0) * (x1 - x0) / (y1 - y0)
-            found ^= ((y0 <= y) != (y1 <= y)) & (x < crossing)
-    return found
+            is_inside ^= ((y0 <= y) != (y1 <= y)) & (x < crossing)
+    return is_inside
 
 
 def distance_from(polygon: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Distance of places from a polygon [its unit], 0 inside."""
-    found = np.full(np.broadcast(x, y).shape, np.inf)
+    distance = np.full(np.broadcast(x, y).shape, np.inf)
     for (x0, y0), (x1, y1) in _edges(polygon):
         dx, dy = x1 - x0, y1 - y0
 
         # foot on the edge, as a share of it
         part = np.clip(((x - x0) * dx + (y - y0) * dy) / (dx * dx + dy * dy), 0.0, 1.0)
-        found = np.minimum(found, np.hypot(x - x0 - part * dx, y - y0 - part * dy))
-    return np.where(inside(polygon, x, y), 0.0, found)
+        distance = np.minimum(distance, np.hypot(x - x0 - part * dx, y - y0 - part * dy))
+    return np.where(inside(polygon, x, y), 0.0, distance)
 
 
 def quadrature(polygon: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -316,7 +316,7 @@ def walls(
     fault, which = geology.faults[name], list(geology.faults).index(name)
     first, last = reach(fault, MARGIN)
     s = np.linspace(first, last, int((last - first) / ALONG) + 1)
-    found = []
+    cutoffs = []
 
     # one line for each sector that touches this wall
     for signs in _relevant(geology, horizon, name, s):
@@ -326,8 +326,8 @@ def walls(
 
         # 0 for the fault itself: on its own plane the side is undecided
         others = tuple(0 if k == which else v for k, v in enumerate(signs))
-        found.append(Wall(signs, x, y, z, exists(geology.faults, others, x, y, z)))
-    return s, found
+        cutoffs.append(Wall(signs, x, y, z, exists(geology.faults, others, x, y, z)))
+    return s, cutoffs
 
 
 def cutoff_line(
@@ -465,14 +465,14 @@ class FieldTruth:
         """
         # formulas are in the frame of the grids
         x, y = np.broadcast_arrays(*to_local(easting, northing))
-        found = np.full(x.shape, np.nan)
+        highest = np.full(x.shape, np.nan)
 
         # where sheets overlap (a reverse fault) the highest counts; no sheet, as in a gap, leaves
         # NaN
         for signs, z in self.geology.sheets(self._horizon(horizon), x, y).items():
             there = exists(self.geology.faults, signs, x, y, z)
-            found = np.where(there, np.fmax(found, z), found)
-        return found
+            highest = np.where(there, np.fmax(highest, z), highest)
+        return highest
 
     def cutoff(self, horizon: str, fault: str, wall: str) -> np.ndarray:
         """
@@ -544,10 +544,10 @@ class FieldTruth:
 
         # read by the distance along the fault, so that places next to it do
         s = self.geology.faults[name].along_across(*to_local(easting, northing))[0]
-        found = np.interp(
+        throws = np.interp(
             s, *throw_line(self.geology, self._horizon(horizon), name), left=np.nan, right=np.nan
         )
-        return np.where(np.abs(s) >= self.geology.faults[name].half, 0.0, found)
+        return np.where(np.abs(s) >= self.geology.faults[name].half, 0.0, throws)
 
     def volumes(self, area: Any = None, *, step: float = 10.0) -> dict[tuple[str, str], float]:
         """
@@ -587,7 +587,7 @@ class FieldTruth:
         sheets = [self.geology.sheets(h, x, y) for h in self.geology.horizons]
         planes = {n: fault_elevation(f, x, y) for n, f in self.geology.faults.items()}
         zones = [f"{upper}/{lower}" for upper, lower in pairwise(self.horizons)]
-        found = {(zone, block.name): 0.0 for zone in zones for block in self.geology.blocks}
+        totals = {(zone, block.name): 0.0 for zone in zones for block in self.geology.blocks}
         for signs in self.geology.sectors:
             by_name = dict(zip(self.faults, signs, strict=True))
 
@@ -605,8 +605,8 @@ class FieldTruth:
                 # each column of each zone, cut by the faults: exact in z, so that only the sum over
                 # columns has an error
                 top, base = np.minimum(upper[signs], roof), np.maximum(lower[signs], floor)
-                found[zone, block.name] += float((weight * np.maximum(top - base, 0.0)).sum())
-        return found
+                totals[zone, block.name] += float((weight * np.maximum(top - base, 0.0)).sum())
+        return totals
 
     def _horizon(self, name: str) -> Horizon:
         return self.geology.horizon(_known(name, "horizon", self.horizons))
