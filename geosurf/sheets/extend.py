@@ -268,13 +268,13 @@ def _continued(
         return z
 
     # the traces of faults over new nodes need heights there: a first solve without tears
-    found = _solved(frame, z, new, None)
+    heights = _solved(frame, z, new, None)
     if not walls:
-        return found
+        return heights
     meshes = [mesh_in_frame(wall, frame) for wall in walls]
-    network = Network(meshes, found, frame)
+    network = Network(meshes, heights, frame)
     if not network.traces:
-        return found
+        return heights
     return _solved(frame, z, new, network.cuts.bits(z.size))
 
 
@@ -335,11 +335,11 @@ def _smooth(
     unknown = is_new | free
     number = np.where(unknown, np.cumsum(unknown) - 1, -1)
     pull = np.where(is_new, 0.0, averaged**-6.0)[unknown]
-    found = rest.copy()
-    found[unknown] = smoothest(
+    heights = rest.copy()
+    heights[unknown] = smoothest(
         graph, number, rest, stretch, bend=0.0, pull=pull, target=rest[unknown], scale=_PURE
     )
-    return found
+    return heights
 
 
 def _as_array(

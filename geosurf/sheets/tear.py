@@ -120,12 +120,12 @@ class Search:
         with running(f"{len(faults)} faults, trim {trims}"):
             return self._counted(self.close(faults, used, **{"most": FEW, **options}))
 
-    def forced(self, one: Torn) -> Torn:
+    def forced(self, torn: Torn) -> Torn:
         """The same sheet, closed at a loss where it is open; it may stay open."""
-        if not one.bad or one.closed.built.is_hopeless:
-            return one
+        if not torn.bad or torn.closed.built.is_hopeless:
+            return torn
         with running("at a loss"):
-            return self._counted(Torn.of(close_at_any_cost(one.closed)))
+            return self._counted(Torn.of(close_at_any_cost(torn.closed)))
 
     def is_over(self, best: Torn) -> bool:
         """Whether no more is tried, after so many cuts."""
@@ -210,10 +210,10 @@ def torn_as_planned(
         closed = close(data, faults, plan)
     except GeosurfError:  # other trims may do: they are searched for
         return None
-    found = None if closed is None or closed.built.is_open else Torn.of(closed)
-    if found is None or found.bad or (found.loss > 0.0 and plan.loss == 0.0):
+    torn = None if closed is None or closed.built.is_open else Torn.of(closed)
+    if torn is None or torn.bad or (torn.loss > 0.0 and plan.loss == 0.0):
         return None
-    return found
+    return torn
 
 
 def _first(search: Search, faults: Sequence[TriSurface], trims: Trims, most: int) -> Torn:
@@ -222,13 +222,13 @@ def _first(search: Search, faults: Sequence[TriSurface], trims: Trims, most: int
     Exact data go on with the change of their curvature (fourth differences). That is kept only if
     it closes, and if no tear has to end earlier than with third differences.
     """
-    found = search.torn(faults, trims, highest=4, most=most)
-    is_fourth = found.closed.rebuilt.solver.noise.order == 4
-    if not is_fourth or (found.loss == 0.0 and found.most_early <= EARLY):
-        return found
+    fourth = search.torn(faults, trims, highest=4, most=most)
+    is_fourth = fourth.closed.rebuilt.solver.noise.order == 4
+    if not is_fourth or (fourth.loss == 0.0 and fourth.most_early <= EARLY):
+        return fourth
     plain = search.torn(faults, trims, most=most)
-    is_better = plain.loss == 0.0 and plain.most_early < found.most_early
-    return plain if found.loss > 0.0 or is_better else found
+    is_better = plain.loss == 0.0 and plain.most_early < fourth.most_early
+    return plain if fourth.loss > 0.0 or is_better else fourth
 
 
 def _torn(
@@ -242,11 +242,11 @@ def _torn(
 ) -> Torn:
     """The sheet with some faults and trims, without any loss of throw; it may stay open."""
     again = partial(close, data, faults, used, given, highest=highest, most=most)
-    found = Torn.of(again())
-    if found.bad and not found.closed.built.is_open:  # a wall passes above or below its fault
-        longer = again(known_short=found.bad)
-        found = Torn.of(replace(longer, n_cut=longer.n_cut + found.closed.n_cut))
-    return found
+    torn = Torn.of(again())
+    if torn.bad and not torn.closed.built.is_open:  # a wall passes above or below its fault
+        longer = again(known_short=torn.bad)
+        torn = Torn.of(replace(longer, n_cut=longer.n_cut + torn.closed.n_cut))
+    return torn
 
 
 def _other_trims(
@@ -372,11 +372,11 @@ def pinched_out(sheet: Sheet, nodes: np.ndarray, data: np.ndarray, other: StandI
     """
     # Parts of the mesh by vertex; nodes without one have no part.
     number = sheet.lattice.vertex_of_node.ravel()
-    own = parts_of(sheet.surface)
-    part = np.where(number >= 0, own[np.maximum(number, 0)], -1)
+    part_of_vertex = parts_of(sheet.surface)
+    part = np.where(number >= 0, part_of_vertex[np.maximum(number, 0)], -1)
     with_data = np.unique(part[data])
     # Parts without any data are exchanged as a whole.
-    mine = np.setdiff1d(part[nodes], with_data)
+    without_data = np.setdiff1d(part[nodes], with_data)
     theirs = np.unique(other.block[nodes])
 
     # next to faults that dip, a few of the nodes are on the side of the data at their own height
@@ -384,16 +384,16 @@ def pinched_out(sheet: Sheet, nodes: np.ndarray, data: np.ndarray, other: StandI
     _refuse_open(sheet, open_[_far_from(np.flatnonzero(data), sheet)[open_]])
     inside = np.flatnonzero(data & np.isin(other.block, theirs))
     _refuse_open(sheet, inside[_far_from(nodes, sheet)[inside]])
-    nodes = nodes[np.isin(part[nodes], mine)]
+    nodes = nodes[np.isin(part[nodes], without_data)]
 
     # the rest of this sheet, and the part of the other one
     surface, second = sheet.surface, other.sheet.surface
-    one = surface.triangles[~np.isin(own, mine)[surface.triangles[:, 0]]]
-    two = second.triangles[np.isin(other.block_of_vertex, theirs)[second.triangles[:, 0]]]
+    kept = surface.triangles[~np.isin(part_of_vertex, without_data)[surface.triangles[:, 0]]]
+    added = second.triangles[np.isin(other.block_of_vertex, theirs)[second.triangles[:, 0]]]
     # Vertices of both meshes, those of the other one behind; nothing is welded, as faults lie
     # between.
-    used = [np.unique(one), np.unique(two)]
-    corners = [np.searchsorted(used[0], one), len(used[0]) + np.searchsorted(used[1], two)]
+    used = [np.unique(kept), np.unique(added)]
+    corners = [np.searchsorted(used[0], kept), len(used[0]) + np.searchsorted(used[1], added)]
     vertices = np.concatenate([surface.vertices[used[0]], second.vertices[used[1]]])
     marks = {
         key: np.concatenate([surface.vertex_data[key][used[0]], second.vertex_data[key][used[1]]])

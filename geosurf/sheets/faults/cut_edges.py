@@ -103,14 +103,14 @@ def cut_at_joints(cuts: Cuts, joints: Sequence[Joint], traces: list[Trace], fram
         for node, kind in _links_around(traces[j].line[:, :2] / frame.stretch, place, frame):
             # not crossed by the branch: it has to be cut; crossed: it must not, unless the crossing
             # lies past the main trace, where the branch does not exist
-            found = np.flatnonzero((cuts.trace == i) & (cuts.node == node) & (cuts.kind == kind))
-            beyond = cuts.place[found] < end if k == 0 else cuts.place[found] > end
-            drop += found.tolist()
-            if not len(found):
+            rows = np.flatnonzero((cuts.trace == i) & (cuts.node == node) & (cuts.kind == kind))
+            beyond = cuts.place[rows] < end if k == 0 else cuts.place[rows] > end
+            drop += rows.tolist()
+            if not len(rows):
                 left = _side_at(traces[i].line[:, :2] / frame.stretch, end, node, kind, frame)
                 more.append((node, kind, i, end, left))
             elif beyond[0]:  # past its main trace
-                more.append((node, kind, i, end, int(cuts.left[found[0]])))
+                more.append((node, kind, i, end, int(cuts.left[rows[0]])))
     if not drop and not more:
         return cuts
     kept = cuts.take(np.setdiff1d(np.arange(len(cuts.node)), drop))
@@ -215,7 +215,7 @@ def walls_of(
     """Where the two walls' cut-offs lie, from the heights of each side at the cut links."""
     shape, stretch, cell = frame.shape, frame.stretch, frame.cell
     bits = every.bits(len(heights))
-    found = []
+    walls = []
     for number, trace in enumerate(traces):
         rows = np.flatnonzero((every.trace == number) & (every.kind < RISING))
         cuts = every.take(rows[np.argsort(every.place[rows], kind="stable")])
@@ -234,8 +234,8 @@ def walls_of(
         # distance across strike = height above the trace times the slope [cells per m]
         slope = (nz / np.maximum(np.hypot(nx, ny), 1e-9) / cell)[known]
         left_gap, right_gap = (middle[known] - left) * slope, (right - middle[known]) * slope
-        found.append(Walls(cuts.place[known], left_gap, right_gap, right - left))
-    return found
+        walls.append(Walls(cuts.place[known], left_gap, right_gap, right - left))
+    return walls
 
 
 def _at_cut(
@@ -344,11 +344,11 @@ def on_own_side(
     if above or below:
         return height + 2.0 * clear if above else height - 2.0 * clear
 
-    def own(z: float) -> bool:
+    def is_on_side(z: float) -> bool:
         """Whether the node is on its side at an elevation."""
         return bool(side_at(np.array([z]))[0] == side)
 
-    if not own(other):
+    if not is_on_side(other):
         return height
 
     # bisection: the side changes once between both heights; 60 halvings reach the last digit
@@ -357,5 +357,5 @@ def on_own_side(
         middle = 0.5 * (good + bad)
         if middle in (good, bad):
             break
-        good, bad = (middle, bad) if own(middle) else (good, middle)
+        good, bad = (middle, bad) if is_on_side(middle) else (good, middle)
     return good + float(np.clip(other - good, -2.0 * clear, 2.0 * clear))

@@ -131,12 +131,12 @@ def mesh_blocks(mesh: FaultMesh, reach: float) -> Blocks:
     The last ones are remembered: horizons and realisations ask for the same few reaches.
     """
     known: dict[float, Blocks] = mesh.__dict__.get("_blocks", {})
-    found = known.get(reach)
-    if found is None:
-        found = Blocks(*_boxes(mesh), reach, max(BLOCK, reach))
+    blocks = known.get(reach)
+    if blocks is None:
+        blocks = Blocks(*_boxes(mesh), reach, max(BLOCK, reach))
         # a new mapping: other threads may read the old one
-        mesh.__dict__["_blocks"] = {**dict([*known.items()][1 - REACHES :]), reach: found}
-    return found
+        mesh.__dict__["_blocks"] = {**dict([*known.items()][1 - REACHES :]), reach: blocks}
+    return blocks
 
 
 def _boxes(mesh: FaultMesh) -> tuple[np.ndarray, np.ndarray]:
@@ -284,18 +284,18 @@ class NearTrace:
     def _measure(self, node: np.ndarray, blocks: Blocks, far: float) -> None:
         """Append nodes, increasing, that were not asked for yet."""
         points = self.frame.cells_of_node(node)
-        some, block = blocks.of(points)
+        beside, block = blocks.of(points)
         distance, side, nearest, t = nearest_on_line(
-            points[some], block, self.pieces, blocks.boxes, blocks.starts, blocks.items, far
+            points[beside], block, self.pieces, blocks.boxes, blocks.starts, blocks.items, far
         )
         near = nearest >= 0
-        some, nearest = some[near], nearest[near]
+        beside, nearest = beside[near], nearest[near]
         row = np.full(len(node), -1)
-        row[some] = len(self.node) + np.arange(len(some))
+        row[beside] = len(self.node) + np.arange(len(beside))
         if far < self.reach:  # the others may yet be near
-            node, row = node[some], row[some]
-            some = np.arange(len(some))
-        self.node = np.concatenate([self.node, node[some]])
+            node, row = node[beside], row[beside]
+            beside = np.arange(len(beside))
+        self.node = np.concatenate([self.node, node[beside]])
         self.distance = np.concatenate([self.distance, distance[near]])
         self.side = np.concatenate([self.side, side[near]])
         self.place = np.concatenate([self.place, nearest + t[near]])

@@ -289,12 +289,12 @@ def overlapping(triangle: np.ndarray, others: np.ndarray) -> np.ndarray:
     near = ((others.min(axis=1) <= high) & (others.max(axis=1) >= low)).all(axis=1)
     rows = np.flatnonzero(near)
     theirs = others[rows]
-    own = np.broadcast_to(triangle, theirs.shape)
+    ours = np.broadcast_to(triangle, theirs.shape)
     apart = np.zeros(len(rows), dtype=bool)
-    for edges in (np.roll(own, -1, axis=1) - own, np.roll(theirs, -1, axis=1) - theirs):
+    for edges in (np.roll(ours, -1, axis=1) - ours, np.roll(theirs, -1, axis=1) - theirs):
         for k in range(3):
             normal = np.stack([-edges[:, k, 1], edges[:, k, 0]], axis=1)[:, :, None]
-            a, b = (own @ normal)[:, :, 0], (theirs @ normal)[:, :, 0]
+            a, b = (ours @ normal)[:, :, 0], (theirs @ normal)[:, :, 0]
             apart |= (a.max(1) < b.min(1)) | (b.max(1) < a.min(1))
     return rows[~apart]
 
@@ -319,16 +319,16 @@ def _read(
     plane: np.ndarray, r: np.ndarray, triangles: np.ndarray, points: np.ndarray, slope: float
 ) -> np.ndarray:
     """Values at points (n, 2) of the plane: on the mesh, else from its nearest place."""
-    found = _on_mesh(plane, r, triangles, points)
-    outside = np.flatnonzero(np.isnan(found))
+    values = _on_mesh(plane, r, triangles, points)
+    outside = np.flatnonzero(np.isnan(values))
     if len(outside):
         # beyond the mesh: on from the nearest place of its rim, by the mean dip; in parts, as pairs
         # of all points and all rim edges would not fit into memory
         rim = rim_edges(triangles)
         for rows in np.array_split(outside, len(outside) * len(rim) // PAIRS + 1):
             at, value = _nearest(plane, r, rim, points[rows])
-            found[rows] = value + slope * (points[rows, 1] - at[:, 1])
-    return found
+            values[rows] = value + slope * (points[rows, 1] - at[:, 1])
+    return values
 
 
 def _on_mesh(
@@ -418,18 +418,18 @@ class DipLines:
     def way(self, s: np.ndarray, z: np.ndarray, to: np.ndarray, steps: int) -> list[np.ndarray]:
         """Where they are along strike after each step, from where they start."""
         step = (to - z) / steps
-        found = [s]
+        places = [s]
 
         # Runge and Kutta's fourth order: slopes at the start, twice in the middle, and at the end
         for k in range(steps):
             at = z + k * step
-            one = self.slope(s, at)
-            two = self.slope(s + 0.5 * step * one, at + 0.5 * step)
-            three = self.slope(s + 0.5 * step * two, at + 0.5 * step)
-            four = self.slope(s + step * three, at + step)
-            s = s + step / 6.0 * (one + 2.0 * two + 2.0 * three + four)
-            found.append(s)
-        return found
+            slope_1 = self.slope(s, at)
+            slope_2 = self.slope(s + 0.5 * step * slope_1, at + 0.5 * step)
+            slope_3 = self.slope(s + 0.5 * step * slope_2, at + 0.5 * step)
+            slope_4 = self.slope(s + step * slope_3, at + step)
+            s = s + step / 6.0 * (slope_1 + 2.0 * slope_2 + 2.0 * slope_3 + slope_4)
+            places.append(s)
+        return places
 
 
 def dip_lines(
@@ -645,7 +645,7 @@ def _slopes(section: Section, reach: float) -> np.ndarray:
     ends = np.stack(section.extent(np.linspace(section.z[0], section.z[1], n_z)), axis=1)
     at = np.arange(n_s) * spacing
     steep = np.gradient(r, float(np.ptp(section.z)) / (n_z - 1), axis=1)
-    found = np.zeros_like(r)
+    slopes = np.zeros_like(r)
     for j, (first, last) in enumerate(ends):
         if last - first <= 2.0 * spacing:
             continue
@@ -656,5 +656,5 @@ def _slopes(section: Section, reach: float) -> np.ndarray:
         r_s = (np.interp(high, at, r[:, j]) - np.interp(low, at, r[:, j])) / (high - low)
         area = np.append(0.0, np.cumsum(0.5 * spacing * (steep[1:, j] + steep[:-1, j])))
         r_z = (np.interp(high, at, area) - np.interp(low, at, area)) / (high - low)
-        found[:, j] = -r_s * r_z / (1.0 + r_s**2)
-    return frozen(found, np.float64)
+        slopes[:, j] = -r_s * r_z / (1.0 + r_s**2)
+    return frozen(slopes, np.float64)

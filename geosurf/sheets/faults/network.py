@@ -106,13 +106,13 @@ class Network:
         self, meshes: list[FaultMesh], drape: np.ndarray, frame: Frame, filled: np.ndarray
     ) -> None:
         """Trace each fault that ends on another on the wall that it is in."""
-        found = contacts(self.traces, meshes)
-        if not found:
+        branch_ends = contacts(self.traces, meshes)
+        if not branch_ends:
             return
 
         # main faults of each branch; mains come first, so that branches meet their new traces
         mains: dict[int, set[int]] = {}
-        for i, _, main in found:
+        for i, _, main in branch_ends:
             mains.setdefault(self.traces[i].fault, set()).add(main)
         for fault in mains_first(mains):
             others = [(main, meshes[main]) for main in sorted(mains[fault])]
@@ -167,12 +167,12 @@ class Network:
     @cached_property
     def _crossed(self) -> list[tuple[int, int, float, float]]:
         """Each crossing of two traces, for each of both: number, other, place, place on that."""
-        found = []
+        crossed = []
         for i in range(len(self.traces)):
             for j in range(i + 1, len(self.traces)):
                 for p, q in crossings(self.traces[i], self.traces[j]):
-                    found += [(i, j, p, q), (j, i, q, p)]
-        return found
+                    crossed += [(i, j, p, q), (j, i, q, p)]
+        return crossed
 
     def _at_faults(self) -> None:
         """An end that runs into another fault's trace, or a little past it, is a branch."""
@@ -195,25 +195,25 @@ class Network:
     def _past(self) -> Iterator[Past]:
         """Ends that cross another fault near its real part, or stop short of it by REACHES."""
         for i, j, p, q in self._crossed:
-            one, two = self.traces[i], self.traces[j]
-            if one.fault == two.fault:
+            trace, other = self.traces[i], self.traces[j]
+            if trace.fault == other.fault:
                 continue
 
             # the other trace is only an extension there
-            if not two.start - 0.5 * EXTENSION <= q <= two.stop + 0.5 * EXTENSION:
+            if not other.start - 0.5 * EXTENSION <= q <= other.stop + 0.5 * EXTENSION:
                 continue
-            at, *ends = two.length_at([q, two.start, two.stop])
+            at, *ends = other.length_at([q, other.start, other.stop])
             rest = float(np.abs(at - ends).min())
-            along = one.length_at([p, one.start, one.stop])
+            along = trace.length_at([p, trace.start, trace.stop])
             gap = along[1] - along[0], along[0] - along[2]  # beyond the real ends if positive
             for k in range(2):
-                if (i, k, two.fault) in self.on:
+                if (i, k, other.fault) in self.on:
                     continue
                 # farther short of it the end is a tip; the longer part is none past the other
                 if not -SHARE_PAST * (along[2] - along[1]) < gap[k] <= REACHES:
                     continue
                 # far past it: to the rim of the data, or where the other fault ends itself
-                if -gap[k] > OVERSHOOT and (rest < OVERSHOOT or one.ends[k] == "rim"):
+                if -gap[k] > OVERSHOOT and (rest < OVERSHOOT or trace.ends[k] == "rim"):
                     continue
                 yield i, k, j, p, -gap[k]
 
@@ -243,13 +243,13 @@ class Network:
         """End faults at others, by the numbers of both, however far they go past them."""
         self._end([one for one in self._past() if self._faults(one) in mains])
         for fault, main in sorted(mains):
-            mine = [i for i, trace in enumerate(self.traces) if trace.fault == fault]
-            if len(mine) < 2:
+            of_fault = [i for i, trace in enumerate(self.traces) if trace.fault == fault]
+            if len(of_fault) < 2:
                 continue
             # traces on the other side than the longest one are wholly past the other fault
-            side = {i: _side_of_trace(self.traces[i], meshes[main]) for i in mine}
-            longest = max(mine, key=lambda i: float(self.traces[i].along[-1]))
-            for i in mine:
+            side = {i: _side_of_trace(self.traces[i], meshes[main]) for i in of_fault}
+            longest = max(of_fault, key=lambda i: float(self.traces[i].along[-1]))
+            for i in of_fault:
                 if side[i] * side[longest] < 0:
                     self.traces[i].ends[:] = [f"branch of {self._names[main]}"] * 2
                     self.solve[i] = self.mesh[i] = np.inf, -np.inf
@@ -258,9 +258,9 @@ class Network:
         """Faults that end at others, by the numbers of both: they go past them by little, or show
         next to no throw there, or one of the other sense.
         """
-        found = set()
-        for one in self._past():
-            i, k, _, p, past = one
+        pairs = set()
+        for end in self._past():
+            i, k, _, p, past = end
             trace, place = self.traces[i], walls[i].place
             # as far before the other fault as past it, or a few cells
             far = (trace.length_at(place) - trace.length_at(p)) * (-1) ** k
@@ -269,8 +269,8 @@ class Network:
                 before, after = (np.median(walls[i].throw[some]) for some in (inside, beyond))
                 if after * np.sign(before) >= NO_THROW_PAST * abs(before):
                     continue
-            found.add(self._faults(one))
-        return found
+            pairs.add(self._faults(end))
+        return pairs
 
     def _faults(self, past: Past) -> tuple[int, int]:
         """The fault that goes past another one, and that."""
@@ -475,11 +475,11 @@ def led_to(line: np.ndarray, end: int, main: Trace) -> np.ndarray:
     """A trace drawn out from one of its ends straight past the nearest point of another trace."""
     tip = line[0 if end == 0 else -1]
     far, _, foot = nearest(tip[:2], main)
-    way = foot - tip[:2]
+    to_foot = foot - tip[:2]
 
     # a trace that touches already needs no piece; otherwise one to the foot, and PAST beyond it
     if far < 1e-6:
         return line
     more = np.repeat(tip[None], 2, axis=0)
-    more[0, :2], more[1, :2] = 0.5 * (tip[:2] + foot), foot + way / far * PAST
+    more[0, :2], more[1, :2] = 0.5 * (tip[:2] + foot), foot + to_foot / far * PAST
     return np.concatenate([more[::-1], line]) if end == 0 else np.concatenate([line, more])

@@ -184,7 +184,7 @@ def slips_of(
     hanging_wall: Any,
 ) -> list[Slip]:
     """Movements in the order of `throw`, which is from the youngest to the oldest."""
-    found = []
+    slips = []
     for name, given in throw.items():
         far = reach.get(name) if isinstance(reach, Mapping) else reach
         if far is not None and not (is_number(far) and far > 0):
@@ -197,8 +197,8 @@ def slips_of(
             )
         section = sections[name]
         amount = amount_of(given, section, corner)
-        found.append(Slip(section, amount, np.inf if far is None else float(far), float(share)))
-    return found
+        slips.append(Slip(section, amount, np.inf if far is None else float(far), float(share)))
+    return slips
 
 
 def amount_of(given: Any, section: Section, corner: np.ndarray) -> Amount:
@@ -253,19 +253,19 @@ def _short(given: Any) -> str:
 
 def _called(function: Callable, s: np.ndarray, what: str) -> np.ndarray:
     """Throw from a user's function, checked."""
-    found = np.asarray(function(s), dtype=np.float64)
-    if found.shape not in (s.shape, ()):
+    throw = np.asarray(function(s), dtype=np.float64)
+    if throw.shape not in (s.shape, ()):
         raise InputError(
-            f"{what}: the function gave shape {found.shape} for distances of shape {s.shape}. Let "
+            f"{what}: the function gave shape {throw.shape} for distances of shape {s.shape}. Let "
             "it return one throw for each distance."
         )
-    bad = np.flatnonzero(~np.isfinite(np.broadcast_to(found, s.shape)))
+    bad = np.flatnonzero(~np.isfinite(np.broadcast_to(throw, s.shape)))
     if len(bad):
         raise InputError(
             f"{what}: the function is not finite at {s[bad[0]]:.3f} m along strike. Let it be 0 "
             "where the fault has no throw."
         )
-    return np.broadcast_to(found, s.shape)
+    return np.broadcast_to(throw, s.shape)
 
 
 def _profile_of(given: Any, what: str) -> tuple[np.ndarray, np.ndarray]:

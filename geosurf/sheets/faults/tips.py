@@ -142,7 +142,7 @@ class Tips:
 
 def tips_of(traces: Sequence[Trace], near: Sequence[NearTrace], cuts: Cuts) -> list[Tips]:
     """The tips of all traces, as far as they are torn."""
-    found = []
+    all_tips = []
     for number, trace in enumerate(traces):
         place = cuts.place[cuts.trace == number]
         free = [k for k in range(2) if trace.ends[k] == "tip"]
@@ -160,8 +160,8 @@ def tips_of(traces: Sequence[Trace], near: Sequence[NearTrace], cuts: Cuts) -> l
                 tips = [_single(number, trace, near[number], ends, k) for k in free]
         else:
             tips = [_single(number, trace, near[number], ends, free[0])]
-        found += [t for t in tips if t is not None]
-    return found
+        all_tips += [t for t in tips if t is not None]
+    return all_tips
 
 
 def _line(trace: Trace, ends: tuple[float, float]) -> np.ndarray:

@@ -224,12 +224,12 @@ def trace_lines(
     # unit normals into the hanging wall, of the triangle that each point lies on
     normals = mesh.normals[rows]
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    found = []
+    lines = []
     for line in split_lines(directed_lines(tail, head, len(where))):
         # points closer than a fifth of a cell carry no more than rounding
         line = line[_spaced(where[line, 0], where[line, 1])]
-        found.append(np.hstack([where[line], normals[face[line]]]))
-    return found
+        lines.append(np.hstack([where[line], normals[face[line]]]))
+    return lines
 
 
 def split_lines(found: tuple[np.ndarray, np.ndarray]) -> list[np.ndarray]:
@@ -293,13 +293,13 @@ def _evened(
     return points, faces, rows, widths.max(axis=1)
 
 
-def _numbered(one: np.ndarray, two: np.ndarray) -> np.ndarray:
+def _numbered(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """Numbers (n,) from 0, in the order of names (one, two), the same for the same ones."""
-    least, low = int(one.min()), int(two.min())
-    wide = int(two.max()) - low + 1
-    if (int(one.max()) - least + 1) * wide >= 2**63:
-        return np.unique(np.stack([one, two], axis=1), axis=0, return_inverse=True)[1].ravel()
-    return number_keys((one - least) * wide + (two - low))[1]
+    least, low = int(first.min()), int(second.min())
+    wide = int(second.max()) - low + 1
+    if (int(first.max()) - least + 1) * wide >= 2**63:
+        return np.unique(np.stack([first, second], axis=1), axis=0, return_inverse=True)[1].ravel()
+    return number_keys((first - least) * wide + (second - low))[1]
 
 
 def _spaced(x: np.ndarray, y: np.ndarray) -> np.ndarray:

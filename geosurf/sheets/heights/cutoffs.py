@@ -58,10 +58,10 @@ def drawn_again(base: np.ndarray, near: Sequence[NearTrace], heights: np.ndarray
     """Nodes of `BaseHeights.drawn` that are on the same walls still, at heights of all nodes."""
     node, trace, side = base[:, np.isfinite(heights[base[0]])]
     stays = np.zeros(len(node), dtype=bool)
-    for number, one in enumerate(near):
+    for number, near_trace in enumerate(near):
         mine = np.flatnonzero(trace == number)
-        row = one.look_up(node[mine])
-        stays[mine] = (row >= 0) & (one.side[row] == side[mine])
+        row = near_trace.look_up(node[mine])
+        stays[mine] = (row >= 0) & (near_trace.side[row] == side[mine])
     node = node[stays]
     return Drawn(node, heights[node], trace[stays], side[stays])
 

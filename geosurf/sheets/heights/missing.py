@@ -69,7 +69,7 @@ def missing_blocks(picks: Picks, state: Heights, meshes: Sequence[FaultMesh]) ->
     met = {trace.fault for trace in state.network.traces}
     met |= {fault for fault, _ in state.network.dropped}
     absent = np.isnan(picks.means)
-    found = []
+    missing = []
     for number, mesh in enumerate(meshes):
         if number in met or not absent.any():
             continue
@@ -99,7 +99,7 @@ def missing_blocks(picks: Picks, state: Heights, meshes: Sequence[FaultMesh]) ->
         # torn
         if len(nodes) and (side == side[nearest]).all():
             name = f"{mesh.name}{'-' if side[nearest] > 0 else '+'}"
-            found.append(Missing(mesh.name, name, far[nearest] * picks.frame.cell, at, nodes))
+            missing.append(Missing(mesh.name, name, far[nearest] * picks.frame.cell, at, nodes))
         elif len(nodes):
             raise GeometryError(
                 f"horizon {picks.name!r} has data on both sides of fault {mesh.name!r}, near "
@@ -108,19 +108,19 @@ def missing_blocks(picks: Picks, state: Heights, meshes: Sequence[FaultMesh]) ->
                 place=at,
                 surfaces=(picks.name, mesh.name),
             )
-    return found
+    return missing
 
 
 def refuse_missing(picks: Picks, missing: Sequence[Missing]) -> None:
     """Name the blocks without data."""
     if missing:
-        sides = ", ".join(repr(one.side) for one in missing)
+        sides = ", ".join(repr(block.side) for block in missing)
         first = missing[0]
         raise GeometryError(
             f"horizon {picks.name!r} has no data in the block {sides}: its data end "
             f"{first.far:.0f} m before fault {first.fault!r}, at {place(first.place)}. {REMEDY}",
             place=first.place,
-            surfaces=(picks.name, *(one.fault for one in missing)),
+            surfaces=(picks.name, *(block.fault for block in missing)),
         )
 
 
@@ -133,14 +133,14 @@ def continued(picks: Picks, missing: Sequence[Missing]) -> tuple[Picks, list[dic
     part = part.ravel()
     heights = picks.means.copy()
     notes, filled = [], []
-    for one in missing:
-        fill = np.flatnonzero(np.isin(part, distinct(part[one.nodes])) & np.isnan(heights))
+    for block in missing:
+        fill = np.flatnonzero(np.isin(part, distinct(part[block.nodes])) & np.isnan(heights))
         if not len(fill):
             continue
         heights[fill] = draped(heights, fill, shape, picks.frame.stretch)
         filled.append(fill)
-        at = [float(c) for c in one.place[:2]]
-        notes.append({"nodes": len(fill), "over": one.fault, "place": at})
+        at = [float(c) for c in block.place[:2]]
+        notes.append({"nodes": len(fill), "over": block.fault, "place": at})
     fill = distinct(*filled)
     fill = fill[np.isfinite(heights[fill])]
 
@@ -191,12 +191,12 @@ class StandIn:
             If the horizon is not a grid, or on another lattice.
         """
         frame, heights = frame_of_lattice(sheet.lattice, f"horizon {sheet.name!r}")
-        own = picks.frame
-        same = picks.on_nodes and own.shape == frame.shape
+        grid = picks.frame
+        same = picks.on_nodes and grid.shape == frame.shape
         if same:
-            corners = np.array([0, own.shape[1] - 1, own.shape[0] * own.shape[1] - 1])
-            off = np.abs(own.node_places(corners) - frame.node_places(corners)).max()
-            same = bool(off <= 1e-6 * own.cell)
+            corners = np.array([0, grid.shape[1] - 1, grid.shape[0] * grid.shape[1] - 1])
+            off = np.abs(grid.node_places(corners) - frame.node_places(corners)).max()
+            same = bool(off <= 1e-6 * grid.cell)
         if not same:
             raise InputError(
                 f"horizon {picks.name!r} cannot be pinched out onto {sheet.name!r}, since the two "
@@ -254,14 +254,14 @@ def nodes_to_stand_in(
     for one in missing:
         mesh = next(mesh for mesh in meshes if mesh.name == one.fault)
         nodes = _on_side(one.nodes[absent[one.nodes]], one.side[-1], mesh, picks, other)
-        found, times = np.unique(other.block[nodes], return_counts=True)
-        blocks |= set(found[times >= SHARE * len(nodes)].tolist())
+        touched, times = np.unique(other.block[nodes], return_counts=True)
+        blocks |= set(touched[times >= SHARE * len(nodes)].tolist())
 
     # parts between traces that no datum reaches; one with ignored data is not without data
     if len(state.stray) and np.isnan(picks.means[state.stray]).all():
         for part in _parts_of_nodes(state.stray, picks.frame.shape):
-            found, times = np.unique(other.block[part], return_counts=True)
-            blocks.add(int(found[times.argmax()]))  # a few nodes are across a dipping fault
+            touched, times = np.unique(other.block[part], return_counts=True)
+            blocks.add(int(touched[times.argmax()]))  # a few nodes are across a dipping fault
 
     # blocks farther on, of which data have at most a rim: the same faults at other heights
     if blocks:

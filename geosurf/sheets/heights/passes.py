@@ -76,15 +76,15 @@ from geosurf.sheets.lattice.solve import (
 
 def picks_in_gaps(inputs: Inputs, state: Heights) -> np.ndarray:
     """Picks that lie between the cut-offs of a fault in the map."""
-    found = [np.empty(0, dtype=np.int64)]
+    in_gaps = [np.empty(0, dtype=np.int64)]
     for trace, near, walls in zip(state.network.traces, state.near, state.walls, strict=True):
         # in the gap: nearer to the trace than the cut-off of the wall on its own side of the map
         rows = inputs.nearby[trace.fault].rows
         at = near.look_up(inputs.picks.nodes_of(rows))
         rows, at = rows[at >= 0], at[at >= 0]
         gap = walls.gap(near.place[at], near.side[at])
-        found.append(rows[near.distance[at] < gap])
-    return distinct(*found)
+        in_gaps.append(rows[near.distance[at] < gap])
+    return distinct(*in_gaps)
 
 
 def ignored_misfits(
@@ -180,14 +180,15 @@ def _wrong_side(
             wrong[rows[inside & (heave > SENSE) & (in_gap | (several & close))]] = True
 
             # in an overlap, picks across belong to the sheet of the other side
-            mine = (
+            overlapping = (
                 across
                 & (heave < -SENSE)
                 & (far >= inputs.trim * inputs.shares[network.traces[number].fault])
                 & ~ignored[rows]
             )
-            number_of = np.full(mine.sum(), number)
-            beyond.append(np.stack([rows[mine], number_of, side[mine].astype(np.int64)], axis=1))
+            number_of = np.full(overlapping.sum(), number)
+            columns = rows[overlapping], number_of, side[overlapping].astype(np.int64)
+            beyond.append(np.stack(columns, axis=1))
         wrong[rows[across]] = True
     return wrong, np.concatenate([np.empty((0, 3), dtype=np.int64), *beyond])
 
@@ -428,9 +429,9 @@ class PointSolver:
             right[at[at >= 0]] += DRAWN * (equations.drawn.height[at >= 0] - level)
         whole = csc_array(energy + weight * (points.T @ points) + diags_array(pulled))
         factor = splu(whole, **CHOLESKY)
-        found: np.ndarray = factor.solve(right)
+        heights: np.ndarray = factor.solve(right)
         if not tips:
-            return found[:n] + level, None
+            return heights[:n] + level, None
 
         # shapes of tips that make what is left smoother
         frame, nodes = picks.frame, np.flatnonzero(equations.slot >= 0)
@@ -439,19 +440,19 @@ class PointSolver:
         drawn = energy @ shapes
         moved = factor.solve(drawn)
         doubt = self.noise.energy
-        cost = found * (energy @ found) + weight * (points.T @ (z - points @ found) ** 2)
+        cost = heights * (energy @ heights) + weight * (points.T @ (z - points @ heights) ** 2)
         groups = groups_of(tips, frame, nodes)
         share = paying_shares(
-            own=products_of_columns(shapes, drawn) - products_of_columns(drawn, moved),
-            wanted=products_of_columns(drawn, found[:, None])[:, 0],
+            shape_energy=products_of_columns(shapes, drawn) - products_of_columns(drawn, moved),
+            wanted=products_of_columns(drawn, heights[:, None])[:, 0],
             groups=[columns for columns, _ in groups],
             likely=likely_shares(tips, throws),
             doubt=doubt,
             units=[doubt or cost[around].mean() for _, around in groups],
             towards=[tip.throw_towards() for tip in tips],
         )
-        found = found + sums_of_columns(moved, share)
-        return found[:n] + level, Bent(list(tips), share) if share.any() else None
+        heights = heights + sums_of_columns(moved, share)
+        return heights[:n] + level, Bent(list(tips), share) if share.any() else None
 
 
 def _part_of(graph: Graph, chosen: np.ndarray, number: np.ndarray) -> Graph:

@@ -142,7 +142,7 @@ def _throws(network: Network, first: int, apart: Collection[int]) -> list[_Throw
     for trace, (low, high) in zip(network.traces, network.solve, strict=True):
         vertex = np.arange(len(trace.line))
         torn.append(trace.line[(vertex >= np.ceil(low)) & (vertex <= np.floor(high)), :2])
-    found = []
+    throws = []
     for k, trace in enumerate(network.traces):
         others = np.concatenate([np.empty((0, 2)), *(torn[:k] + torn[k + 1 :])])
         clear = np.full(len(trace.line), k not in apart)
@@ -161,8 +161,8 @@ def _throws(network: Network, first: int, apart: Collection[int]) -> list[_Throw
         number = np.ceil(length / KNOT).astype(np.int64) + 3
         starts = first + ORDERS * (np.cumsum(number) - number)
         first += ORDERS * int(number.sum())
-        found.append(_Throw(trace.along, piece, starts, number, origin))
-    return found
+        throws.append(_Throw(trace.along, piece, starts, number, origin))
+    return throws
 
 
 def _limits(network: Network, cuts: Cuts) -> np.ndarray:
@@ -244,12 +244,12 @@ def _beside(cuts: Cuts, shape: tuple[int, int]) -> np.ndarray:
     """Nodes, increasing, at which a difference may start that has a cut link in it."""
     # the widest difference has four nodes: it starts three before the link, or one after
     i, j = np.divmod(np.unique(cuts.node), shape[1])
-    found = []
+    nodes = []
     for y in range(-3, 2):
         for x in range(-3, 2):
             inside = (i + y >= 0) & (i + y < shape[0]) & (j + x >= 0) & (j + x < shape[1])
-            found.append((i[inside] + y) * shape[1] + j[inside] + x)
-    return np.unique(np.concatenate(found))
+            nodes.append((i[inside] + y) * shape[1] + j[inside] + x)
+    return np.unique(np.concatenate(nodes))
 
 
 def _place(
@@ -347,27 +347,27 @@ def _turned(
 
 def _differences() -> list[Difference]:
     """Nodes, weights, links, powers of both ways, order: all second and third differences."""
-    found: list[Difference] = []
+    differences: list[Difference] = []
     # along columns, then along rows
     for order, weights in ((2, (1.0, -2.0, 1.0)), (3, (-1.0, 3.0, -3.0, 1.0))):
         nodes = tuple((k, 0) for k in range(order + 1))
         links = tuple((k, 0, 0) for k in range(order))
-        found.append((nodes, weights, links, (order, 0), order))
+        differences.append((nodes, weights, links, (order, 0), order))
         nodes, links = _turned(nodes, links)
-        found.append((nodes, weights, links, (0, order), order))
+        differences.append((nodes, weights, links, (0, order), order))
 
     # the twist, twice in the energy of a plate: once for each order of the derivatives
     block = ((0, 0), (1, 0), (0, 1), (1, 1))
     twist = tuple(np.sqrt(2.0) * np.array([1.0, -1.0, -1.0, 1.0]))
-    found.append((block, twist, CELL, (1, 1), 2))
+    differences.append((block, twist, CELL, (1, 1), 2))
 
     # mixed third differences, which come three times
     nodes = tuple((k, i) for i in range(2) for k in range(3))
     ramp = tuple(np.sqrt(3.0) * np.array([1.0, -2.0, 1.0, -1.0, 2.0, -1.0]))
-    found.append((nodes, ramp, CELL + NEXT, (2, 1), 3))
+    differences.append((nodes, ramp, CELL + NEXT, (2, 1), 3))
     nodes, links = _turned(nodes, CELL + NEXT)
-    found.append((nodes, ramp, links, (1, 2), 3))
-    return found
+    differences.append((nodes, ramp, links, (1, 2), 3))
+    return differences
 
 
 DIFFERENCES = _differences()

@@ -128,22 +128,22 @@ class Inputs:
 
     def within(self, trim: float) -> np.ndarray:
         """Picks closer to any fault than its share of some cells, bool (n_pick,)."""
-        found = np.zeros(len(self.picks.z), dtype=bool)
+        close_picks = np.zeros(len(self.picks.z), dtype=bool)
         if self.use is not None:
-            found |= self.use.ignored
+            close_picks |= self.use.ignored
             trim *= NEARER
         for near, share in zip(self.nearby, self.shares, strict=True):
-            found[near.rows[near.far < trim * share]] = True
-        return found
+            close_picks[near.rows[near.far < trim * share]] = True
+        return close_picks
 
     def misplaced(self) -> np.ndarray:
         """Picks that are wrong in the base case, or on another side than there, bool (n_pick,)."""
-        found = np.zeros(len(self.picks.z), dtype=bool)
+        wrong_picks = np.zeros(len(self.picks.z), dtype=bool)
         if self.use is not None:
-            found |= self.use.wrong
+            wrong_picks |= self.use.wrong
             for number, near in enumerate(self.nearby):
-                found[self.use.flipped(number, near.rows, near.side)] = True
-        return found
+                wrong_picks[self.use.flipped(number, near.rows, near.side)] = True
+        return wrong_picks
 
     def network(self, heights: np.ndarray, filled: np.ndarray) -> Network:
         """Traces of the faults on heights (n_node,), where those of `filled` are not data."""
@@ -306,11 +306,11 @@ def _overlap_at_dip(picks: Picks, mesh: FaultMesh, high: np.ndarray, low: np.nda
     a, b, c = corners[t, 0], corners[t, 1], corners[t, 2]
 
     # height z of the fault under the upper pick, by barycentric weights v and w
-    one, two, to = (v[:, :2] - a[:, :2] for v in (b, c, upper[point]))
-    det = one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]
+    to_b, to_c, to = (v[:, :2] - a[:, :2] for v in (b, c, upper[point]))
+    det = to_b[:, 0] * to_c[:, 1] - to_b[:, 1] * to_c[:, 0]
     known = np.where(det == 0.0, 1.0, det)  # upright triangles have no point between
-    v = (to[:, 0] * two[:, 1] - to[:, 1] * two[:, 0]) / known
-    w = (one[:, 0] * to[:, 1] - one[:, 1] * to[:, 0]) / known
+    v = (to[:, 0] * to_c[:, 1] - to[:, 1] * to_c[:, 0]) / known
+    w = (to_b[:, 0] * to[:, 1] - to_b[:, 1] * to[:, 0]) / known
     z = a[:, 2] + v * (b[:, 2] - a[:, 2]) + w * (c[:, 2] - a[:, 2])
     met = (det != 0.0) & (v >= 0) & (w >= 0) & (v + w <= 1)
     met &= (z < upper[point, 2]) & (z > lower[point, 2])
@@ -407,13 +407,13 @@ def two_nearest(
     Distances are those of the nearest and of the next fault, from their `trims` if given.
     """
     fault, side, far = np.full(n, -1), np.zeros(n), np.full((2, n), np.inf)
-    for number, own in enumerate(near):
-        rows = own.rows
-        away = own.far - (trims[number] if trims is not None else 0.0)
+    for number, of_fault in enumerate(near):
+        rows = of_fault.rows
+        away = of_fault.far - (trims[number] if trims is not None else 0.0)
         closer = away < far[0, rows]
         far[1, rows] = np.where(closer, far[0, rows], np.minimum(away, far[1, rows]))
         rows = rows[closer]
-        fault[rows], side[rows], far[0, rows] = number, own.side[closer], away[closer]
+        fault[rows], side[rows], far[0, rows] = number, of_fault.side[closer], away[closer]
     return fault, side, far
 
 

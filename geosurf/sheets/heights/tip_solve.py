@@ -83,15 +83,15 @@ def shapes_of(
 ) -> np.ndarray:
     """Shapes (n, k) of all tips at nodes, on the wall of each or on that of its anchor."""
     places = frame.cells_of_node(nodes)
-    found = [np.empty((len(nodes), 0))]
+    columns = [np.empty((len(nodes), 0))]
     for tip in tips:
         # ghosts bend with the wall of their anchor, on past the fault; wall is 0 ahead of the tip
         wall = None
         if anchors is not None:
             side, beside = tip.side(anchors, frame.cells_of_node(anchors))
             wall = np.where(beside, side, 0.0)
-        found.append(tip.shapes(nodes, places, wall))
-    return np.concatenate(found, axis=1)
+        columns.append(tip.shapes(nodes, places, wall))
+    return np.concatenate(columns, axis=1)
 
 
 def close_to(tip: Tips, frame: Frame, nodes: np.ndarray) -> np.ndarray:
@@ -183,12 +183,12 @@ def smoothest_residual(
 
     def bent(heights: np.ndarray) -> np.ndarray:
         """Derivatives (n, k) of half the energy by heights (n, k)."""
-        found = energy_gradient(graph.east, graph.north, graph.square, heights, weights)
+        slopes = energy_gradient(graph.east, graph.north, graph.square, heights, weights)
         if fourth is not None:
-            found += fourth.gradient(heights)
+            slopes += fourth.gradient(heights)
         if common is not None:
-            found += common.matrix.T @ (common.matrix @ heights)
-        return found
+            slopes += common.matrix.T @ (common.matrix @ heights)
+        return slopes
 
     # at (n_unknown,): node of each unknown; moves: how heights answer to each shape
     drawn = bent(shapes.drawn)
@@ -201,36 +201,38 @@ def smoothest_residual(
     heights[at] = plain
 
     # normal equations of the shares once heights are eliminated (Schur complement)
-    own = products_of_columns(shapes.drawn, drawn) - products_of_columns(drawn[at], moved)
+    shape_energy = products_of_columns(shapes.drawn, drawn) - products_of_columns(drawn[at], moved)
     wanted = products_of_columns(drawn, heights[:, None])[:, 0]
     units = [doubt] * len(shapes.groups)
 
     # without noise the unit is what the energy of a free node is without shapes, near the tips
     if not doubt:
         missed = pull * np.where(pull > 0, target - level - plain, 0.0) ** 2
-        for k, (_, some) in enumerate(shapes.groups):
-            part = without_absent(graph, some)  # its differences lie among these nodes
+        for k, (_, near) in enumerate(shapes.groups):
+            part = without_absent(graph, near)  # its differences lie among these nodes
             slopes = energy_gradient(part.east, part.north, part.square, heights[:, None], weights)
             if order == 4:
                 slopes += fourth_order(part, stretch)[1].gradient(heights[:, None])
-            energy = heights @ slopes[:, 0] + missed[some[at]].sum()
-            units[k] = energy / max((some & free).sum(), 1)
+            energy = heights @ slopes[:, 0] + missed[near[at]].sum()
+            units[k] = energy / max((near & free).sum(), 1)
     columns = [columns for columns, _ in shapes.groups]
-    share = paying_shares(own, wanted, columns, shapes.likely, doubt, units, shapes.towards)
+    share = paying_shares(
+        shape_energy, wanted, columns, shapes.likely, doubt, units, shapes.towards
+    )
     if order == 4 and share.any():
         # fourth differences know best whether throw dies like that, but weigh most what is next to
         # the tip, where shapes are least exact: third ones measure by how much
         _, measured = smoothest_residual(
             graph, unknown, value, stretch, shapes, doubt, pull, target, scale
         )
-        for some in columns:
-            if len(some) > 2 and share[some].any():
-                share[some] = measured[some]
+        for group in columns:
+            if len(group) > 2 and share[group].any():
+                share[group] = measured[group]
     return plain + sums_of_columns(moved, share) + level, share
 
 
 def paying_shares(
-    own: np.ndarray,
+    shape_energy: np.ndarray,
     wanted: np.ndarray,
     groups: Sequence[np.ndarray],
     likely: np.ndarray,
@@ -242,7 +244,7 @@ def paying_shares(
 
     Parameters
     ----------
-    own, wanted : ndarray (k, k), ndarray (k,)
+    shape_energy, wanted : ndarray (k, k), ndarray (k,)
         Energy of the shapes and how much the sheet has of it, both less what it could take itself.
     groups : sequence of ndarray of int64
         Columns of the shapes of each fault.
@@ -257,12 +259,12 @@ def paying_shares(
     # each fault by itself: whether all its shapes together pay for their freedom
     for columns, unit in zip(groups, units, strict=True):
         some = np.ix_(columns, columns)
-        paying[columns] = _pays(own[some], wanted[columns], likely[columns], unit)
+        paying[columns] = _pays(shape_energy[some], wanted[columns], likely[columns], unit)
         unit_of[columns] = doubt or unit / AT_MOST**2
     share = np.zeros(len(likely))
     used = np.flatnonzero(paying)
     # data decide, except for shares that the nodes could take as well: free, those run away
-    held = own[np.ix_(used, used)] + np.diag(unit_of[used] / likely[used] ** 2)
+    held = shape_energy[np.ix_(used, used)] + np.diag(unit_of[used] / likely[used] ** 2)
     share[used] = np.linalg.lstsq(held, wanted[used], rcond=None)[0]
 
     # throw must not change its sign between a tip and farther in: where it would, a constraint
@@ -287,7 +289,7 @@ def _turning_over(
 
     Without those of the tips that are `known` already.
     """
-    found = []
+    rows = []
     for columns, ends in zip(groups, towards, strict=len(towards) > 0):
         for close, further in ends:
             row = np.zeros(len(share))
@@ -296,18 +298,18 @@ def _turning_over(
             # a row that is known already holds to rounding: it is not added again
             turns = (close @ share[columns]) * (further @ share[columns]) < 0.0
             if turns and not any((row == one).all() for one in known):
-                found.append(row)
-    return found
+                rows.append(row)
+    return rows
 
 
-def _pays(own: np.ndarray, wanted: np.ndarray, likely: np.ndarray, unit: float) -> bool:
+def _pays(shape_energy: np.ndarray, wanted: np.ndarray, likely: np.ndarray, unit: float) -> bool:
     """Whether shares that are likely up to some size make the sheet likelier; energies in units."""
     if not (unit > 0.0 and (likely > 0.0).all()):
         return False
 
     # in units of likely sizes and energy: gain of the best shares against the log of the volume
     # that they may have had (the Occam factor)
-    scaled = own * np.outer(likely, likely) / unit
+    scaled = shape_energy * np.outer(likely, likely) / unit
     side = wanted * likely / unit
     whole = np.eye(len(likely)) + scaled
     return bool(side @ np.linalg.solve(whole, side) > np.linalg.slogdet(whole)[1])
@@ -351,12 +353,12 @@ class Task:
         """Write heights of the nodes around the tips, all others held; what bends them."""
         # exact data: what is farther from tips is right already, and holds the rest of the solve
         close = [close_to(tip, self.frame, self.nodes) for tip in self.tips]
-        some = np.any(close, axis=0) if close else np.zeros(len(self.nodes), dtype=bool)
-        nodes = self.nodes[some]
+        near = np.any(close, axis=0) if close else np.zeros(len(self.nodes), dtype=bool)
+        nodes = self.nodes[near]
         if not len(nodes):
             return None
         band = around(nodes, self.frame.shape, self.noise.order)
-        found, bent = self._solved(band, np.searchsorted(band, nodes), np.flatnonzero(some))
+        found, bent = self._solved(band, np.searchsorted(band, nodes), np.flatnonzero(near))
         self.heights[nodes] = found
         return bent
 
@@ -398,11 +400,11 @@ class Task:
             shapes = np.concatenate([shapes, np.zeros((more, shapes.shape[1]))])
         likely = likely_shares(self.tips, self.throws)
         towards = [tip.throw_towards() for tip in self.tips]
-        found, share = smoothest_residual(
+        solution, share = smoothest_residual(
             graph, number, value, self.frame.stretch, Shapes(shapes, groups, likely, towards),
             self.noise.energy, pull, data, self.noise.scale, common, self.noise.order,
         )  # fmt: skip
-        return found[: len(free)], Bent(self.tips, share) if share.any() else None
+        return solution[: len(free)], Bent(self.tips, share) if share.any() else None
 
     def shared(
         self,
@@ -460,10 +462,10 @@ def shared_unless(
     # round takes traces away, so that it ends
     alone = solve(None)
     while (common := common_of(apart)) is not None:
-        found = solve(common)
-        missed = against(found[0], alone[0])
+        shared = solve(common)
+        missed = against(shared[0], alone[0])
         if missed <= apart:
-            return found, apart
+            return shared, apart
         apart = apart | missed
     return alone, apart
 
@@ -482,10 +484,10 @@ def losing(
     # near several, less where data are averaged; twice that is too much
     every = distinct(nodes)
     beside = [trace.nodes_within(SEEN) for trace in near]
-    lost = np.sum([is_among(every, some) for some in beside], axis=0) * FREE / scale**2
-    found = set()
-    for k, some in enumerate(beside):
-        most = 2.0 * lost[is_among(every, some)].sum()
-        if worse[is_among(nodes, some)].sum() > most:
-            found.add(k)
-    return found
+    lost = np.sum([is_among(every, seen) for seen in beside], axis=0) * FREE / scale**2
+    traces = set()
+    for k, seen in enumerate(beside):
+        most = 2.0 * lost[is_among(every, seen)].sum()
+        if worse[is_among(nodes, seen)].sum() > most:
+            traces.add(k)
+    return traces

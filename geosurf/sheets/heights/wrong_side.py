@@ -92,12 +92,12 @@ def _wrong(
     """
     none: tuple[np.ndarray, list[float]] = np.empty(0, dtype=np.int64), []
     side = sides[rows[:1], fault]
-    own = _misfit(points, sides, fault, rows, side)
-    if own is None:
+    misfit = _misfit(points, sides, fault, rows, side)
+    if misfit is None:
         return none
 
     # far from the plane of its neighbours, which miss theirs by little, and few of them like it
-    off, around = own
+    off, around = misfit
     all_off = np.full(len(points), np.nan)
     all_off[rows] = off
     near = np.where(around >= 0, all_off[around], np.nan)
@@ -106,17 +106,17 @@ def _wrong(
     alike = (near * np.sign(off)[:, None] > 0.5 * np.abs(off)[:, None]).sum(axis=1)
     is_odd = (np.abs(off) > least) & (away[rows] > least)
     odd = np.flatnonzero(is_odd & (alike < ALIKE * (around >= 0).sum(axis=1)))
-    some = rows[:: max(len(rows) // SAMPLE, 1)]
-    other = _misfit(points, sides, fault, np.concatenate([rows[odd], some]), -side)
+    sample = rows[:: max(len(rows) // SAMPLE, 1)]
+    other = _misfit(points, sides, fault, np.concatenate([rows[odd], sample]), -side)
     if other is None or not len(odd):
         return none
 
     # closer to the other wall; and throw over the whole fault: where it dies mistakes do no harm
-    of_fault = np.abs(all_off[some] - other[0][len(odd) :])
+    of_fault = np.abs(all_off[sample] - other[0][len(odd) :])
     off, beyond = off[odd], other[0][: len(odd)]
-    found = (np.abs(off) > np.abs(beyond)) & (np.abs(off - beyond) > least[odd])
-    found &= np.abs(off) > OF_MOST * np.nanquantile(of_fault, 0.9)
-    return rows[odd[found]], off[found].tolist()
+    wrong = (np.abs(off) > np.abs(beyond)) & (np.abs(off - beyond) > least[odd])
+    wrong &= np.abs(off) > OF_MOST * np.nanquantile(of_fault, 0.9)
+    return rows[odd[wrong]], off[wrong].tolist()
 
 
 def _misfit(
@@ -130,18 +130,18 @@ def _misfit(
     if len(members) <= FEWEST or not len(rows):
         return None
     tree, n = cKDTree(points[members, :2]), min(AROUND + 1, len(members))
-    found = []
-    for some in np.array_split(rows, len(rows) // MOST_AT_ONCE + 1):
-        around = members[tree.query(points[some, :2], k=n)[1]]
+    parts = []
+    for chunk in np.array_split(rows, len(rows) // MOST_AT_ONCE + 1):
+        around = members[tree.query(points[chunk, :2], k=n)[1]]
         # a side of 0 is far from that fault, which separates nothing there
-        apart = sides[some, None] * sides[around] < 0
+        apart = sides[chunk, None] * sides[around] < 0
         apart[..., fault] = False
-        use = ~apart.any(axis=2) & (around != some[:, None])
+        use = ~apart.any(axis=2) & (around != chunk[:, None])
         off = np.where(
-            use.sum(axis=1) < FEWEST, np.nan, _above(points[around] - points[some, None], use)
+            use.sum(axis=1) < FEWEST, np.nan, _above(points[around] - points[chunk, None], use)
         )
-        found.append((off, np.where(use, around, -1)))
-    off, around = (np.concatenate(part) for part in zip(*found, strict=True))
+        parts.append((off, np.where(use, around, -1)))
+    off, around = (np.concatenate(part) for part in zip(*parts, strict=True))
     return off, around
 
 

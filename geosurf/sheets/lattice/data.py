@@ -148,11 +148,11 @@ def noise_of_points(picks: Scattered, used: np.ndarray) -> float:
         return 0.0
 
     # parabolas through 24 neighbours of 2000 points at most; heights relative to the point
-    some = rows[:: max(len(rows) // 2000, 1)]
-    near = rows[cKDTree(picks.uv[rows]).query(picks.uv[some], k=NEIGHBOURS)[1]]
-    x, y = np.moveaxis(picks.uv[near] - picks.uv[some][:, None], -1, 0)
+    sample = rows[:: max(len(rows) // 2000, 1)]
+    near = rows[cKDTree(picks.uv[rows]).query(picks.uv[sample], k=NEIGHBOURS)[1]]
+    x, y = np.moveaxis(picks.uv[near] - picks.uv[sample][:, None], -1, 0)
     terms = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=-1)
-    z = picks.z[near] - picks.z[some][:, None]
+    z = picks.z[near] - picks.z[sample][:, None]
 
     # what the parabola leaves over, with 24 - 6 degrees of freedom
     basis = np.linalg.qr(terms)[0]
@@ -420,11 +420,11 @@ def _on_lines(full: np.ndarray, node: np.ndarray, xy: np.ndarray) -> None:
     row, col = np.divmod(node, full.shape[1])
     for k, line in ((0, col), (1, row)):
         order = np.argsort(line, kind="stable")
-        some, first = np.unique(line[order], return_index=True)
+        numbers, first = np.unique(line[order], return_index=True)
         low, high = (f.reduceat(xy[order, k], first) for f in (np.minimum, np.maximum))
         straight = low == high
         lines = full[..., k].T if k == 0 else full[..., k]
-        lines[some[straight]] = low[straight][:, None]
+        lines[numbers[straight]] = low[straight][:, None]
 
 
 def _first_guess(xy: np.ndarray, what: str) -> tuple[np.ndarray, np.ndarray] | None:

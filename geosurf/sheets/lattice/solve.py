@@ -269,11 +269,11 @@ class System:
                 f"the sheet's equations are singular at unknown {number} of {len(self.place)}; "
                 "please report this with the horizon and its faults."
             )
-        found, placed = [], np.empty(len(self.place))
+        solutions, placed = [], np.empty(len(self.place))
         for right in rights:
             placed[self.place] = right
-            found.append(substitute(self.first, self.lower, self.start, placed)[self.place])
-        return found
+            solutions.append(substitute(self.first, self.lower, self.start, placed)[self.place])
+        return solutions
 
 
 def equations(
@@ -390,14 +390,14 @@ def on_the_way(graph: Graph, steps: np.ndarray, far: int) -> np.ndarray:
         beside += [ahead, back]
 
     # walk back from the border of the far nodes, one step nearer to known ones each time
-    found = [np.flatnonzero(steps > far)]
-    front = found[0][steps[found[0]] == far + 1]
+    layers = [np.flatnonzero(steps > far)]
+    front = layers[0][steps[layers[0]] == far + 1]
     for level in range(far, 0, -1):
         front = distinct(*(neighbour[front] for neighbour in beside))
         front = front[front >= 0]
         front = front[steps[front] == level]
-        found.append(front)
-    return distinct(*found)
+        layers.append(front)
+    return distinct(*layers)
 
 
 LINE = (1.0, -4.0, 6.0, -4.0, 1.0)
@@ -437,10 +437,10 @@ class FourthDifferences:
         counts, columns, weights = [], [], []
         for nodes, weight in self.blocks:
             at = number[nodes]
-            some = at >= 0
-            counts.append(some.sum(axis=1))
-            columns.append(at[some])
-            weights.append(np.broadcast_to(weight, at.shape)[some])
+            is_unknown = at >= 0
+            counts.append(is_unknown.sum(axis=1))
+            columns.append(at[is_unknown])
+            weights.append(np.broadcast_to(weight, at.shape)[is_unknown])
         start = np.concatenate([[0], np.cumsum(np.concatenate(counts))])
         return start, np.concatenate(columns), np.concatenate(weights)
 
@@ -459,12 +459,12 @@ def fourth_differences(
     """
     wx, wy = (1.0 / stretch).tolist()
     start = np.arange(len(to_east))
-    found = []
+    blocks = []
 
     # straight ones, both ways
     east, north = (_steps(start, to, 4) for to in (to_east, to_north))
     for line, w in ((east, wx), (north, wy)):
-        found.append((_whole(line), w**4 * np.array(LINE)))
+        blocks.append((_whole(line), w**4 * np.array(LINE)))
 
     # mixed ones lie on whole blocks: `across` leads over the block north-east of a node
     one, two = _hop(to_north, east[1]), _hop(to_east, north[1])
@@ -472,20 +472,20 @@ def fourth_differences(
     for line, w in ((east, wx**3 * wy), (north, wx * wy**3)):
         other = north if line is east else east
         beyond = [other[1], *(_hop(across, at) for at in line[:3])]
-        found.append((_whole([*line[:4], *beyond]), w * np.array(RAMP)))
+        blocks.append((_whole([*line[:4], *beyond]), w * np.array(RAMP)))
     upper = [north[1], across, _hop(across, east[1])]
     top = [north[2], _hop(across, north[1]), _hop(across, across)]
     saddle = _whole([*east[:3], *upper, *top])
-    found.append((saddle, (wx * wy) ** 2 * np.array(SADDLE)))
-    return FourthDifferences(found)
+    blocks.append((saddle, (wx * wy) ** 2 * np.array(SADDLE)))
+    return FourthDifferences(blocks)
 
 
 def _steps(start: np.ndarray, to: np.ndarray, n: int) -> list[np.ndarray]:
     """Nodes after 0 to n steps along links, -1 where there is none."""
-    found = [start]
+    nodes = [start]
     for _ in range(n):
-        found.append(_hop(to, found[-1]))
-    return found
+        nodes.append(_hop(to, nodes[-1]))
+    return nodes
 
 
 def _hop(to: np.ndarray, nodes: np.ndarray) -> np.ndarray:

@@ -103,7 +103,7 @@ def repaired(built: Built, stuck: Collection[Hole], at_any_cost: bool) -> Repair
     frame, plan = state.network.frame, Plan(set(), set(), [], repairs.untorn)
     tears = Ends(state, torn_limits(state, repairs.shortened, rising))
     for hole in built.cut.holes:
-        is_stuck = any(hole is one for one in stuck)
+        is_stuck = any(hole is other for other in stuck)
         _plan_for(hole, plan, built, tears, is_stuck, at_any_cost)
     # Nothing changes: another attempt would find the same holes.
     if not (plan.ends or plan.links or plan.untorn != repairs.untorn):
@@ -117,7 +117,7 @@ def repaired(built: Built, stuck: Collection[Hole], at_any_cost: bool) -> Repair
         for k, ring in enumerate(rings):
             pairs = list(ring)
             nearest = tears.nearest_of(_middles(frame, pairs), 3 * AT_TIP, ("tip",))
-            mine = {pair for pair, one in zip(pairs, nearest, strict=True) if one == end}
+            mine = {pair for pair, near in zip(pairs, nearest, strict=True) if near == end}
             rings[k] = ring - mine
 
         # at a tip 0 comes first: the tear ends where it did, but throw dies at its last link

@@ -176,8 +176,8 @@ def close(
     first: Closed | None = None
     while True:
         # each round extends faults next to holes, twice as far as before; MOST ends it
-        extensions.found |= {k: one for k, (one, _) in more.items()}
-        surfaces = tuple(more[k][1] if k in more else one for k, one in enumerate(surfaces))
+        extensions.found |= {k: extended for k, (extended, _) in more.items()}
+        surfaces = tuple(more[k][1] if k in more else old for k, old in enumerate(surfaces))
         rebuilt = rebuilt_of(data, surfaces, trims, highest)
         # A block that is empty only because its data were ignored near faults gets some of them
         # back.
@@ -186,7 +186,7 @@ def close(
             trims, more = narrower, {}
             continue
         # What is still empty now has no data at all.
-        refuse_empty_blocks(rebuilt.picks, rebuilt.state, [one.name for one in surfaces])
+        refuse_empty_blocks(rebuilt.picks, rebuilt.state, [fault.name for fault in surfaces])
         ends = _branch_ends(rebuilt.state)
         # Which faults the holes ask for is tested during the attempts too, so that these end early.
         asked = partial(extensions.longer_at, surfaces, ends)
@@ -231,13 +231,13 @@ def _narrower(trims: Trims, state: Heights) -> Trims | None:
 
 def _branch_ends(state: Heights) -> dict[int, np.ndarray]:
     """Places (n, 2) at which traces end on another fault, by fault [m]."""
-    frame, found = state.network.frame, dict[int, list[np.ndarray]]()
+    frame, places_of_fault = state.network.frame, dict[int, list[np.ndarray]]()
     for trace in state.network.traces:
         # `start` and `stop` are places between vertices of the line.
         for end, place in zip(trace.ends, (trace.start, trace.stop), strict=True):
             if end.startswith("branch"):
-                found.setdefault(trace.fault, []).append(trace.at(place)[:2])
-    return {fault: frame.from_cells(np.array(places)) for fault, places in found.items()}
+                places_of_fault.setdefault(trace.fault, []).append(trace.at(place)[:2])
+    return {fault: frame.from_cells(np.array(places)) for fault, places in places_of_fault.items()}
 
 
 class Extensions:
@@ -275,14 +275,15 @@ class Extensions:
 
     def longer(self, short: Mapping[int, Short]) -> Longer:
         """Faults that are too short, longer than before; none that cannot be."""
-        found: Longer = {}
-        for number, one in short.items():
+        extended: Longer = {}
+        for number, missing in short.items():
             old = self.found.get(number)
             lengths = dict(self.by[number] if old is None else old.lengths)
             # Twice as far as before at each side, until the most is reached.
             # in one order: that of a set of words is another one in each run of Python
             sides = (
-                (side, self._next(number, side, lengths.get(side))) for side in sorted(one.sides)
+                (side, self._next(number, side, lengths.get(side)))
+                for side in sorted(missing.sides)
             )
             more = {side: length for side, length in sides if length is not None}
             if not more:
@@ -294,9 +295,9 @@ class Extensions:
                 surface = self._made(number, tuple(lengths.items()))
             except GeosurfError:  # its dip lines cross there: another remedy has to do
                 continue
-            place = one.place if old is None else old.place
-            found[number] = Extended(self.given[number].name, lengths, place), surface
-        return found
+            place = missing.place if old is None else old.place
+            extended[number] = Extended(self.given[number].name, lengths, place), surface
+        return extended
 
     def _next(self, number: int, side: str, before: float | None) -> float | None:
         """By how much a fault is extended at a side next [m]; None if it cannot be longer."""

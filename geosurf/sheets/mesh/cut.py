@@ -103,7 +103,7 @@ def holes_of(
     patches: Patches,
     fault_edges: np.ndarray,
     named: np.ndarray,
-    own: np.ndarray,
+    clear: np.ndarray,
     outer: np.ndarray,
     cell: float,
 ) -> tuple[list[Hole], np.ndarray]:
@@ -117,7 +117,7 @@ def holes_of(
         Edges of faults, as ``low point * n_point + high point``, increasing.
     named : ndarray of int64 (n_triangle, 3)
         Vertex of `Torn` at each corner, -1 for points that were made.
-    own : ndarray of bool (n_face,)
+    clear : ndarray of bool (n_face,)
         Triangles before the cut that are clearly on their own side of the faults.
     outer : ndarray of int64
         Outermost ghosts, as vertices of `Torn`.
@@ -130,7 +130,7 @@ def holes_of(
     on_fault[patches.triangles[patches.surface_of_triangle > 0]] = True
     corner = (named[rows] >= 0) & ~on_fault[patches.triangles[rows]]
     # a piece of a clear triangle without any of its corners may lie beyond the fault
-    source = own[patches.parent_of_triangle[rows]] & any_of(corner)
+    source = clear[patches.parent_of_triangle[rows]] & any_of(corner)
     sink = any_of(corner & is_among(named[rows], outer)) & ~source
     links = _links(patches, rows, fault_edges, source)
 
@@ -150,8 +150,8 @@ def holes_of(
     ghosts, tree = ghost[is_outer], cKDTree(patches.local[point[is_outer], :2])
     # Edges of the minimum cut that are near each other make one hole.
     holes = [
-        _hole(edges[mine], length[mine], ghosts, tree, patches.origin, cell)
-        for mine in _clusters(middle[:, :2] / cell)
+        _hole(edges[cluster], length[cluster], ghosts, tree, patches.origin, cell)
+        for cluster in _clusters(middle[:, :2] / cell)
     ]
     return holes, rows[reached]
 
@@ -166,12 +166,12 @@ def _links(
     # corners of these. All half-edges of such an edge are looked at, those of sources too.
     beside = np.zeros(n, dtype=bool)
     beside[t[~source]] = True
-    one, two = t.ravel(), np.roll(t, -1, axis=1).ravel()
-    half = np.flatnonzero(beside[one] & beside[two])
-    one, two = one[half], two[half]
+    tail, head = t.ravel(), np.roll(t, -1, axis=1).ravel()
+    half = np.flatnonzero(beside[tail] & beside[head])
+    tail, head = tail[half], head[half]
 
     # half-edges sorted by the edge that they run along: those of one edge are next to each other
-    key = np.minimum(one, two) * n + np.maximum(one, two)
+    key = np.minimum(tail, head) * n + np.maximum(tail, head)
     parent = patches.parent_of_triangle[rows][half // 3]
     order = np.lexsort((parent, key))
     key, parent, order = key[order], parent[order], half[order]
@@ -255,14 +255,14 @@ def holes_at(
     middle, length = at.mean(axis=1), np.linalg.norm(at[:, 1] - at[:, 0], axis=1)
     return [
         Hole(
-            middle[mine].mean(axis=0),
-            float(length[mine].sum()),
-            _ghosts(pairs[mine], n_node),
-            middle[mine][middle[mine, 2].argmin()],
-            middle[mine][middle[mine, 2].argmax()],
-            at[mine],
+            middle[cluster].mean(axis=0),
+            float(length[cluster].sum()),
+            _ghosts(pairs[cluster], n_node),
+            middle[cluster][middle[cluster, 2].argmin()],
+            middle[cluster][middle[cluster, 2].argmax()],
+            at[cluster],
         )
-        for mine in _clusters(middle[:, :2] / cell)
+        for cluster in _clusters(middle[:, :2] / cell)
     ]
 
 
@@ -521,15 +521,15 @@ def sides_at_curves(patches: Patches) -> Sides:
     on_curve[patches.curve_edges] = True
     a, b, c = on_curve[patches.triangles].T
     rows = np.flatnonzero((a & b) | (a & c) | (b & c))
-    of = patches.surface_of_triangle[rows]
-    found = []
+    surface_of_row = patches.surface_of_triangle[rows]
+    sides = []
     for surface in range(len(patches.sources)):
-        mine = rows[of == surface]
-        one, two, key = edges_of(patches, mine)
-        both = np.flatnonzero(on_curve[one] & on_curve[two])
+        faces = rows[surface_of_row == surface]
+        tail, head, key = edges_of(patches, faces)
+        both = np.flatnonzero(on_curve[tail] & on_curve[head])
         both = both[np.argsort(key[both], kind="stable")]
-        found.append((key[both], mine[both // 3]))
-    return found
+        sides.append((key[both], faces[both // 3]))
+    return sides
 
 
 def free_edges(patches: Patches, sides: Sides) -> Rim:
@@ -539,16 +539,16 @@ def free_edges(patches: Patches, sides: Sides) -> Rim:
     ring = patches.pieces.ring[: 3 * n]  # of all surfaces: alone there is alone here
     alone = np.flatnonzero(ring == np.arange(3 * n))
     row, corner = np.divmod(alone, 3)
-    one, two = patches.triangles[row, corner], patches.triangles[row, (corner + 1) % 3]
-    key = np.minimum(one, two) * len(patches.local) + np.maximum(one, two)
-    keys, of = sides[0]  # at a curve other surfaces may be there, too
+    tail, head = patches.triangles[row, corner], patches.triangles[row, (corner + 1) % 3]
+    key = np.minimum(tail, head) * len(patches.local) + np.maximum(tail, head)
+    keys, triangle = sides[0]  # at a curve other surfaces may be there, too
     # Keys are sorted: an edge is single if both its neighbours differ.
     new = np.ones(len(keys) + 1, dtype=bool)
     new[1:-1] = keys[1:] != keys[:-1]
     single = new[:-1] & new[1:]
     key, first = np.unique(np.concatenate([key, keys[single]]), return_index=True)
-    one, two = np.divmod(key, len(patches.local))
-    return one, two, np.concatenate([row, of[single]])[first]
+    tail, head = np.divmod(key, len(patches.local))
+    return tail, head, np.concatenate([row, triangle[single]])[first]
 
 
 def leaks_of(
@@ -594,20 +594,20 @@ def open_edges(
     # free edges with a point that was made, then all of those that go on from their ends
     made = np.zeros(n_point, dtype=bool)
     made[t] = name[t] < 0
-    one, two, _ = _with_marked(rim, made)
-    starts = distinct(one, two)
+    tail, head, _ = _with_marked(rim, made)
+    starts = distinct(tail, head)
     starts = starts[name[starts] >= 0]
     made[starts] = True
-    one, two, row = _with_marked(rim, made)
+    tail, head, row = _with_marked(rim, made)
 
     # neighbours of each point along free edges, and whether their triangle stays
     onward: dict[int, list[tuple[int, bool]]] = {}
-    for a, b, kept in zip(one.tolist(), two.tolist(), keep[row].tolist(), strict=True):
+    for a, b, kept in zip(tail.tolist(), head.tolist(), keep[row].tolist(), strict=True):
         onward.setdefault(a, []).append((b, kept))
         onward.setdefault(b, []).append((a, kept))
 
     # walk from each old vertex over new points to the next old one: one outer edge, in pieces
-    found: dict[Pair, set[int]] = {}
+    points_by_edge: dict[Pair, set[int]] = {}
     for a in starts.tolist():
         for step, kept in onward[a]:
             before, here, any_kept = a, step, kept
@@ -623,10 +623,11 @@ def open_edges(
                 any_kept |= kept
             if name[here] >= 0 and any_kept:
                 edge = min(int(name[a]), int(name[here])), max(int(name[a]), int(name[here]))
-                found.setdefault(edge, set()).update(passed)
+                points_by_edge.setdefault(edge, set()).update(passed)
     # At the rim of the data a sheet may end anywhere.
-    inner = _inner([edge for edge in sorted(found) if edge[1] >= torn.n_node], torn, triangles)
-    return {edge: found[edge] for edge in inner}
+    with_ghost = [edge for edge in sorted(points_by_edge) if edge[1] >= torn.n_node]
+    inner = _inner(with_ghost, torn, triangles)
+    return {edge: points_by_edge[edge] for edge in inner}
 
 
 def _with_marked(rim: Rim, marked: np.ndarray) -> Rim:
@@ -641,14 +642,14 @@ def _faults_at(patches: Patches, vertices: set[int]) -> dict[int, set[int]]:
     mine = np.zeros(len(patches.local), dtype=bool)
     mine[list(vertices)] = True
     rows = np.flatnonzero(any_of(mine[patches.triangles]) & (patches.surface_of_triangle > 0))
-    found: dict[int, set[int]] = {vertex: set() for vertex in vertices}
+    faults_by_vertex: dict[int, set[int]] = {vertex: set() for vertex in vertices}
     # Surface 0 is the sheet, so faults are counted from 1.
     fault = patches.surface_of_triangle[rows] - 1
     for corner, number in zip(patches.triangles[rows].tolist(), fault.tolist(), strict=True):
         for vertex in corner:
-            if vertex in found:
-                found[vertex].add(number)
-    return found
+            if vertex in faults_by_vertex:
+                faults_by_vertex[vertex].add(number)
+    return faults_by_vertex
 
 
 def ends_in_copies(patches: Patches, rim: Rim, among: np.ndarray, sides: Sides) -> np.ndarray:

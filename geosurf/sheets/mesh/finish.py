@@ -56,14 +56,14 @@ def points_beyond_trace(
     """
     # each trace and side: points past the trace that belong to the wall of that side
     nodes, shares = picks.corners()
-    found = [(np.empty((0, 4), np.int64), np.empty((0, 4)), np.empty(0, np.int64))]
+    parts = [(np.empty((0, 4), np.int64), np.empty((0, 4)), np.empty(0, np.int64))]
     for trace, side in np.unique(state.beyond[:, 1:], axis=0).tolist():
         mine = (state.beyond[:, 1:] == (trace, side)).all(axis=1)
         pick = state.beyond[mine, 0]
         vertex = on_sheet(nodes[pick], state.near[trace], side, torn)
         whole = (vertex >= 0).all(axis=1)
-        found.append((vertex[whole], shares[pick[whole]], pick[whole]))
-    vertex, share, pick = (np.concatenate(part) for part in zip(*found, strict=True))
+        parts.append((vertex[whole], shares[pick[whole]], pick[whole]))
+    vertex, share, pick = (np.concatenate(part) for part in zip(*parts, strict=True))
     return vertex, share, pick
 
 
@@ -71,7 +71,7 @@ def on_sheet(nodes: np.ndarray, near: NearTrace, side: int, torn: Torn) -> np.nd
     """The vertex of one wall's sheet over each node, of any shape; -1 where there is not one."""
     # own nodes stay; over nodes of the other wall, the ghost whose anchor is on this side
     at = near.look_up(nodes.ravel())
-    own = (at >= 0) & (near.side[at] == side)
+    on_wall = (at >= 0) & (near.side[at] == side)
     of = near.look_up(torn.anchor)
     ghosts = np.flatnonzero((of >= 0) & (near.side[of] == side))
     ghosts = ghosts[np.argsort(torn.node_of_ghost[ghosts], kind="stable")]
@@ -82,7 +82,7 @@ def on_sheet(nodes: np.ndarray, near: NearTrace, side: int, torn: Torn) -> np.nd
     out = np.full(nodes.size, -1)
     single = stop - first == 1  # where sectors meet a wall may have several
     out[single] = torn.n_node + ghosts[first[single]]
-    out[own] = nodes.ravel()[own]
+    out[on_wall] = nodes.ravel()[on_wall]
     return out.reshape(nodes.shape)
 
 
@@ -336,13 +336,13 @@ def faults_at(hole: Hole, built: Built) -> set[int]:
 
 def lost_cutoffs(built: Built, cuts: Mapping[str, FaultCut]) -> set[int]:
     """Numbers of the faults at which a sheet is torn, though none of a wall ends on them."""
-    found = set()
+    lost = set()
     for number, cut in enumerate(cuts.values()):
         # A fault may have several traces on one horizon.
         traces = [i for i, trace in enumerate(built.state.network.traces) if trace.fault == number]
         if np.isin(built.cuts.trace, traces).any() and not all(cut.cutoffs.values()):
-            found.add(number)
-    return found
+            lost.add(number)
+    return lost
 
 
 def refuse_lost_cutoffs(picks: Picks, cuts: Mapping[str, FaultCut], lost: Collection[int]) -> None:

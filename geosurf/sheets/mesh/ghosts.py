@@ -179,18 +179,18 @@ def mesh_graph(
     lost = []
     # East and north links only: diagonals carry no differences.
     _, kind = triangles.links(torn.node_of(torn.corners.ravel()).reshape(-1, 3))
-    for way, code in enumerate((EAST, NORTH)):
+    for direction, code in enumerate((EAST, NORTH)):
         # edges of copies of this kind with a ghost end, from their west or lower end
         copy, k = np.nonzero(kind == code)
-        one, two = torn.corners[copy, k], torn.corners[copy, (k + 1) % 3]
-        back = torn.node_of(one) > torn.node_of(two)
-        one, two = np.where(back, two, one), np.where(back, one, two)
-        some = (one >= torn.n_node) | (two >= torn.n_node)
-        a, b = (_row(v[some], nodes, torn.n_node) for v in (one, two))
+        tail, head = torn.corners[copy, k], torn.corners[copy, (k + 1) % 3]
+        back = torn.node_of(tail) > torn.node_of(head)
+        tail, head = np.where(back, head, tail), np.where(back, tail, head)
+        some = (tail >= torn.n_node) | (head >= torn.n_node)
+        a, b = (_row(v[some], nodes, torn.n_node) for v in (tail, head))
         known = (a >= 0) & (b >= 0)
         a, b = a[known], b[known]
-        free = ~real[way][a]  # a real neighbour goes first: at a tip there are both
-        ways[way][a[free]] = b[free]
+        free = ~real[direction][a]  # a real neighbour goes first: at a tip there are both
+        ways[direction][a[free]] = b[free]
         lost.append(np.stack([a[~free], b[~free]], axis=1))
     east, north = ways
 
@@ -393,7 +393,7 @@ def _bent_beyond(state: Heights, early: Collection[int]) -> list[int]:
 
 def _picked(picks: Picks, state: Heights, torn: Torn) -> dict[int, float]:
     """Ghosts whose heights were picked: an overlapping sheet beyond the trace."""
-    found: dict[int, list[float]] = {}
+    heights: dict[int, list[float]] = {}
 
     # a node may have ghosts of several sheets: start to stop are those over the node of a pick
     order = np.argsort(torn.node_of_ghost, kind="stable")
@@ -406,10 +406,10 @@ def _picked(picks: Picks, state: Heights, torn: Torn) -> dict[int, float]:
         side = np.where(at >= 0, near.side[at], 0)
         start = np.searchsorted(nodes, picks.node[rows[:, 0]])
         stop = np.searchsorted(nodes, picks.node[rows[:, 0]], side="right")
-        for pick, own, a, b in zip(rows[:, 0], rows[:, 2], start, stop, strict=True):
+        for pick, wall, a, b in zip(rows[:, 0], rows[:, 2], start, stop, strict=True):
             for ghost in order[a:b]:
                 # the pick belongs to the ghost whose anchor lies on the pick's wall
-                if side[ghost] == own:
-                    found.setdefault(int(ghost), []).append(float(picks.z[pick]))
+                if side[ghost] == wall:
+                    heights.setdefault(int(ghost), []).append(float(picks.z[pick]))
     # Several picks over one ghost: their mean.
-    return {ghost: float(np.mean(z)) for ghost, z in found.items()}
+    return {ghost: float(np.mean(z)) for ghost, z in heights.items()}

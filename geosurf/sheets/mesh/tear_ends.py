@@ -54,14 +54,14 @@ def torn_limits(
 
 def early_parts(state: Heights, shortened: dict[End, int], rising: bool) -> list[Part]:
     """Parts of traces past the ends of tears that end early by more than a few links."""
-    limits, found = torn_limits(state, shortened, rising), []
+    limits, parts = torn_limits(state, shortened, rising), []
     for (number, end), n in shortened.items():
         trace = state.network.traces[number]
         if n > USUAL:
             at = np.clip([limits[end][number], state.network.mesh[number, end]], 0, len(trace.line))
             first, last = np.sort(trace.length_at(at))
-            found.append((number, float(first), float(last)))
-    return found
+            parts.append((number, float(first), float(last)))
+    return parts
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,14 +78,14 @@ class Ends:
     def nearest_of(self, at: np.ndarray, reach: float, kinds: tuple[str, ...]) -> list[End | None]:
         """The same for each of some places (n, 2)."""
         ends, words, places = self._movable
-        mine = [row for row, word in enumerate(words) if word.startswith(kinds)]
-        if not mine:
+        rows = [row for row, word in enumerate(words) if word.startswith(kinds)]
+        if not rows:
             return [None] * len(at)
-        far = np.hypot(*(at[:, None] - places[mine]).transpose(2, 0, 1))
+        far = np.hypot(*(at[:, None] - places[rows]).transpose(2, 0, 1))
         # the first of those that are as near as each other
         best = far.argmin(axis=1)
         near = far[np.arange(len(at)), best] < reach
-        return [ends[mine[k]] if ok else None for k, ok in zip(best, near, strict=True)]
+        return [ends[rows[k]] if ok else None for k, ok in zip(best, near, strict=True)]
 
     @cached_property
     def _movable(self) -> tuple[list[End], list[str], np.ndarray]:
@@ -108,15 +108,15 @@ class Ends:
 
 def reverse_ends(state: Heights) -> set[End]:
     """Ends of traces near which the horizon overlaps."""
-    found = set()
+    ends = set()
     for i, walls in enumerate(state.walls):
         heave = walls.left + walls.right
 
         # a median of ten places near the end: a single odd one does not decide
         for k, part in enumerate((heave[:10], heave[-10:])):
             if len(part) and np.median(part) < 0:
-                found.add((i, k))
-    return found
+                ends.add((i, k))
+    return ends
 
 
 def is_overlapping(state: Heights, at: np.ndarray) -> bool:
@@ -168,14 +168,14 @@ def with_part_at(untorn: tuple[Part, ...], state: Heights, at: np.ndarray) -> tu
 
     # smallest throw first; a trace that gave up enough of itself gives way to the next one
     for _, number, place in sorted(choice):
-        mine = [p for p in untorn if p[0] == number and p[1] - AGAIN <= place <= p[2] + AGAIN]
-        if sum(last - first for _, first, last in mine) > MOST_LEFT_OUT:
+        near_parts = [p for p in untorn if p[0] == number and p[1] - AGAIN <= place <= p[2] + AGAIN]
+        if sum(last - first for _, first, last in near_parts) > MOST_LEFT_OUT:
             continue
         first, last = _between_throw(state, number, place, LITTLE * _largest(state, number))
         first, last = min(first, place - LEFT_OUT), max(last, place + LEFT_OUT)
-        for _, one, two in mine:  # it was not enough
+        for _, one, two in near_parts:  # it was not enough
             first, last = min(first, one - LEFT_OUT), max(last, two + LEFT_OUT)
-        return (*(part for part in untorn if part not in mine), (number, first, last))
+        return (*(part for part in untorn if part not in near_parts), (number, first, last))
     return untorn
 
 
@@ -284,14 +284,14 @@ def too_short(
     The upper and the lower rim count, and at holes near the ends of branches the lateral one.
     `branches` has the places (n, 2) of these ends by fault.
     """
-    found: dict[int, Short] = {}
+    short: dict[int, Short] = {}
     for number, fault in enumerate(faults) if holes else ():
         try:
             arcs = find_rim(fault).arcs
         except GeosurfError:  # several pieces, or a closed rim: it has no upper side
             continue
         # A hole is tall where a sheet leaves a steep fault: its ends count as well as its middle.
-        places = [place for one in holes for place in (one.place, one.lowest, one.highest)]
+        places = [place for hole in holes for place in (hole.place, hole.lowest, hole.highest)]
         for place in places:
             # distance [m] from each side of the rim: the sheet got out at the nearest
             far = {side: distance_to(place, fault.vertices[arc]) for side, arc in arcs.items()}
@@ -303,11 +303,11 @@ def too_short(
                 sides = frozenset(side for side in LATERAL if far.get(side, np.inf) == nearest)
             if nearest <= reach and sides:
                 # Sides of all holes add up; the first place is the one that messages name.
-                before = found.get(number, Short(frozenset(), place))
-                found[number] = Short(before.sides | sides, before.place)
+                before = short.get(number, Short(frozenset(), place))
+                short[number] = Short(before.sides | sides, before.place)
     # faults that are tall enough first: what is open then at the end of a branch is short along it
-    tall = {k: replace(one, sides=one.sides & {*VERTICAL}) for k, one in found.items()}
-    return {k: one for k, one in tall.items() if one.sides} or found
+    tall = {k: replace(one, sides=one.sides & {*VERTICAL}) for k, one in short.items()}
+    return {k: one for k, one in tall.items() if one.sides} or short
 
 
 def tall(fault: TriSurface, low: float, high: float) -> TriSurface:

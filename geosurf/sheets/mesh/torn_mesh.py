@@ -170,12 +170,12 @@ def tear(cuts: Cuts, triangles: Triangles) -> Torn:
 
 def outer_edges(torn: Torn, triangles: Triangles) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Copy, edge and lattice triangle beyond of all edges with a ghost that end inside the data."""
-    one, two = torn.corners.ravel(), np.roll(torn.corners, -1, axis=1).ravel()
+    tail, head = torn.corners.ravel(), np.roll(torn.corners, -1, axis=1).ravel()
 
     # an outer edge belongs to one copy, and ends on a ghost
-    half = np.flatnonzero((one >= torn.n_node) | (two >= torn.n_node))
-    one, two = one[half], two[half]
-    key = np.minimum(one, two) * (torn.n_node + len(torn.anchor)) + np.maximum(one, two)
+    half = np.flatnonzero((tail >= torn.n_node) | (head >= torn.n_node))
+    tail, head = tail[half], head[half]
+    key = np.minimum(tail, head) * (torn.n_node + len(torn.anchor)) + np.maximum(tail, head)
     order = np.argsort(key)
     key = key[order]
     new = np.ones(len(key) + 1, dtype=bool)

@@ -102,7 +102,7 @@ def audit_throw(
     )
     nearest, _, beyond = two_nearest(near, len(picks.z), trims)
 
-    found = {}
+    audits = {}
     for fault, cut in enumerate(cuts.values()):
         traces = [trace for trace in state.network.traces if trace.fault == fault]
         rows = near[fault].rows
@@ -115,10 +115,10 @@ def audit_throw(
                 data[:] = np.nan  # displacement dies within half a length: trends reach past it
             parts.append(data)
         data, spread = np.concatenate(parts, axis=1) if parts else np.empty((2, 0))
-        found[cut.fault] = ThrowAudit(
+        audits[cut.fault] = ThrowAudit(
             cut.stations, cut.along, cut.throw, data, spread, trims[fault]
         )
-    return found
+    return audits
 
 
 def _strip(
@@ -135,23 +135,23 @@ def _strip(
     row = beside.look_up(picks.nodes_of(near.rows))
     along = (trace.length_at(beside.place[row]) - stations[0]) / step
     cell = np.floor(near.far - trim)
-    mine = (row >= 0) & (cell >= 0) & (cell < LONGEST) & (along > -0.5) & (along < n - 0.5)
+    in_strip = (row >= 0) & (cell >= 0) & (cell < LONGEST) & (along > -0.5) & (along < n - 0.5)
     if closed.trims.use is not None:  # smear that another horizon has shown
-        mine &= ~closed.trims.use.ignored[near.rows]
-    station = np.rint(along[mine]).astype(np.int64)
-    wall = (near.side[mine] < 0).astype(np.int64)
+        in_strip &= ~closed.trims.use.ignored[near.rows]
+    station = np.rint(along[in_strip]).astype(np.int64)
+    wall = (near.side[in_strip] < 0).astype(np.int64)
     shape = (2, n, LONGEST)
-    key = np.ravel_multi_index((wall, station, cell[mine].astype(np.int64)), shape)
+    key = np.ravel_multi_index((wall, station, cell[in_strip].astype(np.int64)), shape)
 
     count = np.bincount(key, minlength=2 * n * LONGEST).reshape(shape)
-    blocked = np.bincount(key, of_other[mine], minlength=count.size).reshape(shape) > 0
+    blocked = np.bincount(key, of_other[in_strip], minlength=count.size).reshape(shape) > 0
     count = np.where(np.logical_or.accumulate(blocked, axis=2), 0, count)
     with np.errstate(invalid="ignore", divide="ignore"):
         means = [
             np.where(
                 count, np.bincount(key, a, minlength=count.size).reshape(shape) / count, np.nan
             )
-            for a in (picks.z[near.rows[mine]], near.far[mine], along[mine] - station)
+            for a in (picks.z[near.rows[in_strip]], near.far[in_strip], along[in_strip] - station)
         ]
     return Strip(*means)
 
@@ -182,7 +182,7 @@ def warnings_of_throw(
     Sheets meet the `polygons` of some faults, whatever the data show.
     """
     too_short = {tip.subject for tip in tips}
-    found = []
+    warnings = []
     for (fault, audit), trim in zip(audits.items(), used, strict=True):
         worst = audit.worst
         if worst is None or (fault in too_short and audit.trim <= trim):
@@ -197,7 +197,7 @@ def warnings_of_throw(
             how = f"The sheet meets the polygon of {fault!r}: correct that, or give sticks instead"
         n, n_shown = int(audit.differs.sum()), int(np.isfinite(audit.data).sum())
         sign = ", of the other sign," if has * shows < 0.0 else ""
-        found.append(
+        warnings.append(
             GeosurfWarning(
                 "throw not as data",
                 fault,
@@ -209,4 +209,4 @@ def warnings_of_throw(
                 tuple(audit.stations[worst].tolist()),
             )
         )
-    return found
+    return warnings

@@ -70,7 +70,7 @@ def cutoff_lines(cut: Cut, state: Heights, torn: Torn, fault: int) -> dict[str, 
     side = state.sides_of(fault, real)
 
     # an edge of both walls is found twice
-    found: dict[str, list[np.ndarray]] = {}
+    lines: dict[str, list[np.ndarray]] = {}
     key = edges[:, 0] * len(patches.local) + edges[:, 1]
     _, inverse, times = np.unique(key, return_inverse=True, return_counts=True)
     both = times[inverse] > 1  # the sheet is whole there: both walls share the line
@@ -79,8 +79,8 @@ def cutoff_lines(cut: Cut, state: Heights, torn: Torn, fault: int) -> dict[str, 
         # the majority of the three corners names the wall
         mine = distinct(key[both | (np.sign(total) == sign)])
         mine = np.stack(np.divmod(mine, len(patches.local)), axis=1)
-        found[wall] = [patches.vertices[line] for line in undirected_chains(mine)]
-    return found
+        lines[wall] = [patches.vertices[line] for line in undirected_chains(mine)]
+    return lines
 
 
 def undirected_chains(edges: np.ndarray) -> list[np.ndarray]:
@@ -223,16 +223,16 @@ def make_report(closed: Closed, cuts: dict[str, FaultCut], measured: Trims | Non
 
 def shortened_by_fault(built: Built, names: Sequence[str]) -> dict[str, int]:
     """By how many links the tears of each fault end early."""
-    found: dict[str, int] = {}
+    links: dict[str, int] = {}
     for (trace, _), n in built.repairs.shortened.items():
         name = names[built.state.network.traces[trace].fault]
-        found[name] = found.get(name, 0) + n
-    return found
+        links[name] = links.get(name, 0) + n
+    return links
 
 
 def _overlap_notes(picks: Picks, state: Heights, names: Sequence[str], trim: float) -> list[str]:
     """A sentence for each fault over which the horizon overlaps where its data do not."""
-    found: dict[str, float] = {}
+    overlaps: dict[str, float] = {}
     if not picks.on_nodes:
         return []
 
@@ -248,13 +248,13 @@ def _overlap_notes(picks: Picks, state: Heights, names: Sequence[str], trim: flo
         overlap = -float(sliding_window_view(heave, LINKS).max(axis=1).min())
         if overlap > OVERLAP and not several[near.nodes_within(overlap)].any():
             name = names[trace.fault]
-            found[name] = max(found.get(name, 0.0), overlap)
+            overlaps[name] = max(overlaps.get(name, 0.0), overlap)
     cell = picks.frame.cell
     return [
         f"Fault {name!r} is reverse: the horizon overlaps by up to {cells * cell:.0f} m "
         "there, which one value per node cannot show. Give points of both walls"
         + (f", or trim={0.5 * cells + 2.25:.1f}." if trim < 0.5 * cells + 2.0 else ".")
-        for name, cells in found.items()
+        for name, cells in overlaps.items()
     ]
 
 
@@ -264,11 +264,11 @@ def _misfit_in_use(
     """Misfit at data in use: most are met bit for bit, and only counted; a warning if it counts."""
     missed = picks.missed(state.values, state.used)
     off = picks.misfit(state.values, missed)
-    found = _misfit(off, int(state.used.sum()) - len(missed))
+    misfit = _misfit(off, int(state.used.sum()) - len(missed))
     throws = [np.abs(cut.throw[np.isfinite(cut.throw)]).max(initial=0.0) for cut in cuts.values()]
     limit = float(np.clip(OF_THROW * max(throws, default=np.inf), *MOVED))
-    if not found or (found["p95"] <= limit and found["max"] <= FARTHEST_MOVED * limit):
-        return found, []
+    if not misfit or (misfit["p95"] <= limit and misfit["max"] <= FARTHEST_MOVED * limit):
+        return misfit, []
     worst = missed[[np.nanargmax(off)]]
     at = (*picks.frame.to_world(picks.columns(worst))[0].tolist(), float(picks.z[worst[0]]))
     why = "Several points share a node or a cell."
@@ -282,17 +282,18 @@ def _misfit_in_use(
             "If they are exact, gs.tear_horizon(..., noise=0) or noise_m = 0 in [tear] meets them. "
             "Noise then goes into the throw"
         )
-    often = f"by {found['p95']:.3g} m or more at one point in twenty, " if found["p95"] > 0 else ""
+    p95 = misfit["p95"]
+    often = f"by {p95:.3g} m or more at one point in twenty, " if p95 > 0 else ""
     warning = GeosurfWarning(
         "moved data",
         picks.name,
-        f"Horizon {picks.name!r} does not pass through its data: it is off by {found['mean']:.3g} "
-        f"m on average, {often}and by "
-        f"{found['max']:.3g} m at {place(at)}. {why}",
+        f"Horizon {picks.name!r} does not pass through its data: it is off by "
+        f"{misfit['mean']:.3g} m on average, {often}and by "
+        f"{misfit['max']:.3g} m at {place(at)}. {why}",
         f"{how}. report.misfit has these figures.",
         at,
     )
-    return found, [warning]
+    return misfit, [warning]
 
 
 def _misfit(values: np.ndarray, met: int = 0) -> dict[str, float]:
@@ -302,10 +303,10 @@ def _misfit(values: np.ndarray, met: int = 0) -> dict[str, float]:
     if n == 0:
         return {}
 
-    def share(of: float) -> float:
+    def share(part: float) -> float:
         """The value below which a share of all lies, linear between two."""
         # the sorted list begins with `met` zeros, which are not stored
-        at = of * (n - 1)
+        at = part * (n - 1)
         k = np.array([np.floor(at), np.ceil(at)], dtype=np.int64) - met
         low, high = (float(values[i]) if i >= 0 else 0.0 for i in k)
         return float(low + (at - np.floor(at)) * (high - low))
@@ -333,7 +334,7 @@ def _far_places(frame: Frame, state: Heights, names: Sequence[str]) -> list[dict
     order = np.argsort(-steps, kind="stable")
     order = order[steps[order] > FAR]
     places: list[np.ndarray] = []
-    found = []
+    entries = []
     for k in order.tolist():
         at = frame.uv_of_node(state.unknown[k : k + 1])[0]
         if any(np.abs(at - other).max() < 10 for other in places):
@@ -343,19 +344,19 @@ def _far_places(frame: Frame, state: Heights, names: Sequence[str]) -> list[dict
         xy = frame.node_places(node)[0]
         world = [float(xy[0]), float(xy[1]), float(state.values[node[0]])]
         fault = _nearest_fault(state, int(node[0]), names)
-        found.append({"cells": float(steps[k]), "place": world, "fault": fault})
-        if len(found) == 20:
+        entries.append({"cells": float(steps[k]), "place": world, "fault": fault})
+        if len(entries) == 20:
             break
-    return found
+    return entries
 
 
 def _nearest_fault(state: Heights, node: int, names: Sequence[str]) -> str:
-    best, found = np.inf, ""
+    best, name = np.inf, ""
     for trace, near in zip(state.network.traces, state.near, strict=True):
         at = int(near.look_up(np.array([node]))[0])
         if at >= 0 and near.distance[at] < best:
-            best, found = near.distance[at], names[trace.fault]
-    return found
+            best, name = near.distance[at], names[trace.fault]
+    return name
 
 
 def count_tips(built: Built) -> int:
@@ -393,19 +394,19 @@ def holdout_misfit(picks: Picks, near: Sequence[NearPicks], built: Built) -> np.
 
     # cells that a fault cuts have nodes of both walls; with several faults none is certain
     if not picks.on_nodes:
-        cells, of = _cells_cut(built.cuts, picks.frame.shape[1])
+        cells, trace_of_cell = _cells_cut(built.cuts, picks.frame.shape[1])
         cut = is_among(vertex[:, 0], cells)
         plain &= ~cut
         for number in np.unique(trace[cut]).tolist():
-            mine = cut & (trace == number)
-            vertex[mine & is_among(vertex[:, 0], cells[of != number])] = -1
+            of_trace = cut & (trace == number)
+            vertex[of_trace & is_among(vertex[:, 0], cells[trace_of_cell != number])] = -1
 
     # data past the trace: their wall is there as ghosts, which take the place of nodes
     aside = ~plain & (vertex[:, 0] >= 0)
     vertex[aside & (trace < 0)] = -1
     for number, wall in np.unique(np.stack([trace, side])[:, aside & (trace >= 0)], axis=1).T:
-        mine = aside & (trace == number) & (side == wall)
-        vertex[mine] = on_sheet(vertex[mine], state.near[number], int(wall), built.torn)
+        of_trace = aside & (trace == number) & (side == wall)
+        vertex[of_trace] = on_sheet(vertex[of_trace], state.near[number], int(wall), built.torn)
 
     # vertices are nodes first, then ghosts
     there = (vertex >= 0).all(axis=1)
@@ -423,23 +424,24 @@ def _walls_of(
     trace, side = np.full(len(rows), -1), np.zeros(len(rows), dtype=np.int64)
     plain = np.ones(len(rows), dtype=bool)
     for number, (line, beside) in enumerate(zip(state.network.traces, state.near, strict=True)):
-        own = near[line.fault]
-        at, k = beside.look_up(picks.nodes_of(rows)), np.searchsorted(own.rows, rows)
-        mine = np.flatnonzero((at >= 0) & is_among(rows, own.rows))
-        at, k = at[mine], k[mine]
+        near_fault = near[line.fault]
+        at, k = beside.look_up(picks.nodes_of(rows)), np.searchsorted(near_fault.rows, rows)
+        members = np.flatnonzero((at >= 0) & is_among(rows, near_fault.rows))
+        at, k = at[members], k[members]
 
         # only beside the torn part of the trace, and only where no other fault is nearer
         first, last = state.network.mesh[number]
-        inside = (beside.place[at] > first) & (beside.place[at] < last) & (own.far[k] < far[mine])
-        mine, at, k = mine[inside], at[inside], k[inside]
-        here, there = beside.side[at].astype(np.int64), own.side[k].astype(np.int64)
+        along = beside.place[at]
+        inside = (along > first) & (along < last) & (near_fault.far[k] < far[members])
+        members, at, k = members[inside], at[inside], k[inside]
+        here, there = beside.side[at].astype(np.int64), near_fault.side[k].astype(np.int64)
 
         # on grids the side in the map is the datum's, except in overlaps, where both walls are
         # there
         if picks.on_nodes:
             there = np.where(state.walls[number].heave(beside.place[at]) < -SENSE, there, here)
-        far[mine], trace[mine], side[mine] = own.far[k], number, there
-        plain[mine] = here == there
+        far[members], trace[members], side[members] = near_fault.far[k], number, there
+        plain[members] = here == there
     return trace, side, plain
 
 

@@ -85,15 +85,15 @@ def throw_at_tips(
     picks: Picks, state: Heights, faults: Sequence[TriSurface], trim: float
 ) -> list[GeosurfWarning]:
     """A warning for each free end of a fault at which the data still show throw."""
-    found = []
+    warnings = []
     for number, trace in enumerate(state.network.traces):
         tips = [end for end in (0, 1) if trace.ends[end] == "tip"]
         if not (tips and len(state.walls[number].place)):
             continue
         grid = _without_others(picks, state, number, trim)
         every = (_at_tip(picks, state, number, k, trim, faults[trace.fault], grid) for k in tips)
-        found += [warning for warning in every if warning is not None]
-    return found
+        warnings += [warning for warning in every if warning is not None]
+    return warnings
 
 
 def _at_tip(
@@ -128,12 +128,12 @@ def _at_tip(
     # that far, beyond it; at most tips those from afar show that there is nothing
     closest = ahead.first - SPARE - trim + max(trim / SMEAR, 1.0)
     farther = slice(window.stop, window.stop + STATIONS)
-    some = [part for part in (window, farther) if np.isfinite(jumps[part]).any()]
-    throws = [_median(jumps[part]) for part in some] or [np.nan]
+    windows = [part for part in (window, farther) if np.isfinite(jumps[part]).any()]
+    throws = [_median(jumps[part]) for part in windows] or [np.nan]
     if all(sign * throw > least for throw in throws):
         # smear hides throw from near the line, but it does so on the fault as well
         nearer = read(closest, 2)
-        close = [_median(nearer[part]) for part in some]
+        close = [_median(nearer[part]) for part in windows]
         if at < usual or not all(sign * throw > least for throw in close):
             close = [] if ahead.goes_on(grid, frame.stretch, at, throws[0]) else [np.nan]
         throws += close

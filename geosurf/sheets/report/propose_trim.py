@@ -186,7 +186,7 @@ class Seen:
         The mean of both walls, of which relief moves one up and the other down. Where a horizon
         overlaps, data near the fault are of one wall only.
         """
-        found = np.full((2, self.hidden), np.nan)
+        estimates = np.full((2, self.hidden), np.nan)
         number = self.far.astype(np.int64)
         for k in range(self.hidden):
             walls = [np.flatnonzero((number == k) & (self.side == side)) for side in (1, -1)]
@@ -195,8 +195,8 @@ class Seen:
             ]
             if sides:
                 share, error = np.array(sides).T
-                found[:, k] = share.mean(), np.hypot.reduce(error) / len(sides)
-        return found[0], found[1]
+                estimates[:, k] = share.mean(), np.hypot.reduce(error) / len(sides)
+        return estimates[0], estimates[1]
 
     def smear(self) -> tuple[float, bool]:
         """Smear [cells], and whether the data show that it ends there."""
@@ -219,26 +219,26 @@ class Seen:
         """Smear next to each fault: that of all, but for faults that clearly show another one."""
         # one gridder smears all faults alike; it goes farther where walls overlap
         of_all = self.smear_of_all()
-        found = []
+        smears = []
         for fault in range(n_fault):
             own, is_sure = self.of(fault).smear()
             differs = is_sure and (of_all is None or own > of_all or own <= of_all - NARROWER)
-            found.append(own if differs else of_all)
-        return found
+            smears.append(own if differs else of_all)
+        return smears
 
 
 def _smears(
     seen: Seen, picks: Picks, faults: Sequence[TriSurface], cutoffs: Cutoffs | None
 ) -> list[float | None]:
     """Smear next to each fault, with more data held out at those with a polygon."""
-    found = seen.smear_of_each(len(faults))
+    smears = seen.smear_of_each(len(faults))
     if cutoffs:  # a polygon holds the sheet at its fault, however far the data are
         beside = _seen(picks, faults, WIDE, cutoffs)
         for number, fault in enumerate(faults):
             own, is_sure = beside.of(number).smear()
-            if fault.name in cutoffs and (is_sure or own > (found[number] or 0.0)):
-                found[number] = min(own, WIDEST)
-    return found
+            if fault.name in cutoffs and (is_sure or own > (smears[number] or 0.0)):
+                smears[number] = min(own, WIDEST)
+    return smears
 
 
 def by_wall(picks: Picks, meshes: list[FaultMesh], cutoffs: Cutoffs) -> Cutoffs:
@@ -252,8 +252,8 @@ def by_wall(picks: Picks, meshes: list[FaultMesh], cutoffs: Cutoffs) -> Cutoffs:
         return {}
     solver = solver_of(picks, meshes, Trims((float(WIDE),) * len(meshes)), highest=3)
     _, state = single_pass(solver, float(WIDE))
-    found = dict(cutoffs)
-    for name, (one, two) in cutoffs.items():
+    ordered = dict(cutoffs)
+    for name, (first, second) in cutoffs.items():
         traces = [
             number
             for number, trace in enumerate(state.network.traces)
@@ -265,11 +265,11 @@ def by_wall(picks: Picks, meshes: list[FaultMesh], cutoffs: Cutoffs) -> Cutoffs:
                 for number in traces
                 for wall in walls_at(solver.inputs, state, number, lines)
             )
-            for lines in ((one, two), (two, one))
+            for lines in ((first, second), (second, first))
         ]
         if off[1] < off[0]:
-            found[name] = two, one
-    return found
+            ordered[name] = second, first
+    return ordered
 
 
 def _share(off: np.ndarray, throw: np.ndarray) -> tuple[float, float]:

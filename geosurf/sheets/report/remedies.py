@@ -66,7 +66,7 @@ def longer_by(before: TriSurface, after: TriSurface) -> dict[str, float]:
         old, new = find_rim(before).arcs, find_rim(after).arcs
     except GeosurfError:
         return {}
-    found = {}
+    lengths = {}
     for side in SIDES:
         # the median: corners of the rim also move with the side next to them; but a side that has
         # old points was not continued, though the sides next to it may have made it longer
@@ -74,8 +74,8 @@ def longer_by(before: TriSurface, after: TriSurface) -> dict[str, float]:
         away = [distance_to(place, rim) for place in after.vertices[new[side]]]
         far = float(np.median(away)) if min(away, default=0.0) > 0.0 else 0.0
         if far < math.inf and far > 0.0:
-            found[side] = far
-    return found
+            lengths[side] = far
+    return lengths
 
 
 WAYS = {
@@ -90,30 +90,30 @@ def remedies(closed: Closed) -> list[GeosurfWarning]:
     """A warning for each remedy that was needed."""
     built, picks = closed.built, closed.picks
     names = [fault.name for fault in closed.faults]
-    found = [_extension(picks.name, one) for one in closed.extensions]
-    found += _trims_changed(closed, names)
-    found += _polygons_left_out(closed)
+    warnings = [_extension(picks.name, extension) for extension in closed.extensions]
+    warnings += _trims_changed(closed, names)
+    warnings += _polygons_left_out(closed)
     longer = {one.fault for one in closed.extensions if set(one.lengths) & set(LATERAL)}
-    found += _ended_at_others(picks.name, picks.frame, built.state, names, longer)
-    found += _early_ends(closed, names)
-    found += _parts_left_out(picks.name, picks.frame, built, names)
-    found += _level_places(picks.name, picks.frame, built, names)
-    return found
+    warnings += _ended_at_others(picks.name, picks.frame, built.state, names, longer)
+    warnings += _early_ends(closed, names)
+    warnings += _parts_left_out(picks.name, picks.frame, built, names)
+    warnings += _level_places(picks.name, picks.frame, built, names)
+    return warnings
 
 
-def _extension(horizon: str, one: Extended) -> GeosurfWarning:
+def _extension(horizon: str, longer: Extended) -> GeosurfWarning:
     """A fault that was extended up or down."""
     ways = " and ".join(
-        f"{WAYS[side]} by {one.lengths[side]:.0f} m" for side in WAYS if side in one.lengths
+        f"{WAYS[side]} by {longer.lengths[side]:.0f} m" for side in WAYS if side in longer.lengths
     )
     return GeosurfWarning(
         "fault extended",
-        one.fault,
-        f"Horizon {horizon!r} leaves fault {one.fault!r} at its rim, near {place(one.place)}. The "
-        f"fault was extended {ways}.",
-        f"Lengthen it yourself: {how_to_lengthen(one.fault, one.lengths)}. Or use the fault of "
-        "the sheet, sheet.faults.",
-        tuple(one.place),
+        longer.fault,
+        f"Horizon {horizon!r} leaves fault {longer.fault!r} at its rim, near "
+        f"{place(longer.place)}. The fault was extended {ways}.",
+        f"Lengthen it yourself: {how_to_lengthen(longer.fault, longer.lengths)}. Or use the fault "
+        "of the sheet, sheet.faults.",
+        tuple(longer.place),
     )
 
 
@@ -137,7 +137,7 @@ def _polygons_left_out(closed: Closed) -> Iterator[GeosurfWarning]:
     """Fault polygons that the sheet does not meet, because it stays open with them."""
     picks, state = closed.picks, closed.built.state
     used = closed.rebuilt.solver.inputs.cutoffs
-    for name, (one, two) in cutoffs_among(closed.faults, picks.name).items():
+    for name, (first, second) in cutoffs_among(closed.faults, picks.name).items():
         if name in used:
             continue
         throws = [
@@ -150,12 +150,12 @@ def _polygons_left_out(closed: Closed) -> Iterator[GeosurfWarning]:
             "polygon left out",
             name,
             f"Horizon {picks.name!r} stays open with its fault polygons, and that of {name!r} is "
-            f"left out. It shows about {abs(one[:, 2].mean() - two[:, 2].mean()):.3g} m of throw; "
-            f"the data without it give {has:.3g} m.",
+            f"left out. It shows about {abs(first[:, 2].mean() - second[:, 2].mean()):.3g} m of "
+            f"throw; the data without it give {has:.3g} m.",
             "If its gap is the smear of gridding, state the dip: fault_from_polygons(..., dip=), "
             "which gs.propose_dip finds; in a scenario, dip in [[faults]]. Else compare polygon "
             "and horizon: they may be of different versions.",
-            tuple(one.mean(axis=0).tolist()),
+            tuple(first.mean(axis=0).tolist()),
         )
 
 
@@ -243,10 +243,10 @@ def _remedy_at_branch(name: str, end: str, closed: Closed) -> str:
     )
 
 
-def _share_points(one: TriSurface, other: TriSurface) -> bool:
+def _share_points(surface: TriSurface, other: TriSurface) -> bool:
     """Whether two surfaces have an edge in common, as far as their points tell."""
     known = set(map(tuple, other.vertices.tolist()))
-    return sum(tuple(point) in known for point in one.vertices.tolist()) >= 2
+    return sum(tuple(point) in known for point in surface.vertices.tolist()) >= 2
 
 
 def _parts_left_out(

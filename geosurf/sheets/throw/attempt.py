@@ -71,13 +71,13 @@ def torn_by_throw(movement: Movement, network: Network) -> tuple[Network, tuple[
     mesh, solve = network.mesh.copy(), network.solve.copy()
     for i, trace in enumerate(network.traces):
         throw = throw_along(movement, trace, slice(None))[1]
-        some = np.flatnonzero(np.abs(throw) > NIL * movement.frame.cell)
-        if len(some) == 0:
+        with_throw = np.flatnonzero(np.abs(throw) > NIL * movement.frame.cell)
+        if len(with_throw) == 0:
             continue
 
         # one vertex past the throw at each end, unless the fault itself ends before
         ends = list(trace.ends)
-        for k, first, outer in ((0, some[0] - 1, max), (1, some[-1] + 1, min)):
+        for k, first, outer in ((0, with_throw[0] - 1, max), (1, with_throw[-1] + 1, min)):
             if outer(float(first), mesh[i, k]) != mesh[i, k]:
                 mesh[i, k] = solve[i, k] = float(first)
                 ends[k] = "tip"
@@ -137,10 +137,10 @@ def refuse_steps(
 
 
 def _crossing(
-    movement: Movement, drape: np.ndarray, fault: int, one: np.ndarray, two: np.ndarray
+    movement: Movement, drape: np.ndarray, fault: int, first: np.ndarray, second: np.ndarray
 ) -> np.ndarray:
     """Places (n, 3) between pairs of nodes, one in each wall, at which they meet a fault."""
-    here, there = (np.column_stack([movement.xy[k], drape[k]]) for k in (one, two))
+    here, there = (np.column_stack([movement.xy[k], drape[k]]) for k in (first, second))
     far = [np.abs(movement.distance(fault, at[:, :2], at[:, 2])) for at in (here, there)]
     both = far[0] + far[1]
     share = np.divide(far[0], both, out=np.full_like(both, 0.5), where=both > 0)[:, None]
@@ -151,18 +151,18 @@ def throw_at_early_ends(
     movement: Movement, network: Network, cuts: Cuts, shortened: Collection[tuple[int, int]]
 ) -> list[str]:
     """How much throw is left where tears end early: the horizon is continuous over it there."""
-    found = []
+    notes = []
     for row, end in sorted(shortened):
         trace, places = network.traces[row], cuts.place[cuts.trace == row]
         if len(places) == 0:
             continue
         last = int(places.min() if end == 0 else places.max())
         where, throw = throw_along(movement, trace, last)
-        found.append(
+        notes.append(
             f"The tear of fault {movement.faults[trace.fault].name!r} ends early, at "
             f"{place(where[0])}, where its throw is still {throw[0]:.3g} m."
         )
-    return found
+    return notes
 
 
 @dataclass(frozen=True, eq=False)

@@ -281,20 +281,20 @@ class Movement:
 
     def _ends(self, branches: Branches) -> list[tuple[int, int, float, float]]:
         """Branches, their main faults, their walls of these, and the wall that they have beyond."""
-        found = []
+        ends = []
         for k, (slip, mains) in enumerate(zip(self.slips, branches.mains, strict=True)):
             # axes[1] points across strike into the hanging wall
-            for main, own in mains.items():
+            for main, wall in mains.items():
                 # beyond its main fault a branch has one wall only: the one that the main fault's
                 # far side lies in, by the directions of both across strike
-                away = self.slips[main].section.axes[1] * (1.0 - 2.0 * own)
+                away = self.slips[main].section.axes[1] * (1.0 - 2.0 * wall)
                 beyond = float(away @ slip.section.axes[1] > 0)
                 # a fault that ends there on the other side moves rock there, such as the other
                 # half of an older fault: this one leaves it
-                if any(other.get(main) == 1.0 - own for other in branches.mains):
+                if any(other.get(main) == 1.0 - wall for other in branches.mains):
                     beyond = 1.0 - slip.share
-                found.append((k, main, own, beyond))
-        return found
+                ends.append((k, main, wall, beyond))
+        return ends
 
     def heights(
         self, branches: Branches, xy: np.ndarray, walls: np.ndarray
@@ -307,7 +307,7 @@ class Movement:
 
     def touching(self) -> tuple[dict[int, float], ...]:
         """For each fault the faults that its rim lies on, with its other points on one side."""
-        found: list[dict[int, float]] = [{} for _ in self.slips]
+        mains: list[dict[int, float]] = [{} for _ in self.slips]
         near = TOUCH * self.frame.cell
         for k, fault in enumerate(self.faults):
             # places from the corner, as sections count them
@@ -325,8 +325,8 @@ class Movement:
 
                 # on both sides it crosses the other fault; on neither it lies in it
                 if (far >= -near).all() != (far <= near).all():
-                    found[k][main] = float((far >= -near).all())
-        return tuple(found)
+                    mains[k][main] = float((far >= -near).all())
+        return tuple(mains)
 
     def first_branches(self) -> Branches:
         """Branches by the faults alone, before any trace is known: every fault acts."""

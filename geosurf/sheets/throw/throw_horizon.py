@@ -163,10 +163,10 @@ def throw_horizon(
 
     # faults and directions in the order of `throw`: the youngest first
     torn_by = {surface.name: surface for surface in surfaces}
-    mine = [torn_by[slip.section.name] for slip in slips]
+    ordered = [torn_by[slip.section.name] for slip in slips]
     across = dict.fromkeys(throw, direction) if isinstance(direction, str) else direction
-    turning = [across.get(fault.name, "local") == "local" for fault in mine]
-    made = _sheet(movement_of(picks, mine, slips, turning, sizes))
+    turning = [across.get(fault.name, "local") == "local" for fault in ordered]
+    made = _sheet(movement_of(picks, ordered, slips, turning, sizes))
     return replace(made, crs=read.crs, fewer_nodes=read.fewer_nodes)
 
 
@@ -203,14 +203,14 @@ def _sheet(movement: Movement) -> Sheet:
     if built is None:
         return _untorn(best)
     state, faults = built.state, movement.faults
-    found = fault_cuts(movement.frame, built, faults)
-    _refuse_lost_cutoffs(best, built, found)
+    built_cuts = fault_cuts(movement.frame, built, faults)
+    _refuse_lost_cutoffs(best, built, built_cuts)
 
     # throw as it was requested, between both cut-offs down the dip
     cuts, lost = {}, []
     for slip, largest in zip(movement.slips, movement.largest, strict=True):
         name = slip.section.name
-        cuts[name], requested = down_dip(found[name], slip, movement.frame, longest(state))
+        cuts[name], requested = down_dip(built_cuts[name], slip, movement.frame, longest(state))
         lost += lost_at_tips(cuts[name], requested, largest, movement.frame.cell)
 
     # what did not come out as requested
@@ -268,11 +268,11 @@ def _report(best: Attempt, state: Heights, cuts: Mapping[str, FaultCut]) -> Thro
 
     # rock that came from outside the data, where the horizon is extrapolated [cells]
     outside = movement.before.outside(best.was[np.isfinite(state.values)])
-    found = {}
+    throws = {}
     for name, largest in zip(cuts, movement.largest, strict=True):
         throw = cuts[name].throw
         most = np.abs(throw[np.isfinite(throw)]).max(initial=0.0)
-        found[name] = {"requested": largest, "measured": float(most)}
+        throws[name] = {"requested": largest, "measured": float(most)}
 
     # main faults of each branch, by name
     branches = {
@@ -281,7 +281,7 @@ def _report(best: Attempt, state: Heights, cuts: Mapping[str, FaultCut]) -> Thro
         if mains
     }
     return ThrowReport(
-        throw=found,
+        throw=throws,
         branches=branches,
         n_outside=int((outside > FAR).sum()),
         farthest_outside=float(outside.max(initial=0.0)) * movement.frame.cell,
@@ -310,29 +310,29 @@ def best_attempt(movement: Movement) -> tuple[Attempt, Built | None]:
     best: tuple[tuple[bool, int], Attempt, Built] | None = None
     branches = movement.first_branches()
     for lean in LEANS:
-        one = attempt(movement, lean, branches)
-        branches = one.branches  # the next one starts with what this one has found
-        if not len(one.state.cuts.node):
-            return one, None
-        for state in _with_spare_rings(one.state):
+        tried = attempt(movement, lean, branches)
+        branches = tried.branches  # the next one starts with what this one has found
+        if not len(tried.state.cuts.node):
+            return tried, None
+        for state in _with_spare_rings(tried.state):
             attempts = Attempts(
-                movement.picks, state, movement.faults, movement.rising, one.ghosts,
-                walls=one.walls_by_name,
+                movement.picks, state, movement.faults, movement.rising, tried.ghosts,
+                walls=tried.walls_by_name,
             )  # fmt: skip
-            built = build(attempts, state, one.end_at)
+            built = build(attempts, state, tried.end_at)
             n_cut += built.n_cut
 
             # a closed sheet beats an open one; among these, the one with the fewest links left
             # untorn
             failed = built.is_open, sum(built.repairs.shortened.values())
             if best is None or failed < best[0]:
-                best = failed, one, built
+                best = failed, tried, built
             if failed == (False, 0):
-                return one, replace(built, n_cut=n_cut)
+                return tried, replace(built, n_cut=n_cut)
     assert best is not None
-    _, one, built = best
+    _, tried, built = best
     refuse_leaks(movement.picks, built, movement.faults)
-    return one, replace(built, n_cut=n_cut)
+    return tried, replace(built, n_cut=n_cut)
 
 
 def _with_spare_rings(state: Heights) -> Iterator[Heights]:
@@ -381,16 +381,16 @@ def down_dip(cut: FaultCut, slip: Slip, frame: Frame, reach: float) -> tuple[Fau
     # where the line of each station meets both cut-offs: s and r along strike and across, z
     stations = named(cut.stations)
     across = np.broadcast_to([0.0, 1.0], (n, 2))
-    found = {}
+    by_wall = {}
     for wall, lines in cut.cutoffs.items():
         t, z = met(stations[:, :2], across, [named(line) for line in lines], reach * frame.cell)
         known = np.isfinite(z)
         s = np.full(n, np.nan)
         s[known] = slip.along(stations[known, 0], np.full(known.sum(), level), z[known], FAR_STEPS)
-        found[wall] = np.column_stack([s, t, z])
+        by_wall[wall] = np.column_stack([s, t, z])
 
     # heave is the gap in the map, negative where walls overlap; throw is positive down
-    plus, minus = found["+"], found["-"]
+    plus, minus = by_wall["+"], by_wall["-"]
     gap = plus - minus
     heave = np.copysign(np.hypot(gap[:, 0], gap[:, 1]), gap[:, 1])
     throw = -gap[:, 2]
@@ -415,7 +415,7 @@ def lost_at_tips(
     """
     if len(cut.along) == 0:
         return []  # this fault tears nothing, while others do
-    found = []
+    losses = []
 
     # `along` starts at 0 for each trace: stations between two zeros are one trace
     first = np.flatnonzero(cut.along == 0.0)
@@ -436,8 +436,8 @@ def lost_at_tips(
                 finer = cell * (LOST * largest / float(lost.max())) ** (1.0 / DYING)
                 where = tuple(cut.stations[worst].tolist())
                 amounts = float(requested[worst]), float(cut.throw[worst])
-                found.append(LostThrow(cut.fault, where, *amounts, cell, finer))
-    return found
+                losses.append(LostThrow(cut.fault, where, *amounts, cell, finer))
+    return losses
 
 
 LEVELS = 65  # elevations at which faults are looked at, over what the horizon can reach
@@ -472,15 +472,15 @@ def too_coarse(best: Attempt, fault: int, places: np.ndarray) -> GeometryError |
     """
     movement = best.movement
     cell, name, horizon = movement.frame.cell, movement.faults[fault].name, movement.picks.name
-    found: tuple[float, int, int] | None = None
+    narrowest: tuple[float, int, int] | None = None
     for k in range(len(movement.slips)):
         far = np.abs(movement.distance(k, places[:, :2], places[:, 2]))
         if k != fault and best.branches.acts[k] and far.max() < cell:
             at = int(far.argmax())
-            found = min(found or (np.inf, 0, 0), (float(far[at]), k, at))
-    if found is None:
+            narrowest = min(narrowest or (np.inf, 0, 0), (float(far[at]), k, at))
+    if narrowest is None:
         return None
-    width, other, at = found
+    width, other, at = narrowest
     where = places[at] + np.append(movement.frame.corner, 0.0)
     names = name, movement.faults[other].name
     return GeometryError(
@@ -496,7 +496,7 @@ def too_coarse(best: Attempt, fault: int, places: np.ndarray) -> GeometryError |
 def sectors_of(best: Attempt) -> tuple[Sector, ...]:
     """The wedges between faults that cross so close to the horizon that one may be without it."""
     movement, frame = best.movement, best.movement.frame
-    found = []
+    sectors = []
     for pair in combinations(range(len(movement.slips)), 2):
         if not all(best.branches.acts[k] for k in pair) or not _is_close(best, *pair):
             continue
@@ -506,7 +506,7 @@ def sectors_of(best: Attempt) -> tuple[Sector, ...]:
             walls[pair[0]], walls[pair[1]] = float(first), float(second)
             heights, _ = movement.heights(best.branches, movement.xy, walls)
             heights[unclear] = np.nan
-            found.append(
+            sectors.append(
                 Sector(
                     faults=(movement.faults[pair[0]].name, movement.faults[pair[1]].name),
                     front=(first, second),
@@ -516,7 +516,7 @@ def sectors_of(best: Attempt) -> tuple[Sector, ...]:
                     rising=movement.rising,
                 )
             )
-    return tuple(found)
+    return tuple(sectors)
 
 
 def _reach(movement: Movement) -> tuple[float, float]:
@@ -541,15 +541,15 @@ def _on_fault(movement: Movement, fault: int) -> tuple[np.ndarray, tuple[int, in
     return np.column_stack([section.places(s, section.across(s, z)), z]), shape
 
 
-def _is_close(best: Attempt, one: int, two: int) -> bool:
+def _is_close(best: Attempt, first: int, second: int) -> bool:
     """Whether two faults cross within a cell of the horizon in one wedge, or between two wedges."""
     movement = best.movement
-    xyz, shape = _on_fault(movement, one)
-    section = movement.slips[two].section
+    xyz, shape = _on_fault(movement, first)
+    section = movement.slips[second].section
     s, _ = section.of(xyz[:, :2])
     inside = (s >= 0.0) & (s <= section.length)
     inside &= (xyz[:, 2] >= section.z[0]) & (xyz[:, 2] <= section.z[1])
-    far = np.where(inside, movement.distance(two, xyz[:, :2], xyz[:, 2]), np.nan).reshape(shape)
+    far = np.where(inside, movement.distance(second, xyz[:, :2], xyz[:, 2]), np.nan).reshape(shape)
 
     # along each line down the fault: where it passes from one wall of the other to the next
     with np.errstate(invalid="ignore"):
@@ -565,7 +565,7 @@ def _is_close(best: Attempt, one: int, two: int) -> bool:
     walls = movement.in_hanging_walls(crossing[:, :2], crossing[:, 2])
     above = []  # by how much [m]
     for front in product((1.0, 0.0), repeat=2):
-        walls[one], walls[two] = front
+        walls[first], walls[second] = front
         heights, _ = movement.heights(best.branches, crossing[:, :2], walls)
         above.append(heights - crossing[:, 2])
 

@@ -76,10 +76,10 @@ def cut_horizon(horizon: TriSurface | Sheet, faults: Sequence[TriSurface]) -> Cu
     patches = trim_sheets(rebuild_surfaces([surface, *faults]))
 
     # surface 0 is the horizon, all others are its faults
-    mine = patches.surface_of_triangle == 0
-    rows = np.flatnonzero(mine)
+    of_horizon = patches.surface_of_triangle == 0
+    rows = np.flatnonzero(of_horizon)
     faces = patches.triangles[rows]
-    walls = patches.triangles[~mine]
+    walls = patches.triangles[~of_horizon]
 
     # on_fault (3 n,): edges of the horizon that faults have as well; exact, as both share points
     on_fault = np.isin(edge_keys(faces, len(patches.local)), edge_keys(walls, len(patches.local)))
@@ -100,15 +100,15 @@ def _own_corners(faces: np.ndarray, on_fault: np.ndarray, n_vertex: int) -> np.n
     """
     key = edge_keys(faces, n_vertex)
 
-    # half-edges with the same key follow each other; pairs one, two are the two sides of an edge
-    one, two = pairs_of_equal(key, np.flatnonzero(~on_fault))
+    # half-edges with the same key follow each other; pairs half, twin are the two sides of an edge
+    half, twin = pairs_of_equal(key, np.flatnonzero(~on_fault))
 
     # both ends of a common edge: corner k of a triangle, and the one after it
     flat = faces.ravel()
     after = np.arange(len(flat)).reshape(-1, 3)[:, [1, 2, 0]].ravel()
-    starts = np.where(flat[one] == flat[two], two, after[two])
-    ends = np.where(flat[one] == flat[two], after[two], two)
-    a, b = np.concatenate([one, after[one]]), np.concatenate([starts, ends])
+    starts = np.where(flat[half] == flat[twin], twin, after[twin])
+    ends = np.where(flat[half] == flat[twin], after[twin], twin)
+    a, b = np.concatenate([half, after[half]]), np.concatenate([starts, ends])
 
     # corners that are joined are one vertex
     joined = join_pairs(np.stack([a, b], axis=1), len(flat))
@@ -168,26 +168,26 @@ def controls_of(cut: CutHorizon, tops: Tops, rows: np.ndarray) -> Controls:
     columns = columns_through(cut.patches, tops.points[rows])
     names = cut.patches.names
     unused: dict[int, str] = {}
-    found: list[tuple[int, int]] = []
+    used: list[tuple[int, int]] = []
     for k, row in enumerate(rows.tolist()):
         at = columns.at(k)
         z, surface = columns.elevation[at], columns.surface[at]
         picked = float(tops.points[row, 2])
-        faults, mine = np.flatnonzero(surface != 0), np.flatnonzero(surface == 0)
+        faults, on_horizon = np.flatnonzero(surface != 0), np.flatnonzero(surface == 0)
         of_fault = [names[i] for i in surface[faults].tolist()]
-        if not len(mine):
+        if not len(on_horizon):
             unused[row] = "lies outside the data of the horizon"
             if of_fault:
                 nearest = of_fault[int(np.abs(z[faults] - picked).argmin())]
                 unused[row] = f"lies in the gap of fault {nearest!r}"
             continue
-        best = int(mine[nearest_first(z[mine], picked)[0]])
+        best = int(on_horizon[nearest_first(z[on_horizon], picked)[0]])
         between = fault_between(z[faults], of_fault, picked, float(z[best]))
         if between:
             unused[row] = f"lies on the other side of fault {between!r} than the horizon there"
             continue
-        found.append((row, at.start + best))
-    top, crossing = np.array(found, dtype=np.int64).reshape(-1, 2).T
+        used.append((row, at.start + best))
+    top, crossing = np.array(used, dtype=np.int64).reshape(-1, 2).T
     triangle = np.searchsorted(cut.rows, columns.triangle[crossing])
     residual = tops.points[top, 2] - columns.elevation[crossing]
     share = shares_in(cut, triangle, tops.points[top, :2])
