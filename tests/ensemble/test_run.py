@@ -31,7 +31,7 @@ from geosurf.sheets import tear
 from tests.ensemble.worlds import UNCERTAIN, N, bytes_of, fault, layer_cake, plane, run, scene
 from tests.messages import refused
 
-BATCH = 4  # more than one batch in N
+BATCH = 2  # more than one batch in N
 POINTS = (70, 130, 186, 10_000)  # writes that fail
 
 
@@ -93,7 +93,7 @@ def test_workers_of_long_ensembles_start_with_the_base_case_and_end_with_the_cal
 ):
     started, start = [], on_dask._start
     monkeypatch.setattr(on_dask, "_start", lambda: started.append(start()) or started[-1])
-    monkeypatch.setattr(on_dask, "_PROCESSES_FROM", 8)
+    monkeypatch.setattr(on_dask, "_PROCESSES_FROM", N)
     plan_start, before = Plan.start, []
 
     def long(plan):
@@ -148,14 +148,14 @@ def test_records_in_any_order_give_the_same_bytes(tmp_path, truth, made):
 
 
 def test_a_longer_ensemble_continues_a_shorter_one(tmp_path, truth):
-    first = run(n=7, store=tmp_path / "e.zarr")
+    first = run(n=3, store=tmp_path / "e.zarr")
     second = run(store=tmp_path / "e.zarr")
     assert bytes_of(tmp_path / "e.zarr") == truth
-    np.testing.assert_array_equal(second.bulk.sel(unit=first.unit)[:7], first.bulk)
+    np.testing.assert_array_equal(second.bulk.sel(unit=first.unit)[:3], first.bulk)
     again = run(store=tmp_path / "e.zarr", progress=lambda line: pytest.fail(line))
     assert again.identical(second)
-    with pytest.raises(InputError, match=f"holds {N} realisations, more than n=7"):
-        run(n=7, store=tmp_path / "e.zarr")
+    with pytest.raises(InputError, match=f"holds {N} realisations, more than n=3"):
+        run(n=3, store=tmp_path / "e.zarr")
 
 
 def test_a_finished_ensemble_is_opened_without_a_model(tmp_path, monkeypatch):
@@ -190,24 +190,24 @@ def test_a_store_of_other_inputs_is_refused_and_stays(tmp_path):
 
 
 def test_a_killed_ensemble_continues_to_the_same_bytes(tmp_path, truth):
-    """A batch is whole then, and two realisations of the next one are files."""
+    """A batch is whole then, and a realisation of the next one is a file."""
     store, root = tmp_path / "e.zarr", Path(__file__).resolve().parents[2]
     code = f"""
     import os, signal
     from geosurf.ensemble import store
     from tests.ensemble.worlds import run
     def killed(line):
-        if line.startswith("6 "):
+        if line.startswith("3 "):
             os.kill(os.getpid(), signal.SIGKILL)
     store.BATCH = {BATCH}
     run(store={str(store)!r}, workers=1, progress=killed)
     """
     command = [sys.executable, "-c", textwrap.dedent(code)]
     assert subprocess.run(command, cwd=root, check=False).returncode == -signal.SIGKILL
-    assert len([*(store / store_room.RECORDS).iterdir()]) == 2
+    assert len([*(store / store_room.RECORDS).iterdir()]) == 1
     lines = []
     run(store=store, progress=lines.append)
-    assert lines[0].startswith("7 ")  # the others did not run again
+    assert lines[0].startswith("4 ")  # the others did not run again
     assert bytes_of(store) == truth
 
 
@@ -253,12 +253,12 @@ def test_a_damaged_record_is_run_again(tmp_path, truth, made):
     plan, base, records = made
     target = EnsembleStore(tmp_path / "e.zarr", plan, base, N)
     target.missing()
-    for k in (3, 5):
+    for k in (2, 3):
         target.add(records[k])
     target.close()
-    file = tmp_path / "e.zarr" / store_room.RECORDS / "000000003.npz"
+    file = tmp_path / "e.zarr" / store_room.RECORDS / "000000002.npz"
     file.write_bytes(file.read_bytes()[:-9])
-    assert fill(tmp_path / "e.zarr", made) == [k for k in range(N) if k != 5]
+    assert fill(tmp_path / "e.zarr", made) == [k for k in range(N) if k != 3]
     assert bytes_of(tmp_path / "e.zarr") == truth
 
 

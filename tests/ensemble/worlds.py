@@ -12,7 +12,7 @@ from geosurf.ensemble import ContactLevel, DepthError, DepthShift, Normal, Unifo
 from tests.grids import gridded
 
 AREA = 2000.0 * 1500.0  # m2
-N = 9  # realisations
+N = 5  # realisations
 UNCERTAIN = [
     DepthShift("Top", Normal(0.0, 10.0)),
     DepthError("Base", sd=5.0, range=900.0),

@@ -121,7 +121,7 @@ def _circle_signs(x: np.ndarray, m: np.ndarray, rows: np.ndarray) -> np.ndarray:
     w = face_workspace(int(m[LIMBS]), len(x))
     none = np.empty((0, 4), dtype=np.int64)
     signs = np.zeros(len(rows), dtype=np.int64)
-    open_ = np.ones(len(rows), dtype=bool)
+    open_ = np.arange(len(rows))
     for order, parity in (
         ((0, 1, 2, 3), 1),
         ((0, 1, 3, 2), -1),
@@ -129,13 +129,13 @@ def _circle_signs(x: np.ndarray, m: np.ndarray, rows: np.ndarray) -> np.ndarray:
         ((1, 2, 3, 0), -1),
     ):
         for flip in (1, -1):
-            asked = rows[:, order] if flip > 0 else rows[:, [order[i] for i in (1, 0, 2, 3)]]
-            out = np.empty((len(rows), 3), dtype=np.int64)
+            asked = rows[open_][:, order if flip > 0 else [order[i] for i in (1, 0, 2, 3)]]
+            out = np.empty((len(open_), 3), dtype=np.int64)
             # two of a row may be in one place, which the engine never asks: as good as any sign
             sign_rows(x, none[:, :3], none[:, :3], none, m, w, np.arange(len(x)), 2, asked, out)
-            left = open_ & (out[:, 0] > 0)
-            signs[left] = parity * flip * out[left, 1]
-            open_ &= ~left
+            left = out[:, 0] > 0
+            signs[open_[left]] = parity * flip * out[left, 1]
+            open_ = open_[~left]
     return signs
 
 

@@ -182,7 +182,7 @@ SceneDefault = {one: gs.Scene.__init__.__kwdefaults__.get(one) for one in INPUTS
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_law_chains_of_changes_equal_the_scene_made_afresh(seed):
     """Several inputs at once, one after another: keys must not hold for combinations only."""
     rng = np.random.default_rng([4, seed])

@@ -17,7 +17,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
 @pytest.fixture(scope="module")
 def field():
     """Two horizons 80 m apart; F1 is too short for both, and F2 stops short of F1."""
-    world = gs.synthetic.torn("normal", n=61)
+    world = gs.synthetic.torn("normal", n=41)
     top, (fault,) = world.horizons["Top"], world.faults.values()
     whole = gs.triangulate_fault(fault, name="F1")
     z = np.concatenate([line[:, 2] for line in world.truth["cutoffs"].values()])

@@ -60,16 +60,16 @@ def slow_regions(scene):
     inner = {f"{a}/{b}" for a, b in itertools.pairwise(scene.horizon_names)}
     blocks = list(dict.fromkeys((u.zone, u.block) for u in units if u.zone in inner))
     shared: dict[bool, dict] = {True: {}, False: {}}
-    for t, row, (front, back) in zip(
-        patches.triangles, patches.surface_of_triangle, scene.units.sides, strict=True
+    a, b, c = np.moveaxis(patches.local[patches.triangles], 1, 0)
+    areas = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    for area, row, (front, back) in zip(
+        areas.tolist(), patches.surface_of_triangle, scene.units.sides, strict=True
     ):
         pair = tuple(sorted(
             blocks.index((units[u].zone, units[u].block))
             for u in (front, back) if u >= 0 and units[u].zone in inner
         ))  # fmt: skip
         if len(pair) == 2 and pair[0] != pair[1]:
-            a, b, c = patches.local[t]
-            area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a)))
             is_horizon = patches.sources[row].role == "horizon"
             shared[is_horizon].setdefault(pair, []).append(area)
     volume = [math.fsum(u.volume for u in units if (u.zone, u.block) == b) for b in blocks]

@@ -376,7 +376,7 @@ def test_tops_and_contacts_in_time_become_depth_and_ties_meet_tops() -> None:
 @pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
 def test_a_smeared_field_has_the_throw_that_it_has_without_a_detour_through_time() -> None:
     """What lies in the shadow of F2 says nothing of its smear: trims are those of the time."""
-    world = gs.synthetic.faulted_reservoir(n=61)
+    world = gs.synthetic.faulted_reservoir(n=41)
     horizons = {name: world.horizons[name] for name in ("Top", "Base")}
     velocity = {"above Top": LINEAR, "Top/Base": 2900.0, "below Base": 3200.0}
     field = gs.Scene(horizons, world.faults, tear=True, velocity=velocity)

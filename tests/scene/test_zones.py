@@ -136,7 +136,7 @@ def test_zero_pinches_out_maps_below_zero_are_warned_of_and_wells_count_by_dista
 
 
 def test_torn_horizons_take_the_throw_of_their_reference_and_follow_it():
-    world = gs.synthetic.torn("normal", n=61)
+    world = gs.synthetic.torn("normal", n=41)
     zones = {
         "Upper": {"below": "Top", "thickness": 40.0},
         "Lower": {"below": "Upper", "thickness": 25.0, "base": "Base"},
@@ -212,7 +212,7 @@ def test_a_wrong_pick_of_the_reference_is_the_only_wrong_one_below_it():
 
 @pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
 def test_another_throw_than_that_of_the_reference_is_warned_of():
-    world = gs.synthetic.torn("thrust", n=61)
+    world = gs.synthetic.torn("thrust", n=41)
     zones = {"Upper": {"below": "Top", "thickness": 30.0}}
     scene = gs.Scene(world.horizons, world.faults, tear=True, zones=zones)
     (found,) = [one for one in scene.warnings if one.kind == "throw of zone"]

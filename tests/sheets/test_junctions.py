@@ -77,7 +77,7 @@ def acute():
         "F1": Fault(1000, 1000, strike=125.0, dip=71.0, **through),
         "F2": Fault(1000, 1000, strike=150.0, dip=76.0, branch=("F1", -1), **through),
     }
-    return gs.synthetic.torn(faults, 81)
+    return gs.synthetic.torn(faults, 61)
 
 
 def test_a_branch_that_the_sheet_leaves_at_its_end_is_extended(acute):
@@ -127,7 +127,7 @@ def test_a_branch_that_goes_far_past_its_main_fault_is_torn_up_to_it():
         "F1": Fault(1000, 1000, strike=20.0, dip=70.0, throw=50.0, **through),
         "F2": Fault(1000, 1000, strike=95.0, dip=75.0, throw=36.0, branch=("F1", -1), **through),
     }
-    world = gs.synthetic.torn(faults, 81)
+    world = gs.synthetic.torn(faults, 61)
     drawn = {name: gs.triangulate_fault(one, name=name) for name, one in world.faults.items()}
     drawn["F2"] = lengthen_fault(drawn["F2"], {"strike": 350.0}).surface
     sheet = gs.tear_horizon(world.horizons["Top"], drawn, name="Top", trim=2.25)
@@ -147,7 +147,7 @@ def test_faults_that_cross_keep_their_throw_past_each_other():
         "F1": Fault(1000, 1000, strike=10.0, dip=75.0, half=np.inf, profile="constant", throw=50.0),
         "F2": Fault(800, 1000, strike=95.0, dip=75.0, half=600.0, profile="ellipse", throw=60.0),
     }
-    world = gs.synthetic.torn(faults, 81)
+    world = gs.synthetic.torn(faults, 61)
     sheet = gs.tear_horizon(world.horizons["Top"], world.faults, name="Top", trim=2.25)
     assert sheet.cuts["F2"].ends == ("tip", "tip")
     assert measure(world, sheet, "F2").throw.max() < 5.0

@@ -13,7 +13,7 @@ from tests.grids import gridded
 from tests.messages import refused
 from tests.planes import scenario_tables
 
-CELL = 40.0
+CELL = 50.0
 X, Y = np.arange(-200.0, 4201.0, CELL), np.arange(-200.0, 1801.0, CELL)
 BOX = (0, 4000, 0, 1600, -2000, -1400)
 
@@ -128,7 +128,7 @@ def test_blocks_between_and_beyond_two_faults():
         grids = world(there, 0.0)
         scene = gs.Scene(grids, faults, DEEP, tear=1.5, fill_empty_blocks="lower")
         assert scene.check().ok
-        n = 1 + int((there[30] and there[-1]) or 0)
+        n = 1 + int((there[24] and there[-1]) or 0)
         assert sum(unit.zone == "Mid/Base" for unit in scene.units.values()) == n
 
 
@@ -153,7 +153,7 @@ def test_refusal_is_the_default_and_every_refusal_names_a_remedy():
     grids = world(X < 1950)
     with pytest.raises(GeometryError, match=r"'Mid' has no data in the block 'F1\+'"):
         gs.Scene(grids, faults, DEEP, tear=True).units  # noqa: B018
-    sheet = gs.tear_horizon(grids["Base"].isel(easting=slice(0, 80)), faults, name="Base")
+    sheet = gs.tear_horizon(grids["Base"].isel(easting=slice(0, 64)), faults, name="Base")
     with pytest.raises(InputError, match=r"'Mid' cannot be pinched out onto 'Base', since the two"):
         gs.tear_horizon(grids["Mid"], faults, name="Mid", fill_empty_blocks=sheet)
 

@@ -22,7 +22,7 @@ from tests.sheets.table import measure
 @pytest.mark.parametrize("kind", ["normal", "Y"])
 @pytest.mark.parametrize(("smear", "trim"), [(0, 2.0), (1, 2.0), (2, 3.5), (3, 5.0)])
 def test_the_smear_of_a_grid_is_found(kind, smear, trim):
-    world = gs.synthetic.torn(kind, 81, smear=smear)
+    world = gs.synthetic.torn(kind, 61, smear=smear)
     proposal = gs.propose_trim(world.horizons["Top"], world.faults)
     assert (proposal.smear, proposal.trim) == (smear, trim)
     assert f"proposed trim: {trim:g} cells (data are smeared over {smear} cells)" in str(proposal)
@@ -42,7 +42,7 @@ def test_law_a_wide_smear_takes_no_throw_away(kind, off):
 
 def test_a_fault_that_clearly_has_another_smear_has_a_trim_of_its_own():
     """As where the gridder knew one fault and not the other."""
-    sharp, smeared = (gs.synthetic.torn("X", 81, smear=k) for k in (0, 3))
+    sharp, smeared = (gs.synthetic.torn("X", 61, smear=k) for k in (0, 3))
     top = sharp.horizons["Top"]
     x, y = np.meshgrid(top.easting, top.northing)
     away = [np.abs(f.along_across(x, y)[1]) for f in sharp.truth["faults"].values()]
@@ -84,7 +84,7 @@ def test_overlap_that_a_grid_cannot_show_is_said(torn_world):
 @pytest.mark.parametrize("kind", ["Y", "acute X"])
 def test_the_smear_of_a_grid_ends_where_its_window_does(kind):
     """A square window of one node reaches no datum farther than the diagonal of a cell."""
-    world = gs.synthetic.torn(kind, 81)
+    world = gs.synthetic.torn(kind, 61)
     picks = read_data(world.horizons["Top"], "Top").picks
     meshes = [mesh_in_frame(fault, picks.frame) for fault in fault_surfaces(world.faults)]
     spread = rebuild(
@@ -129,7 +129,7 @@ def torn(data, faults, **options):
 @pytest.mark.parametrize("kind", ["reverse", "X"])
 def test_law_data_show_the_true_throw_within_twice_their_spread(kind):
     """On the hanging wall minus footwall of points that were never smeared."""
-    world = gs.synthetic.torn(kind, 81, smear=2)
+    world = gs.synthetic.torn(kind, 61, smear=2)
     truth, _ = torn(world.truth["scattered"](8000, 0.0, 3), world.faults)
     sheet, named = torn(world.horizons["Top"], world.faults)
     assert not named
@@ -144,7 +144,7 @@ def test_law_data_show_the_true_throw_within_twice_their_spread(kind):
 
 @pytest.mark.parametrize("kind", ["normal", "X"])
 def test_a_trim_that_loses_throw_is_named_and_its_remedy_works(kind):
-    world = gs.synthetic.torn(kind, 81, smear=3)
+    world = gs.synthetic.torn(kind, 61, smear=3)
     faults = list(world.faults)
     sheet, named = torn(world.horizons["Top"], world.faults, trim=1.5)
     assert list(named) == faults

@@ -175,7 +175,7 @@ def test_remedies_are_warned_of_and_listed(low):
 
 
 def test_trims_are_chosen_by_fault():
-    world = gs.synthetic.torn("parallel", n=61, smear=2)
+    world = gs.synthetic.torn("parallel", n=41, smear=2)
     names = list(world.faults)
     top = world.horizons["Top"]
     auto = gs.tear_horizon(top, world.faults, name="Top").report

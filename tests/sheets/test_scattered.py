@@ -107,7 +107,7 @@ def test_what_is_no_surface_is_refused(normal):
 
 def test_a_thrust_is_met_by_points_of_both_walls_past_its_trace():
     """An overlap of 7 cells: refused, when nothing held a wall past its trace."""
-    world = gs.synthetic.torn("thrust", n=81)
+    world = gs.synthetic.torn("thrust", n=61)
     sheet = gs.tear_horizon(
         world.truth["scattered"](6561), world.faults, name="Top", trim=1.0, positive="up"
     )
@@ -213,7 +213,7 @@ def test_outliers_are_kept_when_asked():
 
 def test_law_data_that_are_not_met_are_told():
     """Mean, 95th percentile and the worst place, where noise is averaged; nothing on exact data."""
-    world = gs.synthetic.torn("normal", n=61)
+    world = gs.synthetic.torn("normal", n=41)
     for noise in (0.0, 0.2, 3.0):
         points = world.truth["scattered"](4000, noise)
         sheet = gs.tear_horizon(points, world.faults, name="Top", positive="up", spacing=25.0)

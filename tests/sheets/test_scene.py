@@ -89,7 +89,7 @@ def test_what_is_dropped_is_accounted_for():
 @pytest.mark.parametrize("kind", ["normal", "gentle", "listric"])
 def test_throws_of_a_sheet_are_those_of_a_scene(torn_world, kind):
     """Read across at stations, and down the dip in the model: what docs/guides/measures.md says."""
-    _, sheet = torn_world(kind, n=81)
+    _, sheet = torn_world(kind, n=61)
     x, y = sheet.lattice.easting, sheet.lattice.northing
     inside = (x.min() + 40.0, x.max() - 40.0, y.min() + 40.0, y.max() - 40.0, -2600.0, -1000.0)
     scene = gs.Scene({"Top": sheet}, {fault.name: fault for fault in sheet.faults}, inside)

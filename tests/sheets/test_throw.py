@@ -392,9 +392,8 @@ def test_beside_and_on_lines_of_nodes(azimuth, share):
 
 @pytest.mark.parametrize(("dip", "peak"), [(60.0, -PEAK), (90.0, PEAK), (30.0, PEAK)])
 def test_reverse_vertical_and_gentle_faults(dip, peak):
-    for off, azimuth in zip(
-        OFF, (90.0, 180.0) * 4, strict=False
-    ):  # both azimuths on and next to nodes
+    # both azimuths on and next to nodes
+    for off, azimuth in zip(OFF[::2], (90.0, 180.0) * 2, strict=True):
         at = MIDDLE + off
         fault, strike = wall_throw_on_nodes(at, azimuth, dip)
         throw = dying(peak)

@@ -59,7 +59,7 @@ def test_held_out_worlds_are_met_as_asked(name):
 
 def test_noise_is_smoothed_where_every_node_beside_a_trace_keeps_a_datum():
     """Around a reverse fault none loses all of its data: nothing was smoothed at its far tip."""
-    world = gs.synthetic.torn("reverse", n=81, noise=2.0)
+    world = gs.synthetic.torn("reverse", n=61, noise=2.0)
     points = world.truth["points"]
     sheet = gs.tear_horizon(points, world.faults, name="Top", trim=0.25, noise=2, positive="up")
     col, row = np.rint(points[:, :2] / 25.0).astype(np.int64).T
