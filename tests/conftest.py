@@ -5,6 +5,8 @@ from __future__ import annotations
 import gc
 import os
 import sys
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -58,6 +60,15 @@ def graben() -> Any:
     from geosurf import synthetic
 
     return scene_of(synthetic.graben(n=9))
+
+
+@pytest.fixture(scope="session")
+def export(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Any]:
+    """The exported field in one of its variants, each written when a test first needs it."""
+    from geosurf.synthetic import field_export
+
+    folder = tmp_path_factory.mktemp("exports")
+    return cache(lambda variant: field_export(folder / variant, variant))
 
 
 @pytest.fixture(scope="session")

@@ -19,8 +19,8 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.fixture
-def scenario(inputs: Path, tmp_path: Path):
+@pytest.fixture(scope="module")
+def scenario(inputs: Path):
     """A function that writes a scenario, with words exchanged, beside the grids."""
 
     def make(*changes: tuple[str, str], body: str = BODY) -> Path:

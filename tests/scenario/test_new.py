@@ -5,7 +5,6 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Callable
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -17,15 +16,8 @@ from geosurf.scenario import build_scene, read_scenario
 from geosurf.scenario.new import NewScenario, new_scenario
 from geosurf.scenario.new.judge import Found
 from geosurf.scenario.new.network import surface_of
-from geosurf.synthetic import FieldTruth, field_export
+from geosurf.synthetic import FieldTruth
 from tests.grids import gridded
-
-
-@pytest.fixture(scope="module")
-def export(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], FieldTruth]:
-    """The synthetic field in one of its variants."""
-    folder = tmp_path_factory.mktemp("exports")
-    return cache(lambda variant: field_export(folder / variant, variant))
 
 
 def files_of(truth: FieldTruth) -> list[Path]:

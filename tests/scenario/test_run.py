@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+import shutil
 
 import pytest
 import xarray as xr
@@ -21,9 +22,15 @@ from geosurf.scenario import read_scenario, run, run_scenario
 from tests.folders import bytes_in
 
 
-def test_a_run_writes_everything_and_a_second_run_the_same_bytes(scenario, tmp_path):
-    out, lines = tmp_path / "out", []
-    scene = run_scenario(scenario(), out, progress=lines.append)
+@pytest.fixture(scope="module")
+def complete(scenario, tmp_path_factory):
+    """A run with everything: its folder, its scene, and what it told."""
+    out, lines = tmp_path_factory.mktemp("complete"), []
+    return out, run_scenario(scenario(), out, progress=lines.append), lines
+
+
+def test_a_run_writes_everything_and_a_second_run_the_same_bytes(scenario, complete):
+    out, scene, lines = complete
     first = bytes_in(out)
     assert set(first) == {
         *("units.vtm", "curves.vtp", "volumes.csv", "volumes.nc", "certificate.txt"),
@@ -48,10 +55,8 @@ def test_a_run_writes_everything_and_a_second_run_the_same_bytes(scenario, tmp_p
     assert bytes_in(out) == first
 
 
-def test_results_of_an_earlier_run_do_not_survive_and_other_files_do(scenario, tmp_path):
-    out = tmp_path / "out"
-    few = "[]\nexploded = false\nmaps = false\nallan = false\nthickness = false"
-    run_scenario(scenario(('["southwest"]', few)), out)
+def test_results_of_an_earlier_run_do_not_survive_and_other_files_do(scenario, complete, tmp_path):
+    out = shutil.copytree(complete[0], tmp_path / "out")
     (out / "notes.txt").write_text("mine")
     (out / "pictures" / "mine.png").write_text("mine")
     without_fault = scenario(

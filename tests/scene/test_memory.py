@@ -253,12 +253,12 @@ def test_nothing_waits_for_the_garbage_collector():
             _ = scene.units, scene.curves, scene.thickness("Top/Middle", 500.0), scene.warnings
             _ = scene.fault_actions, scene.throw("Top", "F1"), scene.propose_fault_network()
 
-    chain(5)  # the same work before: what is loaded on the way leaves rings behind
+    chain(3)  # the same work before: what is loaded on the way leaves rings behind
     gc.collect()
     gc.disable()
     gc.set_debug(gc.DEBUG_SAVEALL)
     try:
-        chain(5)
+        chain(3)
         gc.collect()
         assert not [type(one) for one in gc.garbage if _is_ours(one)]
     finally:

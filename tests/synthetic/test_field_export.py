@@ -17,27 +17,9 @@ VARIANTS = ("grids", "points", "network")
 FEET = {"Base": "ft"}
 
 
-class Fields(dict):
-    """Fields by variant, each written when a test first needs it."""
-
-    def __init__(self, folders):
-        super().__init__()
-        self.folders = folders
-
-    def __missing__(self, variant):
-        self[variant] = field_export(self.folders.mktemp(variant), variant)
-        return self[variant]
-
-
-@pytest.fixture(scope="module")
-def fields(tmp_path_factory):
-    """All variants, each written once."""
-    return Fields(tmp_path_factory)
-
-
 @pytest.fixture(params=VARIANTS)
-def field(request, fields):
-    return fields[request.param]
+def field(request, export):
+    return export(request.param)
 
 
 def points_of(field, name):
@@ -77,26 +59,24 @@ def test_files_hold_the_true_elevations_away_from_faults(field):
         assert np.abs(points[far, 2] - truth[far]).max() < 2e-3  # of what text and float32 hold
 
 
-def test_grids_are_smeared_at_faults_and_points_have_both_walls(fields):
+def test_grids_are_smeared_at_faults_and_points_have_both_walls(export, tmp_path):
     for variant in ("grids", "points"):
-        field = fields[variant]
+        field = export(variant)
         points, _ = points_of(field, "Top")
         _, count = np.unique(points[:, :2].round(2), axis=0, return_counts=True)
         assert (count.max() > 1) == (variant == "points")
         truth = field.elevation("Top", points[:, 0], points[:, 1])
         assert np.nanmax(np.abs(points[:, 2] - truth)) > 5.0
-    sharp = field_export(fields["grids"].files["Top"].parent / "sharp", smear=0)
+    sharp = field_export(tmp_path, smear=0)
     points, _ = points_of(sharp, "Top")
     assert np.nanmax(np.abs(points[:, 2] - sharp.elevation("Top", *points[:, :2].T))) < 2e-3
 
 
-def test_bytes_are_the_same_twice(fields, tmp_path):
-    field = fields["network"]
+def test_bytes_are_the_same_twice(export, tmp_path):
+    field = export("network")
     folder = field.files["Top"].parent
     again = field_export(tmp_path, field.variant)
-    names = {
-        p.relative_to(folder) for p in folder.rglob("*") if p.is_file() and "sharp" not in str(p)
-    }
+    names = {p.relative_to(folder) for p in folder.rglob("*") if p.is_file()}
     assert names == {p.relative_to(tmp_path) for p in tmp_path.rglob("*") if p.is_file()}
     assert len(names) > 10
     for name in names:
@@ -169,9 +149,9 @@ def test_cut_offs_are_where_the_elevation_ends(field):
                 assert np.isnan(z).mean() > 0.95
 
 
-def test_volumes_count_places_in_space(fields):
+def test_volumes_count_places_in_space(export):
     """A slow oracle: each place has one block by its sides and lies in a zone or not."""
-    field = fields["network"]
+    field = export("network")
     x, y, weight = quadrature(OUTLINE, 60.0)
     z = np.arange(-2000.0, -1600.0, 8.0)[:, None]
     sides = {
@@ -210,8 +190,8 @@ def test_wrong_arguments_are_refused(words, message, tmp_path):
 # ---- from its files to a model, by its own scenario
 
 
-def test_the_scenario_builds_the_true_field(fields, tmp_path):
-    field = fields["grids"]
+def test_the_scenario_builds_the_true_field(export, tmp_path):
+    field = export("grids")
     scene = gs.run_scenario(field.files["scenario"], tmp_path / "out", pictures=False)
     assert scene.check().ok
     for unit, volume in field.volumes(scene.aoi).items():
