@@ -9,6 +9,8 @@ import geosurf as gs
 from benchmarks.random_networks import network_of
 from benchmarks.torn_networks import FAMILIES, Errors, Outcome, networks_table, run_network
 
+pytestmark = pytest.mark.long
+
 
 @pytest.mark.parametrize("kind", ["Y", "acute X"])
 def test_a_network_is_the_world_of_the_same_faults(kind):

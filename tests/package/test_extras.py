@@ -104,6 +104,7 @@ print("done")
 """
 
 
+@pytest.mark.long  # of packaging: an edit of what is declared, or of what a door imports
 def test_a_core_without_what_draws(tmp_path: Path) -> None:
     done = run_python("-c", WITHOUT + CORE, tmp_path)
     assert done.returncode == 0, done.stderr

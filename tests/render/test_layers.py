@@ -27,7 +27,7 @@ def big_surface(n_row, n_col, rotated=False):
 
 @pytest.mark.parametrize("rotated", [False, True])
 def test_a_big_grid_is_strided_to_its_border_and_its_own_triangles_are_never_made(rotated):
-    surface = big_surface(1501, 2003, rotated)
+    surface = big_surface(901, 1203, rotated)
     light = surface_layers.thinned(surface)
     assert 100_000 < light.n_triangle <= surface_layers.MOST
     assert "triangles" not in vars(surface)

@@ -250,7 +250,7 @@ def test_wells_pass_the_zones_of_the_oracle(plain):
 
 def test_volumes_are_those_of_the_oracle(plain):
     """Zone by zone, by the sum over columns of fine cells: a check of size, not of digits."""
-    n = 700
+    n = 500
     west, east, south, north = worlds.BOX[:4]
     x = west + (np.arange(n) + 0.5) * (east - west) / n
     y = south + (np.arange(n) + 0.5) * (north - south) / n
@@ -272,7 +272,7 @@ def test_faults_two_cells_apart_keep_the_strip_between_them(plain):
     south, north = worlds.BOX[2:4]
     z = np.linspace(worlds.BOX[4], worlds.BOX[5], 1801)
     middle = 0.5 * (z[1:] + z[:-1])
-    y = south + (np.arange(150) + 0.5) * (north - south) / 150
+    y = south + (np.arange(75) + 0.5) * (north - south) / 75
     first = worlds.EAST[60] + 5.0 - 350.0 * (middle + 2100.0) / 800.0
     totals: dict[str, float] = {}
     for share in (np.arange(8) + 0.5) / 8:
