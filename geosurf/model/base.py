@@ -173,15 +173,15 @@ def multiblock(blocks: Mapping[str, Any]) -> pyvista.MultiBlock:
 def any_of(marks: np.ndarray) -> np.ndarray:
     """Whether any of a few columns (n, 2 or 3) is marked; numpy's `any` takes ten times as long."""
     # Column by column: operations on whole columns are vectorised, reductions along rows are not.
-    found: np.ndarray = marks[:, 0].copy()
+    any_marked: np.ndarray = marks[:, 0].copy()
     for k in range(1, marks.shape[1]):
-        found |= marks[:, k]
-    return found
+        any_marked |= marks[:, k]
+    return any_marked
 
 
 def all_of(marks: np.ndarray) -> np.ndarray:
     """Whether all of a few columns (n, 2 or 3) are marked."""
-    found: np.ndarray = marks[:, 0].copy()
+    all_marked: np.ndarray = marks[:, 0].copy()
     for k in range(1, marks.shape[1]):
-        found &= marks[:, k]
-    return found
+        all_marked &= marks[:, k]
+    return all_marked

@@ -426,7 +426,7 @@ def _targets(name: str, value: Any, faults: Sequence[str]) -> dict[str, str]:
     ends = value if isinstance(value, Mapping) else dict.fromkeys(ENDS, value)
     if isinstance(value, str) and value not in (NEAREST, BOUNDARY):
         ends = {EITHER: value}
-    found = {}
+    targets = {}
     for end, target in ends.items():
         refusal = f"compartments of {name!r} has end {end!r}; the ends of a fault are 'start' and"
         check_word(end, (*ENDS, EITHER), f"{refusal} 'end'.", f" {HOW}.")
@@ -438,8 +438,8 @@ def _targets(name: str, value: Any, faults: Sequence[str]) -> dict[str, str]:
             raise InputError(
                 f"compartments joins {name!r} to itself. Name another fault, or 'boundary'."
             )
-        found[end] = str(target)
-    return found
+        targets[end] = str(target)
+    return targets
 
 
 def _known(name: Any, faults: Sequence[str], what: str) -> None:
@@ -508,33 +508,34 @@ def zones_of(given: Mapping[str, Any], horizons: Sequence[str]) -> list[MadeHori
     ends = {zone: _ends(zone, entry) for zone, entry in given.items()}
     # a zone may count from another one, by its name or that of its far end
     zone_of = {end: zone for zone, (_, _, end) in ends.items() if end not in horizons}
-    found: dict[str, MadeHorizon] = {}
-    while len(found) < len(given):
-        n = len(found)
-        for zone, (of, down, end) in ends.items():
-            before = found.get(zone_of.get(of, of))
+    made: dict[str, MadeHorizon] = {}
+    while len(made) < len(given):
+        n = len(made)
+        for zone, (reference, down, end) in ends.items():
+            before = made.get(zone_of.get(reference, reference))
             follows = before is not None and before.down == down and before.horizon not in horizons
-            if zone in found or not (of in horizons or follows):
+            if zone in made or not (reference in horizons or follows):
                 continue
-            start = of if before is None or of in horizons else before.horizon
+            start = reference if before is None or reference in horizons else before.horizon
             entry = given[zone]
             kind = entry.get("kind", KINDS[0])
-            found[zone] = MadeHorizon(zone, start, end, down, entry["thickness"], kind)
-        if len(found) == n:
-            zone, (of, _, _) = next((z, end) for z, end in ends.items() if z not in found)
+            made[zone] = MadeHorizon(zone, start, end, down, entry["thickness"], kind)
+        if len(made) == n:
+            zone, (reference, _, _) = next((z, end) for z, end in ends.items() if z not in made)
             raise InputError(
-                f"zone {zone!r} counts from {of!r}, which is neither a horizon with data nor a "
-                f"zone on the same side of one.{did_you_mean(of, [*horizons, *given])} {ZONE_HOW}."
+                f"zone {zone!r} counts from {reference!r}, which is neither a horizon with data "
+                f"nor a zone on the same side of one."
+                f"{did_you_mean(reference, [*horizons, *given])} {ZONE_HOW}."
             )
-    sides = [(one.start, one.down) for one in found.values()]
-    for one in found.values():
-        if sides.count((one.start, one.down)) > 1:
-            side = "below" if one.down else "above"
+    sides = [(horizon.start, horizon.down) for horizon in made.values()]
+    for horizon in made.values():
+        if sides.count((horizon.start, horizon.down)) > 1:
+            side = "below" if horizon.down else "above"
             raise InputError(
-                f"two zones lie {side} {one.start!r}. Let the second count from the first: "
-                f'{{"{side}": {one.zone!r}}}.'
+                f"two zones lie {side} {horizon.start!r}. Let the second count from the first: "
+                f'{{"{side}": {horizon.zone!r}}}.'
             )
-    return list(found.values())
+    return list(made.values())
 
 
 def _ends(zone: str, entry: Any) -> tuple[str, bool, str]:
@@ -545,8 +546,8 @@ def _ends(zone: str, entry: Any) -> tuple[str, bool, str]:
         check_word(key, ZONE_KEYS, f"zone {zone!r} has no {key!r}.", f" {ZONE_HOW}.")
     down = "below" in entry
     end, wrong = ("base", "top") if down else ("top", "base")
-    of = entry.get("below" if down else "above")
-    if ("above" in entry) == down or wrong in entry or not isinstance(of, str):
+    reference = entry.get("below" if down else "above")
+    if ("above" in entry) == down or wrong in entry or not isinstance(reference, str):
         raise InputError(
             f"zone {zone!r} takes 'below' a horizon or zone, with the name of its 'base', or "
             f"'above' one, with the name of its 'top'. {ZONE_HOW}."
@@ -556,7 +557,7 @@ def _ends(zone: str, entry: Any) -> tuple[str, bool, str]:
     name = entry.get(end, f"{end} {zone}")
     if not isinstance(name, str) or not name:
         raise InputError(f"zone {zone!r}: {end} is {name!r}, expected the name of a horizon.")
-    return of, down, name
+    return reference, down, name
 
 
 def data_of_made(
@@ -582,21 +583,21 @@ def data_of_made(
     """
     start: dict[str, str] = {}
     end: dict[str, str] = {}
-    for one in made:
-        if one.horizon not in horizons:
-            start[one.horizon] = start.get(one.start, one.start)
-    for one in reversed(made):
-        last = one.horizon if one.horizon in horizons else end.get(one.horizon)
+    for horizon in made:
+        if horizon.horizon not in horizons:
+            start[horizon.horizon] = start.get(horizon.start, horizon.start)
+    for horizon in reversed(made):
+        last = horizon.horizon if horizon.horizon in horizons else end.get(horizon.horizon)
         if last is not None:
-            end[one.start] = last
+            end[horizon.start] = last
     return {name: (of, *([end[name]] if name in end else [])) for name, of in start.items()}
 
 
 def in_column(made: Sequence[MadeHorizon], horizons: Mapping[str, Any]) -> dict[str, Any]:
     """Return horizons with those that are made, youngest first."""
     order = list(horizons)
-    for one in made:
-        if one.horizon not in horizons:
-            order.insert(order.index(one.start) + one.down, one.horizon)
-    by_name = {one.horizon: one for one in made}
+    for horizon in made:
+        if horizon.horizon not in horizons:
+            order.insert(order.index(horizon.start) + horizon.down, horizon.horizon)
+    by_name = {horizon.horizon: horizon for horizon in made}
     return {name: horizons.get(name, by_name.get(name)) for name in order}

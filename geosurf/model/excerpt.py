@@ -121,14 +121,14 @@ class Boxes:
         """All cells that meet a box."""
         if lattice.easting.ndim == 2:
             return lattice.cells_where(self.meets)
-        found = [np.empty(0, dtype=np.int64)]
+        in_boxes = [np.empty(0, dtype=np.int64)]
         for low, high in zip(self.low, self.high, strict=True):
             (cols, rows) = (
                 _between(axis, low[k], high[k])
                 for k, axis in enumerate((lattice.easting, lattice.northing))
             )
-            found.append((rows[:, None] * (lattice.shape[1] - 1) + cols).reshape(-1))
-        return distinct(*found)
+            in_boxes.append((rows[:, None] * (lattice.shape[1] - 1) + cols).reshape(-1))
+        return distinct(*in_boxes)
 
     def meets(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         """Which boxes meet one of these."""
@@ -195,7 +195,7 @@ def list_triangles(pieces: Pieces, chosen: Sequence[Chosen]) -> Excerpt:
     corners, surfaces, elements = [], [], []
     for i, (source, strips) in enumerate(zip(pieces.sources, pieces.strips, strict=True)):
         rows, more, runs = chosen[i]
-        ids, keys, of = pieces.triangles[rows], pieces.key[rows], rows
+        ids, keys, element_of = pieces.triangles[rows], pieces.key[rows], rows
         first_node.append(first_node[-1])
         if strips is not None:
             assert source.lattice is not None  # only lattices have strips
@@ -209,22 +209,22 @@ def list_triangles(pieces: Pieces, chosen: Sequence[Chosen]) -> Excerpt:
             else:
                 nodes = nodes + first_node[i]
             ids, keys = np.concatenate([ids, nodes]), np.concatenate([keys, more])
-            of = np.concatenate([of, n_triangle + runs])
+            element_of = np.concatenate([element_of, n_triangle + runs])
             first_node[-1] += source.lattice.n_node
             order = np.argsort(keys, kind="stable")  # pieces of one triangle keep their order
-            ids, of = ids[order], of[order]
+            ids, element_of = ids[order], element_of[order]
         corners.append(ids)
-        elements.append(of)
-        surfaces.append(np.full(len(of), i))
+        elements.append(element_of)
+        surfaces.append(np.full(len(element_of), i))
 
     used, triangles = np.unique(np.concatenate(corners), return_inverse=True)
     x = np.empty((len(used), 3))
     ends = np.searchsorted(used, first_node)
     x[: ends[0]] = pieces.x[used[: ends[0]]]
     for i, source in enumerate(pieces.sources):
-        mine = slice(ends[i], ends[i + 1])
+        of_surface = slice(ends[i], ends[i + 1])
         if ends[i] < ends[i + 1]:
-            x[mine] = source.places_of_nodes(used[mine] - first_node[i]) - pieces.origin
+            x[of_surface] = source.places_of_nodes(used[of_surface] - first_node[i]) - pieces.origin
     return Excerpt(x, triangles.reshape(-1, 3), np.concatenate(surfaces), np.concatenate(elements))
 
 
@@ -288,20 +288,22 @@ def model_near(units: Units, region: Region) -> tuple[Patches, Units]:
     )  # fmt: skip
 
     # of triangles with the same corners the first one alone bounds units
-    mine = sides[listed.element]
-    mine = np.where((mine[:, :1] == mine[:, 1:]), -1, mine)
+    unit_sides = sides[listed.element]
+    unit_sides = np.where((unit_sides[:, :1] == unit_sides[:, 1:]), -1, unit_sides)
     x, triangles = _by_coordinates(listed.x, listed.triangles)
     parts = []
     for u, unit in enumerate(units.values()):
-        rows = np.flatnonzero((mine == u).any(axis=1))
-        parts.append(_part(unit, x, triangles[rows], mine[rows, 0] == u, listed.surface[rows]))
+        rows = np.flatnonzero((unit_sides == u).any(axis=1))
+        parts.append(
+            _part(unit, x, triangles[rows], unit_sides[rows, 0] == u, listed.surface[rows])
+        )
     w, e, south, n, bottom, top = units.box
-    found = Units(
+    excerpt = Units(
         parts, (w, e, south, n, bottom, top), units.report, units.footprint, lambda: beside,
         units.box_volume, units.sliver_settings, units.merged, units.unmerged,
         reservoir=units.reservoir,
     )  # fmt: skip
-    return patches, in_crs_of(found, [units])
+    return patches, in_crs_of(excerpt, [units])
 
 
 def _by_coordinates(x: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -97,11 +97,11 @@ def name_of(name: Any, what: str) -> str:
     # booleans are ints, and never meant as a name
     if isinstance(name, str | int | np.integer) and not isinstance(name, bool):
         # Subclasses of text, such as those of numpy, become plain text.
-        found = name if type(name) is str else str(name)
-        if _is_encodable(found):
-            return found
+        text = name if type(name) is str else str(name)
+        if _is_encodable(text):
+            return text
         raise InputError(
-            f"the name of a {what}, {found!r}, has characters that files cannot store. Use "
+            f"the name of a {what}, {text!r}, has characters that files cannot store. Use "
             "Unicode letters."
         )
     raise InputError(f"the name of a {what} must be text, not {name!r}.")

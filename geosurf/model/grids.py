@@ -307,9 +307,9 @@ def _at_gauss(values: np.ndarray, axis: int) -> np.ndarray:
 
 def _triple(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
     """Triple product of vectors (..., 3)."""
-    found: np.ndarray = (
+    product: np.ndarray = (
         (a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1]) * c[..., 0]
         + (a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2]) * c[..., 1]
         + (a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]) * c[..., 2]
     )
-    return found
+    return product

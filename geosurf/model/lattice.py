@@ -143,10 +143,10 @@ class Survey:
         n_row, n_col = shape
         layout = np.array([0, 0, 0, 0, 0, 0, 0, n_col, 1, n_row, n_col, 0, 0, 1], dtype=np.int64)
         zero = np.zeros(1)
-        found = Survey.of((zero, zero, elevation), layout)
-        nodes = found.nodes.copy()
+        survey = Survey.of((zero, zero, elevation), layout)
+        nodes = survey.nodes.copy()
         nodes[:, :2], nodes[:, 3:5] = self.nodes[:, :2], self.nodes[:, 3:5]
-        return replace(found, nodes=frozen(nodes, np.float64))
+        return replace(survey, nodes=frozen(nodes, np.float64))
 
     @property
     def box(self) -> np.ndarray:
@@ -213,10 +213,10 @@ class Lattice(Noun):
         # read-only: survey, keys and trees below are computed once and must stay true
         for key in COORDINATES:
             object.__setattr__(self, key, _read_only(_numbers(key, getattr(self, key))))
-        shape, found = self.elevation.shape, (self.easting.shape, self.northing.shape)
-        if len(shape) != 2 or found not in ((shape[1:], shape[:1]), (shape, shape)):
+        shape, shapes = self.elevation.shape, (self.easting.shape, self.northing.shape)
+        if len(shape) != 2 or shapes not in ((shape[1:], shape[:1]), (shape, shape)):
             raise SurfaceError(
-                f"a lattice has easting of shape {found[0]}, northing {found[1]} and elevation "
+                f"a lattice has easting of shape {shapes[0]}, northing {shapes[1]} and elevation "
                 f"{shape}; expected (n_col,), (n_row,) and (n_row, n_col), or all (n_row, n_col)."
             )
         if 0 in shape:

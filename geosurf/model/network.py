@@ -210,33 +210,33 @@ def filling_by_horizon(fill: Any, horizons: Sequence[str]) -> dict[str, bool | s
     """
     # One word counts for all horizons; a mapping names some.
     given = fill if isinstance(fill, Mapping) else dict.fromkeys(horizons, fill)
-    found: dict[str, bool | str] = dict.fromkeys(horizons, False)
-    for name, way in given.items():
+    filling: dict[str, bool | str] = dict.fromkeys(horizons, False)
+    for name, choice in given.items():
         refusal = f"fill_empty_blocks names {name!r}, which is not a horizon. The horizons are"
         check_name(name, horizons, refusal)
-        if way is None or isinstance(way, bool):
-            found[name] = bool(way)
+        if choice is None or isinstance(choice, bool):
+            filling[name] = bool(choice)
             continue
-        check_word(way, WAYS, f"fill_empty_blocks is {way!r}. {HOW}.")
+        check_word(choice, WAYS, f"fill_empty_blocks is {choice!r}. {HOW}.")
         # Horizons are ordered youngest first: the one above comes before.
-        at = horizons.index(name) + (-1 if way == UPPER else 1)
+        at = horizons.index(name) + (-1 if choice == UPPER else 1)
         if 0 <= at < len(horizons):
-            found[name] = horizons[at]
+            filling[name] = horizons[at]
         # Asked for this horizon: an error. Asked for all: the outermost horizon stays as it is.
         elif isinstance(fill, Mapping):
-            where = "above" if way == UPPER else "below"
+            where = "above" if choice == UPPER else "below"
             raise InputError(
                 f"fill_empty_blocks: no horizon lies {where} {name!r}, so it cannot be pinched out "
-                f"there. Give {LOWER if way == UPPER else UPPER!r}."
+                f"there. Give {LOWER if choice == UPPER else UPPER!r}."
             )
     # Each would wait for the other to be built first.
-    for name, onto in found.items():
-        if isinstance(onto, str) and found[onto] == name:
+    for name, onto in filling.items():
+        if isinstance(onto, str) and filling[onto] == name:
             raise InputError(
                 f"fill_empty_blocks would pinch out {name!r} and {onto!r} onto each other. Change "
                 "one of them."
             )
-    return found
+    return filling
 
 
 def in_order(filling: Mapping[str, bool | str]) -> list[str]:
@@ -359,12 +359,12 @@ class NetworkTrial:
     @property
     def accepted(self) -> tuple[NetworkDecision, ...]:
         """The proposals that ``scene`` has."""
-        return tuple(one for one in self.decisions if one.accepted)
+        return tuple(decision for decision in self.decisions if decision.accepted)
 
     @property
     def dropped(self) -> tuple[NetworkDecision, ...]:
         """The proposals that cannot be applied, each with its reason."""
-        return tuple(one for one in self.decisions if not one.accepted)
+        return tuple(decision for decision in self.decisions if not decision.accepted)
 
     def __repr__(self) -> str:
         """The table, one row for each proposal, and a line with the numbers."""
@@ -376,17 +376,17 @@ class NetworkTrial:
         head = ("round", "fault", "other", "proposal", "decision: reason")
         rows = [
             (
-                str(one.round),
-                fault_words(one.row),
-                one.row.other,
-                proposal_words(one.row),
-                f"{'accepted' if one.accepted else 'dropped'}: {one.reason}",
+                str(decision.round),
+                fault_words(decision.row),
+                decision.row.other,
+                proposal_words(decision.row),
+                f"{'accepted' if decision.accepted else 'dropped'}: {decision.reason}",
             )
-            for one in self.decisions
+            for decision in self.decisions
         ]
 
         # True: accepted, False: dropped
-        count = Counter(one.accepted for one in self.decisions)
+        count = Counter(decision.accepted for decision in self.decisions)
         table = table_of((head, *rows), right=(0,))
         return f"{table}\n{counted(count[True], 'proposal')} accepted, {count[False]} dropped"
 

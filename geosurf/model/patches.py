@@ -387,15 +387,15 @@ class Patches(Shown):
         on_curve = np.zeros(n, dtype=bool)
         on_curve[self.curve_edges] = True
         near = np.flatnonzero(np.count_nonzero(on_curve[pieces.triangles], axis=1) >= 2)
-        t, of = pieces.triangles[near], pieces.surface[near]
+        t, surface_of = pieces.triangles[near], pieces.surface[near]
         ends = np.stack([t, np.roll(t, -1, axis=1)], axis=2)
         wanted = ends.min(axis=2) * n + ends.max(axis=2)
         at = np.minimum(np.searchsorted(keys, wanted), max(len(keys) - 1, 0))
         known = keys[at] == wanted if len(keys) else np.zeros(wanted.shape, dtype=bool)
-        surface = np.broadcast_to(of[:, None], at.shape)[known]
+        surface = np.broadcast_to(surface_of[:, None], at.shape)[known]
         rows = order[at[known]]
         owned = (np.unique(rows[surface == i]) for i in range(len(self.sources)))
-        return tuple(frozen(of, np.int64) for of in owned)
+        return tuple(frozen(mine, np.int64) for mine in owned)
 
     @cached_property
     def pieces(self) -> Pieces:

@@ -50,10 +50,10 @@ class Strips(Noun):
         from geosurf.kernels.search.tree import N_COL, RISING
 
         runs = self.runs[rows]
-        of, place = ranges(runs[:, FIRST], runs[:, LAST] - runs[:, FIRST] + 1)
+        run, place = ranges(runs[:, FIRST], runs[:, LAST] - runs[:, FIRST] + 1)
         if self.places[RISING]:  # halves of a cell come in the other order along a strip
             place ^= 1
-        return runs[of, ROW] * 2 * (int(self.places[N_COL]) - 1) + place, rows[of]
+        return runs[run, ROW] * 2 * (int(self.places[N_COL]) - 1) + place, rows[run]
 
     def labels(self, low: int, high: int) -> np.ndarray:
         """The run that lists each triangle of rows of cells, first and last (one more), int64
@@ -145,10 +145,10 @@ class Pieces(Noun):
 
         # as in `Expanded`, with this surface alone
         cut = np.searchsorted(self.surface, [i, i + 1])
-        own, strips = np.arange(*cut), self.strips[i]
+        rows, strips = np.arange(*cut), self.strips[i]
         corners, nodes = self.triangles[cut[0] : cut[1]], np.empty(0, dtype=np.int64)
         if strips is None:
-            return Listed(self, i, corners, own, nodes)
+            return Listed(self, i, corners, rows, nodes)
         lattice = self.sources[i].lattice
         assert lattice is not None  # only lattices have strips
         n_core = len(self.x)
@@ -156,12 +156,12 @@ class Pieces(Noun):
         nodes = np.flatnonzero(ids >= n_core)
 
         # each array is written once, in the order of cells
-        of, keys = (strips.places, strips.runs, strips.start), self.key[cut[0] : cut[1]]
-        n = len(own) + int((strips.runs[:, 2] - strips.runs[:, 1] + 1).sum())
+        layout, keys = (strips.places, strips.runs, strips.start), self.key[cut[0] : cut[1]]
+        n = len(rows) + int((strips.runs[:, 2] - strips.runs[:, 1] + 1).sum())
         triangles, element = np.empty((n, 3), dtype=np.int64), np.empty(n, dtype=np.int64)
-        write_triangles(*of, keys, corners, ids, triangles)
+        write_triangles(*layout, keys, corners, ids, triangles)
         first_run = len(self.triangles) + int(self.first_run[i])
-        write_labels(*of, keys, own, first_run, np.empty(n, dtype=np.int64), element)
+        write_labels(*layout, keys, rows, first_run, np.empty(n, dtype=np.int64), element)
         return Listed(self, i, triangles, element, nodes)
 
     @cached_property
@@ -198,12 +198,12 @@ class Listed(Noun):
         """Local coordinates (n, 3) of points, which rise."""
         pieces, n_core = self.pieces, len(self.pieces.x)
         n = int(np.searchsorted(points, n_core))
-        found = np.empty((len(points), 3))
-        found[:n] = pieces.x[points[:n]]
+        places = np.empty((len(points), 3))
+        places[:n] = pieces.x[points[:n]]
         if n < len(points):
             nodes = self.nodes[points[n:] - n_core]
-            found[n:] = pieces.sources[self.row].places_of_nodes(nodes) - pieces.origin
-        return found
+            places[n:] = pieces.sources[self.row].places_of_nodes(nodes) - pieces.origin
+        return places
 
 
 @dataclass(frozen=True, eq=False)
@@ -282,12 +282,14 @@ class Expanded(Noun):
         pieces, (cut, rows) = self.pieces, self._rows
         triangles = np.empty((rows[-1], 3), dtype=np.int64)
         for i, (id_of_node, strips) in enumerate(zip(self._points[0], pieces.strips, strict=True)):
-            mine, out = slice(cut[i], cut[i + 1]), triangles[rows[i] : rows[i + 1]]
+            of_surface, out = slice(cut[i], cut[i + 1]), triangles[rows[i] : rows[i + 1]]
             if strips is None:
-                out[:] = pieces.triangles[mine]
+                out[:] = pieces.triangles[of_surface]
             else:
-                of = (strips.places, strips.runs, strips.start)
-                write_triangles(*of, pieces.key[mine], pieces.triangles[mine], id_of_node, out)
+                layout = (strips.places, strips.runs, strips.start)
+                write_triangles(
+                    *layout, pieces.key[of_surface], pieces.triangles[of_surface], id_of_node, out
+                )
         return frozen(triangles, np.int64)
 
     @cached_property
@@ -299,14 +301,21 @@ class Expanded(Noun):
         keys, elements = (np.empty(rows[-1], dtype=np.int64) for _ in range(2))
         for i, strips in enumerate(pieces.strips):
             # `own` is the element of a cut triangle (its row); runs come after all triangles
-            mine, out = slice(cut[i], cut[i + 1]), slice(rows[i], rows[i + 1])
-            own = np.arange(cut[i], cut[i + 1])
+            of_surface, out = slice(cut[i], cut[i + 1]), slice(rows[i], rows[i + 1])
+            listed_rows = np.arange(cut[i], cut[i + 1])
             if strips is None:
-                keys[out], elements[out] = pieces.key[mine], own
+                keys[out], elements[out] = pieces.key[of_surface], listed_rows
             else:
-                of = (strips.places, strips.runs, strips.start)
+                layout = (strips.places, strips.runs, strips.start)
                 first_run = len(pieces.triangles) + int(pieces.first_run[i])
-                write_labels(*of, pieces.key[mine], own, first_run, keys[out], elements[out])
+                write_labels(
+                    *layout,
+                    pieces.key[of_surface],
+                    listed_rows,
+                    first_run,
+                    keys[out],
+                    elements[out],
+                )
         return keys, elements
 
     @cached_property

@@ -96,13 +96,15 @@ class Regions(Noun, Mapping[str, Region]):
         self._regions = {
             name: Region(
                 name,
-                tuple(block for one in of for block in one.blocks),
-                tuple(block for one in of for block in one.remnants),
-                math.fsum(one.volume for one in of),
+                tuple(block for proposal in parts_of_name for block in proposal.blocks),
+                tuple(block for proposal in parts_of_name for block in proposal.remnants),
+                math.fsum(proposal.volume for proposal in parts_of_name),
             )
-            for name, of in parts.items()
+            for name, parts_of_name in parts.items()
         }
-        self._of = {block: one.name for one in self._regions.values() for block in one.blocks}
+        self._of = {
+            block: proposal.name for proposal in self._regions.values() for block in proposal.blocks
+        }
 
     def __getitem__(self, name: str) -> Region:
         if not isinstance(name, str) or name not in self._regions:
@@ -212,16 +214,18 @@ def label_regions(
     known = known or KnownRegions()
     alike = known.of_blocks(proposals)
     shared = np.zeros(alike.shape, dtype=np.int64) if overlap is None else overlap
-    found: dict[int, tuple[str, str]] = {}
+    labels: dict[int, tuple[str, str]] = {}
     left = set(range(len(known.labels)))
     pairs = zip(*(rows.tolist() for rows in np.nonzero((alike > 0.0) | (shared > 0))), strict=True)
-    for of, k in sorted(pairs, key=lambda at: (-shared[at], -nine_digits(float(alike[at])), at)):
-        if of in left and k not in found:
-            found[k] = known.labels[of]
-            left.discard(of)
+    for before, k in sorted(
+        pairs, key=lambda at: (-shared[at], -nine_digits(float(alike[at])), at)
+    ):
+        if before in left and k not in labels:
+            labels[k] = known.labels[before]
+            left.discard(before)
     used = {*taken, *(word for label in known.labels for word in label)}
     fresh = (letters for letters in _letters() if letters not in used)
-    return [found[k] if k in found else (next(fresh),) * 2 for k in range(len(proposals))]
+    return [labels[k] if k in labels else (next(fresh),) * 2 for k in range(len(proposals))]
 
 
 def _letters() -> Iterator[str]:
@@ -254,10 +258,10 @@ def check_regions(regions: Any) -> dict[str, Any]:
     """
     if not isinstance(regions, Mapping):
         raise InputError(f"regions is {regions!r}. {HOW}")
-    found: dict[str, Any] = {}
+    checked: dict[str, Any] = {}
     for key, value in regions.items():
         name = str(key)
-        if not name.strip() or name in found:
+        if not name.strip() or name in checked:
             raise InputError(f"regions has {name!r} twice, or an empty name. Name each once.")
         parts = list(value) if isinstance(value, list | tuple) else []
         if len(parts) == 2 and all(map(is_number, parts)):
@@ -273,8 +277,8 @@ def check_regions(regions: Any) -> dict[str, Any]:
             raise InputError(f"regions: {name!r} is the text {value!r}. Write ({value!r},) for it.")
         elif not isinstance(value, str | PathLike) and np.ndim(value) != 2:
             raise InputError(f"regions: {name!r} is {value!r}. {HOW}")
-        found[name] = value
-    return found
+        checked[name] = value
+    return checked
 
 
 # ---- slivers ----------------------------------------

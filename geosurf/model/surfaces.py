@@ -100,7 +100,7 @@ def cutoffs_among(
     faults: Iterable[TriSurface], horizon: str
 ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Return both lines (n, 3) of the polygons of a horizon, along strike, by fault."""
-    found = {}
+    cutoffs = {}
     for fault in faults:
         marks = fault.vertex_data.get(CUTOFF + horizon)
         if marks is not None and (marks == 1).any() and (marks == 2).any():
@@ -108,8 +108,8 @@ def cutoffs_among(
             strike = np.linalg.svd(xy - xy.mean(axis=0), full_matrices=False)[2][0]
             lines = (fault.vertices[marks == number] for number in (1, 2))
             one, two = (line[np.argsort(line[:, :2] @ strike)] for line in lines)
-            found[fault.name] = one, two
-    return found
+            cutoffs[fault.name] = one, two
+    return cutoffs
 
 
 def cutoffs_kept(fault: TriSurface, vertices: np.ndarray) -> dict[str, np.ndarray]:

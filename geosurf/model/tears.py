@@ -151,7 +151,7 @@ def throws_of(throws: Any) -> tuple[FaultThrow, ...]:
             f"throws is a {type(throws).__name__}; give a mapping {{fault: throw}}, as in "
             '{"F1": 60.0}, or {"F1": {"throw": 60.0, "horizons": ["Top"], "reach": 900.0}}.'
         )
-    found = []
+    listed = []
     for fault, given in throws.items():
         words = given if isinstance(given, Mapping) else {"throw": given}
         if "throw" not in words or not words.keys() <= set(_OF_THROW):
@@ -159,8 +159,8 @@ def throws_of(throws: Any) -> tuple[FaultThrow, ...]:
                 f"throws[{fault!r}] has {', '.join(map(repr, words))}; give throw, and if needed "
                 f"{', '.join(_OF_THROW[1:])}."
             )
-        found.append(FaultThrow(fault, **{**words, "horizons": tuple(words.get("horizons", ()))}))
-    return tuple(found)
+        listed.append(FaultThrow(fault, **{**words, "horizons": tuple(words.get("horizons", ()))}))
+    return tuple(listed)
 
 
 # ---- checks ----------------------------------------
@@ -173,9 +173,9 @@ def check_tears(
     horizons: Sequence[str],
 ) -> None:
     """Refuse trims that are none, names that a scene does not have, and horizons torn twice."""
-    _check_names("throws", "fault", [one.fault for one in throws], faults)
-    for one in throws:
-        _check_names(f"throws[{one.fault!r}]", "horizon", one.horizons, horizons)
+    _check_names("throws", "fault", [throw.fault for throw in throws], faults)
+    for throw in throws:
+        _check_names(f"throws[{throw.fault!r}]", "horizon", throw.horizons, horizons)
     if tear is None:
         return
     trims = tear.trim
@@ -189,11 +189,12 @@ def check_tears(
         )
     _check_names("tear", "fault", trims if isinstance(trims, Mapping) else (), faults)
     _check_names("tear", "horizon", tear.horizons, horizons)
-    for one in throws:
-        for name in one.horizons or horizons:
+    for throw in throws:
+        for name in throw.horizons or horizons:
             if name in (tear.horizons or horizons):
                 raise InputError(
-                    f"horizon {name!r} is torn twice: by tear, and by the throw of {one.fault!r}. "
+                    f"horizon {name!r} is torn twice: by tear, and by the throw of "
+                    f"{throw.fault!r}. "
                     'Name the horizons of each, as in tear={"horizons": [...]} and '
                     'throws={"F1": {"throw": 60.0, "horizons": [...]}}.'
                 )

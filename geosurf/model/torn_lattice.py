@@ -49,12 +49,12 @@ class TornLattice(Lattice):
     ) -> TornLattice:
         """Return the same nodes, torn; what is known of the nodes is shared."""
         # what does not depend on whether all nodes have triangles
-        shared = {*OF_NODES, *(one.name for one in fields(lattice))}
+        shared = {*OF_NODES, *(array.name for array in fields(lattice))}
         shared -= {"whole", "extent", "vertex_of_node"}
         made = object.__new__(cls)
         made.__dict__.update({key: lattice.__dict__[key] for key in shared & {*lattice.__dict__}})
         lists = {"gone": gone, "copies": copies, "ghosts": ghosts}
-        made.__dict__.update({key: frozen(one, one.dtype) for key, one in lists.items()})
+        made.__dict__.update({key: frozen(array, array.dtype) for key, array in lists.items()})
         return made
 
     @cached_property
@@ -189,20 +189,20 @@ class TornLattice(Lattice):
         is_copy = keys >= self.n_key
         if not is_copy.any():
             return super().corners_of_keys(keys)
-        found = np.empty((len(keys), 3), dtype=np.int64)
-        found[~is_copy] = super().corners_of_keys(keys[~is_copy])
-        found[is_copy] = self.copies[keys[is_copy] - self.n_key]
-        return found
+        corners = np.empty((len(keys), 3), dtype=np.int64)
+        corners[~is_copy] = super().corners_of_keys(keys[~is_copy])
+        corners[is_copy] = self.copies[keys[is_copy] - self.n_key]
+        return corners
 
     def places_of_nodes(self, nodes: np.ndarray) -> np.ndarray:
         """World coordinates (n, 3) of nodes, row by row, and of ghosts behind them."""
         is_ghost = nodes >= self.n_node
         if not is_ghost.any():
             return super().places_of_nodes(nodes)
-        found = np.empty((*nodes.shape, 3))
-        found[~is_ghost] = super().places_of_nodes(nodes[~is_ghost])
-        found[is_ghost] = self.ghosts[nodes[is_ghost] - self.n_node]
-        return found
+        places = np.empty((*nodes.shape, 3))
+        places[~is_ghost] = super().places_of_nodes(nodes[~is_ghost])
+        places[is_ghost] = self.ghosts[nodes[is_ghost] - self.n_node]
+        return places
 
     @cached_property
     def node_of_vertex(self) -> np.ndarray:
@@ -267,12 +267,12 @@ class TornLattice(Lattice):
         # edge by edge: a turned lattice has the same three in another order
         none, edge = np.empty(0, dtype=np.int64), np.tile(np.arange(3), len(self.gone))
         over = keys_across(self.places, none, False, np.repeat(self.gone, 3), edge)
-        found = distinct(over)
-        found = found[(found >= 0) & ~is_among(found, self.gone)]  # below 0: outside
+        keys = distinct(over)
+        keys = keys[(keys >= 0) & ~is_among(keys, self.gone)]  # below 0: outside
         if not all(self.survey.numbers):
-            corners = super().corners_of_keys(found)
-            found = found[self.present.ravel()[corners].all(axis=1)]
-        return frozen(found, np.int64)
+            corners = super().corners_of_keys(keys)
+            keys = keys[self.present.ravel()[corners].all(axis=1)]
+        return frozen(keys, np.int64)
 
 
 def nodes_at(lattice: Lattice, places: np.ndarray) -> np.ndarray | None:

@@ -420,13 +420,13 @@ class Units(Shown, Mapping[str, Unit]):
         # keys as users type them: a name or a tuple of labels
         labels = tuple(map(str, key)) if isinstance(key, tuple) else ()
         name = key if isinstance(key, str) else ""  # anything else may not be hashable
-        found: Unit | None = self._by_labels.get(labels) if labels else self._units.get(name)
-        if found is None:
+        unit: Unit | None = self._by_labels.get(labels) if labels else self._units.get(name)
+        if unit is None:
             word = key if isinstance(key, str) else None
             raise KeyError(
                 f"there is no unit {key!r}. The units are {known_names(self._units, word)}"
             )
-        return found
+        return unit
 
     def _card(self) -> Card:
         """Return a table of the reservoir with the colours of pictures, slivers summed up below."""
@@ -623,13 +623,13 @@ class Units(Shown, Mapping[str, Unit]):
             return self
         w, e, s, n, bottom, top = self.box
         names = {unit.name for unit in inside}
-        found = Units(
+        part = Units(
             inside, (w, e, s, n, bottom, top), self.report, self.footprint,
             slivers=self.sliver_settings, merged=[m for m in self.merged if m.into in names],
             unmerged=self.unmerged, reservoir=self.reservoir,
         )  # fmt: skip
-        found._regions, found.time = self._regions, self.time
-        return in_crs_of(found, [self])
+        part._regions, part.time = self._regions, self.time
+        return in_crs_of(part, [self])
 
     @cached_property
     def labels(self) -> dict[str, str]:
@@ -667,10 +667,10 @@ class Units(Shown, Mapping[str, Unit]):
         By default units below 1/10 000 of their zone, and units thinner than the rounding error of
         their vertices; or units below the volume that ``Scene(slivers=...)`` states.
         """
-        found = [
+        small = [
             Remnant(u.name, u.volume, u.middle) for u in self.values() if u.name in self._small
         ]
-        return tuple(sorted(found, key=lambda remnant: -remnant.volume))
+        return tuple(sorted(small, key=lambda remnant: -remnant.volume))
 
     @cached_property
     def _small(self) -> frozenset[str]:
@@ -682,12 +682,12 @@ class Units(Shown, Mapping[str, Unit]):
         of_zone = grouped((unit.zone, unit.volume) for unit in (self.unmerged or self).values())
 
         # default: a share of the zone, and units that rounding alone may have made
-        found = set()
+        small = set()
         for unit in self._units.values():
             limit = SHARE * math.fsum(of_zone.get(unit.zone, ())) if least is None else least
             if unit.volume < limit or (least is None and unit.name in thin):
-                found.add(unit.name)
-        return frozenset(found)
+                small.add(unit.name)
+        return frozenset(small)
 
     @cached_property
     def without_slivers(self) -> tuple[Unit, ...]:
@@ -700,13 +700,14 @@ class Units(Shown, Mapping[str, Unit]):
         if not self.slivers:
             return ""
         # fsum: the same sum in any order of units.
-        n, total = len(self.slivers), math.fsum(one.volume for one in self.slivers)
+        n, total = len(self.slivers), math.fsum(sliver.volume for sliver in self.slivers)
         listed = ", ".join(
-            f"{one.name} ({volume_text(one.volume)})" for one in self.slivers[:MOST_SLIVERS]
+            f"{sliver.name} ({volume_text(sliver.volume)})"
+            for sliver in self.slivers[:MOST_SLIVERS]
         )
         more = f" and {n - MOST_SLIVERS} more" if n > MOST_SLIVERS else ""
-        one = "1 of them is a sliver" if n == 1 else f"{n} of them are slivers"
-        return f"{one} ({self.sliver_settings.rule}), {volume_text(total)} in all: {listed}{more}"
+        head = "1 of them is a sliver" if n == 1 else f"{n} of them are slivers"
+        return f"{head} ({self.sliver_settings.rule}), {volume_text(total)} in all: {listed}{more}"
 
     @property
     def ends_at_box(self) -> str:
@@ -803,13 +804,13 @@ class Units(Shown, Mapping[str, Unit]):
         ()
         """
         min_volume = number_of(min_volume, "min_volume", "give cubic metres")
-        found = []
+        small_parts = []
         for unit in self._units.values():
             # pieces after the largest of a zone and block have a number; those below the limit come
             # in, too
             if " #" in unit.block or unit.volume < min_volume:
-                found.append(Remnant(unit.name, unit.volume, unit.middle))
-        return tuple(sorted(found, key=lambda remnant: -remnant.volume))
+                small_parts.append(Remnant(unit.name, unit.volume, unit.middle))
+        return tuple(sorted(small_parts, key=lambda remnant: -remnant.volume))
 
     def to_pyvista(self) -> pyvista.MultiBlock:
         """Return the shells of all units as named blocks of `pyvista`.
@@ -859,13 +860,13 @@ def units_in(units: Units, regions: RegionFinder, time: str | None) -> Units:
 
     `time` is ``"two-way"`` or ``"one-way"`` of a model in time.
     """
-    found, each = copy.copy(units), {name: copy.copy(unit) for name, unit in units.items()}
+    copied, each = copy.copy(units), {name: copy.copy(unit) for name, unit in units.items()}
     for unit in each.values():
         unit.__dict__.pop("region", None)  # of the one that it is a copy of
         unit.__dict__.update(_regions=regions, time=time)
     by_labels = {labels: each[unit.name] for labels, unit in units._by_labels.items()}
-    found.__dict__.update(_units=each, _by_labels=by_labels, _regions=regions, time=time)
-    return found
+    copied.__dict__.update(_units=each, _by_labels=by_labels, _regions=regions, time=time)
+    return copied
 
 
 def left_out(units: Units, how: str, include: str = "reservoir") -> str:

@@ -364,11 +364,11 @@ def read_polygons(
     refuse_columns(path, key, columns, decimal)
     if name is not None:
         name = name_of(name, "line")
-    found: list[np.ndarray] = read(path, Request(name, positive, length_unit, columns, decimal))
-    for k, line in enumerate(found, 1):
+    lines: list[np.ndarray] = read(path, Request(name, positive, length_unit, columns, decimal))
+    for k, line in enumerate(lines, 1):
         if absent := no_data_in(line):
             raise damaged(
                 f"{path}: point {absent[0] + 1} of line {k} has {absent[1]:g}, a usual mark of no "
                 "data"
             )
-    return found
+    return lines

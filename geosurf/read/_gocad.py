@@ -218,7 +218,7 @@ TITLES = {"tsurf": "TSurf", "sgrid": "SGrid", "pline": "PLine", "vset": "VSet"}
 def bodies(path: Path, text: str, kind: str) -> Iterator[tuple[int, Iterator[Line]]]:
     """Yield first line and lines of each object of one kind, at least one; use up its lines."""
     # A file may hold several objects; each starts with GOCAD and ends with END.
-    lines, found = _numbered_lines(text), False
+    lines, has_object = _numbered_lines(text), False
     for i, line in lines:
         words = line.split()
         if not words or words[0].startswith("#"):
@@ -230,11 +230,11 @@ def bodies(path: Path, text: str, kind: str) -> Iterator[tuple[int, Iterator[Lin
             )
         body = _body(path, lines, i)
         if len(words) > 1 and words[1].lower() == kind:
-            found = True
+            has_object = True
             yield i, body
         else:
             deque(body, maxlen=0)  # another kind of object: pass over it
-    if not found:
+    if not has_object:
         raise damaged(f"{path}: the file has no GOCAD {TITLES[kind]}")
 
 

@@ -301,33 +301,33 @@ def refuse_bombs(path: Path, file: h5py.File, size: int, stays: float = math.inf
                     f"{path}: {name!r} is a link to another file, {link.filename!r}. geosurf "
                     "does not follow such links. Copy the data into one file."
                 )
-            found = group.get(name)
-            if found is None or (found.id in seen):  # a link to nothing, or a circle
+            node = group.get(name)
+            if node is None or (node.id in seen):  # a link to nothing, or a circle
                 continue
-            seen.add(found.id)
-            if isinstance(found, h5py.Group):
-                todo.append(found)
-            elif isinstance(found, h5py.Dataset):
+            seen.add(node.id)
+            if isinstance(node, h5py.Group):
+                todo.append(node)
+            elif isinstance(node, h5py.Dataset):
                 # texts and references are left out: a few bytes of them may stand for gigabytes
-                if found.size is not None and found.size > 1 and found.dtype.kind not in "fiub":
+                if node.size is not None and node.size > 1 and node.dtype.kind not in "fiub":
                     passed_over.append(str(name))
                     continue
-                if found.is_virtual or found.external:
+                if node.is_virtual or node.external:
                     raise FormatError(
-                        f"{path}: the values of {found.name!r} are in other files. Copy them into "
+                        f"{path}: the values of {node.name!r} are in other files. Copy them into "
                         "one file."
                     )
-                if (found.size or 0) > stays:
-                    stored, parts = int(found.id.get_storage_size() > 0), 1
-                    if found.chunks:
-                        sides = zip(found.shape, found.chunks, strict=True)
-                        stored = int(found.id.get_num_chunks())
+                if (node.size or 0) > stays:
+                    stored, parts = int(node.id.get_storage_size() > 0), 1
+                    if node.chunks:
+                        sides = zip(node.shape, node.chunks, strict=True)
+                        stored = int(node.id.get_num_chunks())
                         parts = math.prod(-(-n // step) for n, step in sides)
-                    refuse_empty(path, str(name), found.shape, stored, parts)
+                    refuse_empty(path, str(name), node.shape, stored, parts)
                     continue
                 # Bytes of all variables together, since xarray may load each of them.
-                total += _bytes_of(path, found, size)
-                what = f"variable {name!r} of {' x '.join(map(str, found.shape or ())) or 1} values"
+                total += _bytes_of(path, node, size)
+                what = f"variable {name!r} of {' x '.join(map(str, node.shape or ())) or 1} values"
                 refuse_large(path, COPIES * total, size, what)
     return passed_over
 

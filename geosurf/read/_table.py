@@ -233,22 +233,22 @@ def _only_numbers(draft: Draft, words: list[str], i: int) -> list[int]:
     if len(words) == 3 and draft.places in (None, [0, 1, 2]):
         return [0, 1, 2]  # the reader reports a word that is not a number
     # Exactly three numbers among other words: these are x, y and z.
-    found = [k for k, word in enumerate(words) if is_value(draft, word)]
-    if len(found) != 3:
+    places = [k for k, word in enumerate(words) if is_value(draft, word)]
+    if len(places) != 3:
         raise FormatError(
-            f"{draft.path}, line {i}: found {len(found)} numbers and no header, so the columns "
+            f"{draft.path}, line {i}: found {len(places)} numbers and no header, so the columns "
             "of easting, northing and z are unknown. Give their columns, counted from 1, as in "
             f"columns=(3, 4, 5).{_of_line(draft, words)}"
         )
 
     # numbers that change their columns within a file are refused: one kind of line is misread
-    if draft.places not in (None, found):
+    if draft.places not in (None, places):
         raise FormatError(
-            f"{draft.path}, line {i}: numbers are in columns {[k + 1 for k in found]}, on the "
+            f"{draft.path}, line {i}: numbers are in columns {[k + 1 for k in places]}, on the "
             f"lines before in {[k + 1 for k in draft.places or []]}. Give the right columns, "
             "as in columns=(1, 2, 3)."
         )
-    return found
+    return places
 
 
 def _of_line(draft: Draft, words: list[str]) -> str:
@@ -327,15 +327,15 @@ def one_column(
     FormatError
     """
     names = (spellings,) if isinstance(spellings, str) else spellings
-    found = [k for k, word in enumerate(plain) if word in names]
-    if len(found) != 1:
+    matching = [k for k, word in enumerate(plain) if word in names]
+    if len(matching) != 1:
         there = ", ".join(map(repr, header)) or "no header"
-        guess = "" if found else did_you_mean(names[0], plain)
+        guess = "" if matching else did_you_mean(names[0], plain)
         raise FormatError(
-            f"{where}: found {len(found)} columns for {what} in {there}, expected one of "
+            f"{where}: found {len(matching)} columns for {what} in {there}, expected one of "
             f"{', '.join(names)} (upper or lower case).{guess} {remedy}"
         )
-    return found[0]
+    return matching[0]
 
 
 def first_column(header: Sequence[str], spellings: Sequence[str]) -> int | None:
@@ -434,11 +434,11 @@ def _take_rows(draft: Draft, rows: Iterable[tuple[int, list[str]]]) -> None:
     """Take rows in portions: words take twenty times the memory of the file."""
     rows = iter(rows)
     while part := list(itertools.islice(rows, ROWS)):
-        found: list[str] = []
+        texts: list[str] = []
         for i, words in part:
-            found += three_words(draft, words, i)
+            texts += three_words(draft, words, i)
             draft.take_more(words, i)
-        draft.take(found, [i for i, _ in part])
+        draft.take(texts, [i for i, _ in part])
 
 
 def words_per_line(piece: str) -> np.ndarray:

@@ -127,10 +127,10 @@ class Features:
         return self
 
     def _counts(self) -> dict[str, int]:
-        found: Counter[str] = Counter()
-        for one in self.items:
-            found[one.kind] += len(one.points) if one.kind == "point" else 1
-        return {kind: found[kind] for kind in KINDS if found[kind]}
+        counts: Counter[str] = Counter()
+        for feature in self.items:
+            counts[feature.kind] += len(feature.points) if feature.kind == "point" else 1
+        return {kind: counts[kind] for kind in KINDS if counts[kind]}
 
     def _warn_of_degrees(self) -> None:
         """Small numbers may be degrees, also in systems that are given by a code."""
@@ -165,7 +165,7 @@ class Features:
 
     def raised(self, columns: Any) -> Features:
         """Return the same with z from an attribute, where there are no third coordinates."""
-        flat = [one for one in self.items if np.isnan(one.points[:, 2]).any()]
+        flat = [feature for feature in self.items if np.isnan(feature.points[:, 2]).any()]
         if not flat and columns is None:
             noted("elevations", "third coordinates")
             return self
@@ -174,8 +174,8 @@ class Features:
             return self
         noted("elevations", f"attribute {key}")
         items = []
-        for k, one in enumerate(self.items):
-            value = one.words.get(key)
+        for k, feature in enumerate(self.items):
+            value = feature.words.get(key)
             if (
                 isinstance(value, bool)
                 or not isinstance(value, int | float)
@@ -185,9 +185,9 @@ class Features:
                     f"{self.path}: attribute {key!r} of feature {k} (counted from 0) is {value!r}, "
                     "expected a number. Complete it, or delete the feature."
                 )
-            points = one.points.copy()
+            points = feature.points.copy()
             points[:, 2] = value
-            items.append(Feature(one.kind, points, one.words))
+            items.append(Feature(feature.kind, points, feature.words))
         return replace(self, items=items)
 
     def _attribute_of_z(self, columns: Any, flat: bool) -> str | None:
@@ -204,17 +204,18 @@ class Features:
         usual = [key for key in keys if key.lower() in (*USUAL["z"], "tvdss")]
         return usual[0] if flat and len(usual) == 1 else None
 
-    def to_metres(self, one: Feature, scale: float) -> np.ndarray:
+    def to_metres(self, feature: Feature, scale: float) -> np.ndarray:
         """Points of a feature with elevations."""
-        missing = int(np.isnan(one.points[:, 2]).sum())
+        missing = int(np.isnan(feature.points[:, 2]).sum())
         if missing:
-            keys = ", ".join(one.words) or "none"
+            keys = ", ".join(feature.words) or "none"
             raise FormatError(
-                f"{self.path}: {missing} of {counted(len(one.points), 'point')} of a {one.kind} "
-                f"have no elevation (attributes: {keys}). Give the attribute that holds it, as in "
+                f"{self.path}: {missing} of {counted(len(feature.points), 'point')} of a "
+                f"{feature.kind} have no elevation (attributes: {keys}). Give the attribute that "
+                "holds it, as in "
                 "columns=('X', 'Y', 'DEPTH'), or export third coordinates."
             )
-        return one.points * [1.0, 1.0, scale] + 0.0
+        return feature.points * [1.0, 1.0, scale] + 0.0
 
 
 def read_feature_points(path: Path, request: Request) -> xr.Dataset:
@@ -252,17 +253,17 @@ def read_feature_points(path: Path, request: Request) -> xr.Dataset:
     >>> read_feature_points(file, Request(positive="down")).elevation.values
     array([-1500.])
     """
-    found = features(path).checked().raised(request.columns)
-    items = found.only(("point",), "read_points")
-    scale = found.scale(request, "points")
-    xyz = np.concatenate([found.to_metres(one, scale) for one in items])
-    keys = dict.fromkeys(key for one in items for key in one.words)
-    sizes = [len(one.points) for one in items]
+    read = features(path).checked().raised(request.columns)
+    items = read.only(("point",), "read_points")
+    scale = read.scale(request, "points")
+    xyz = np.concatenate([read.to_metres(feature, scale) for feature in items])
+    keys = dict.fromkeys(key for feature in items for key in feature.words)
+    sizes = [len(feature.points) for feature in items]
     # an attribute called as a coordinate would hide it
     others: dict[str, Any] = {}
     for key in (key for key in keys if key.lower() not in (*AXES, *others)):
-        others[key] = ("point", _column([one.words.get(key) for one in items], sizes))
-    return points_dataset(xyz, found.path.name, found.crs, others)
+        others[key] = ("point", _column([feature.words.get(key) for feature in items], sizes))
+    return points_dataset(xyz, read.path.name, read.crs, others)
 
 
 def _column(values: list[Any], sizes: list[int]) -> np.ndarray:
@@ -296,17 +297,17 @@ def read_feature_polygons(path: Path, request: Request) -> list[np.ndarray]:
     FormatError, InputError, DependencyError
         As `read_feature_points`; `positive` may be missing where all z are 0.
     """
-    found = features(path).checked().raised(request.columns)
-    items = found.only(("line", "ring"), "read_polygons")
-    check_name(found.path, (one.name for one in items), request.name)
-    items = [one for one in items if request.name in (None, one.name)]
-    z = np.concatenate([one.points[:, 2] for one in items])
+    read = features(path).checked().raised(request.columns)
+    items = read.only(("line", "ring"), "read_polygons")
+    check_name(read.path, (feature.name for feature in items), request.name)
+    items = [feature for feature in items if request.name in (None, feature.name)]
+    z = np.concatenate([feature.points[:, 2] for feature in items])
     # lines drawn on a map have no z, or 0 throughout
-    if np.isnan(z).all() or (request.positive is None and found.positive is None and not z.any()):
+    if np.isnan(z).all() or (request.positive is None and read.positive is None and not z.any()):
         noted("elevations", "none: lines lie in the map, z = 0")
-        return [np.nan_to_num(one.points) for one in items]
-    scale = found.scale(request, "polygons")
-    return [found.to_metres(one, scale) for one in items]
+        return [np.nan_to_num(feature.points) for feature in items]
+    scale = read.scale(request, "polygons")
+    return [read.to_metres(feature, scale) for feature in items]
 
 
 def read_feature_sticks(path: Path, request: Request) -> FaultSticks:
@@ -330,12 +331,12 @@ def read_feature_sticks(path: Path, request: Request) -> FaultSticks:
     FormatError, InputError, DependencyError
         As `read_feature_points`.
     """
-    found = features(path).checked().raised(request.columns)
-    lines = [(one.name, one) for one in found.only(("line",), "read_fault")]
-    title, items = chosen(found.path, lines, request.name, "faults")
-    scale = found.scale(request, "fault sticks")
-    sticks = tuple(found.to_metres(one, scale) for one in items)
-    return in_crs_of(FaultSticks(request.name or title or found.path.stem, sticks), [found])
+    read = features(path).checked().raised(request.columns)
+    lines = [(feature.name, feature) for feature in read.only(("line",), "read_fault")]
+    title, items = chosen(read.path, lines, request.name, "faults")
+    scale = read.scale(request, "fault sticks")
+    sticks = tuple(read.to_metres(feature, scale) for feature in items)
+    return in_crs_of(FaultSticks(request.name or title or read.path.stem, sticks), [read])
 
 
 def features(path: Path) -> Features:
@@ -350,17 +351,17 @@ def features(path: Path) -> Features:
 
 def _of_geojson(path: Path) -> Features:
     with reading_with(path, "the JSON parser"):
-        found = json.loads(read_text(path, final_line_end=False), parse_constant=_no_constant)
-    if not isinstance(found, dict):
+        document = json.loads(read_text(path, final_line_end=False), parse_constant=_no_constant)
+    if not isinstance(document, dict):
         raise damaged(f"{path}: this is not a GeoJSON object")
     items: list[Feature] = []
     empty = 0
-    for shape, words in _geometries(path, found, {}, 0):
+    for shape, words in _geometries(path, document, {}, 0):
         parts = list(_parts(path, shape)) if shape else []
         empty += not parts
         items += [Feature(kind, points, words) for kind, points in parts]
-    stated = {key: _word(path, found, key) for key in ("positive", "units")}
-    return Features(path, items, _crs(path, found), empty, stated["positive"], stated["units"])
+    stated = {key: _word(path, document, key) for key in ("positive", "units")}
+    return Features(path, items, _crs(path, document), empty, stated["positive"], stated["units"])
 
 
 def _no_constant(word: str) -> float:
@@ -385,24 +386,24 @@ def _crs(path: Path, found: dict[str, Any]) -> str | None:
 
 
 def _geometries(
-    path: Path, found: Any, words: dict[str, Any], depth: int
+    path: Path, node: Any, words: dict[str, Any], depth: int
 ) -> Iterator[tuple[dict[str, Any] | None, dict[str, Any]]]:
     """Each geometry with the attributes of its feature; None where a feature has none."""
-    kind = found.get("type") if isinstance(found, dict) else None
-    if found is None:
+    kind = node.get("type") if isinstance(node, dict) else None
+    if node is None:
         yield None, words
     elif kind in SHAPES:
-        yield found, words
+        yield node, words
     elif kind in ("FeatureCollection", "GeometryCollection") and depth < DEPTH:
-        parts = found.get("features" if kind == "FeatureCollection" else "geometries")
+        parts = node.get("features" if kind == "FeatureCollection" else "geometries")
         if not isinstance(parts, list):
             raise damaged(f"{path}: a {kind} has no list of its parts")
         for part in parts:
             yield from _geometries(path, part, words, depth + 1)
     elif kind == "Feature" and depth < DEPTH:
-        own = found.get("properties")
+        own = node.get("properties")
         yield from _geometries(
-            path, found.get("geometry"), own if isinstance(own, dict) else {}, depth + 1
+            path, node.get("geometry"), own if isinstance(own, dict) else {}, depth + 1
         )
     else:
         raise damaged(

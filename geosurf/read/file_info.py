@@ -150,16 +150,16 @@ def info(path: str | PathLike[str]) -> FileInfo:
             sentence = str(error).removeprefix(f"{path}: ").removeprefix(f"{path}, ")
             doubts.append(strange(path) if "it reads ." in sentence else sentence)
 
-    found = points[np.isfinite(points).all(axis=1)]
+    known = points[np.isfinite(points).all(axis=1)]
     if not len(points):
         notes.clear()  # what readers asked before they refused the file says nothing about it
-    doubts += _open_questions(key, notes) + _strange_values(points, found)
+    doubts += _open_questions(key, notes) + _strange_values(points, known)
     extent = {}
-    if len(found):
-        low, high = found.min(axis=0).tolist(), found.max(axis=0).tolist()
+    if len(known):
+        low, high = known.min(axis=0).tolist(), known.max(axis=0).tolist()
         names = ("easting", "northing", "z")
         extent = {name: [low[k], high[k]] for k, name in enumerate(names)}
-    return FileInfo(str(path), size, key, function, dict(notes), len(found), extent, doubts)
+    return FileInfo(str(path), size, key, function, dict(notes), len(known), extent, doubts)
 
 
 def strange(path: str | PathLike[str]) -> str:
@@ -226,10 +226,10 @@ def _resqml_function(path: Path) -> str:
 def _holds_points(path: Path) -> bool:
     """Whether a file of features begins with a point; damaged ones are left to their reader."""
     try:
-        found = features(path)
+        read = features(path)
     except GeosurfError:
         return False
-    return bool(found.items) and found.items[0].kind == "point"
+    return bool(read.items) and read.items[0].kind == "point"
 
 
 def points_of_file(path: Path, key: str, function: str) -> np.ndarray:
@@ -299,21 +299,21 @@ def _open_questions(key: str, notes: dict[str, str]) -> list[str]:
     return doubts
 
 
-def _strange_values(points: np.ndarray, found: np.ndarray) -> list[str]:
+def _strange_values(points: np.ndarray, known: np.ndarray) -> list[str]:
     """What looks wrong: null values that were read as elevations, few values, no relief."""
     if len(points) == 0:
         return []
-    if len(found) == 0:
+    if len(known) == 0:
         return ["All values are undefined."]
     doubts = []
     for null in NULLS:
         # a reader that takes depth turns the sign
-        count = int(np.count_nonzero(found[:, 2] == null))
+        count = int(np.count_nonzero(known[:, 2] == null))
         if count:
             doubts.append(f"{count} values are {null:g}, which many programs write for undefined.")
-    if len(found) * 2 < len(points):
-        share = 100 * (1 - len(found) / len(points))
+    if len(known) * 2 < len(points):
+        share = 100 * (1 - len(known) / len(points))
         doubts.append(f"{share:.0f} % of the nodes are undefined.")
-    if np.abs(found[:, :2]).max() <= 360.0 and np.ptp(found[:, :2], axis=0).max() > 0:
+    if np.abs(known[:, :2]).max() <= 360.0 and np.ptp(known[:, :2], axis=0).max() > 0:
         doubts.append("Easting and northing are below 360: they may be degrees, not metres.")
     return doubts

@@ -181,14 +181,14 @@ def crs_of_gocad_lines(path: Path) -> str | None:
 
 def _crs(path: Path, drafts: list[Draft]) -> str | None:
     """The system of all objects of a file."""
-    found = list(dict.fromkeys(draft.header.crs for draft in drafts))
-    if len(found) > 1:
-        names = ", ".join("none" if one is None else label(one) for one in found)
+    systems = list(dict.fromkeys(draft.header.crs for draft in drafts))
+    if len(systems) > 1:
+        names = ", ".join("none" if one is None else label(one) for one in systems)
         raise FormatError(
             f"{path}: its objects are in several coordinate reference systems: {names}. Write one "
             "file for each."
         )
-    return found[0]
+    return systems[0]
 
 
 def _objects(path: Path, kind: str) -> Iterator[tuple[Draft, list[tuple[int, int]]]]:
@@ -424,7 +424,7 @@ def _nodes_of_file(grid: SGrid, expected: int) -> np.ndarray:
 
 def _text_points(path: Path, expected: int) -> np.ndarray:
     """Points of text: x y z first on each line; ``*`` and ``#`` begin comments."""
-    found: list[str] = []
+    texts: list[str] = []
     lines: list[int] = []
     for i, line in enumerate(read_text(path).split("\n"), start=1):
         words = line.split()
@@ -432,9 +432,9 @@ def _text_points(path: Path, expected: int) -> np.ndarray:
             continue
         if len(words) < 3:
             raise damaged(f"{path}, line {i}: found {len(words)} values, expected x y z")
-        found += words[:3]
+        texts += words[:3]
         lines.append(i)
-    points = number_rows(found, lines, path, "x, y or z")
+    points = number_rows(texts, lines, path, "x, y or z")
     if len(points) != expected:
         raise damaged(f"{path}: found {len(points)} points, expected {expected}")
     noted("kind", "points in text")
@@ -497,13 +497,13 @@ def read_gocad(path: Path, request: Request) -> TriSurface:
     """
     surfaces = read_tsurf(path, request)
     named = [(surface.name, surface) for surface in surfaces]
-    title, found = chosen(path, named, request.name, "surfaces")
-    if len(found) > 1:
+    title, matching = chosen(path, named, request.name, "surfaces")
+    if len(matching) > 1:
         raise InputError(
-            f"{path}: {len(found)} of {len(surfaces)} surfaces are called {title!r}. Read all with "
-            "geosurf.read.read_tsurf."
+            f"{path}: {len(matching)} of {len(surfaces)} surfaces are called {title!r}. Read all "
+            "with geosurf.read.read_tsurf."
         )
-    return found[0] if request.name is None else found[0].renamed(request.name)
+    return matching[0] if request.name is None else matching[0].renamed(request.name)
 
 
 def read_tsurf(path: str | Path, request: Request) -> list[TriSurface]:

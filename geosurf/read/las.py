@@ -136,7 +136,7 @@ def tops_of_las(
     unit = list(section.words.values())[md_at][0] or "m"
     factor = metres_per_unit(unit, f"{path.name}: ~Tops")
     names: list[tuple[str, str]] = []
-    found: list[np.ndarray] = []
+    places_of_tops: list[np.ndarray] = []
     unused: list[str] = []
     for line, words in section.rows:
         if len(words) != len(header):
@@ -150,9 +150,11 @@ def tops_of_las(
             unused.append(f"{title!r} in well {well.well!r} (line {line}) is outside of the path")
             continue
         names.append((well.well, title))
-        found.append(np.array([np.interp(md, well.md, well.points[:, k]) for k in range(3)]))
+        places_of_tops.append(
+            np.array([np.interp(md, well.md, well.points[:, k]) for k in range(3)])
+        )
     noted("tops", f"{len(names)} of the section ~Tops, on straight lines between stations")
-    return names, np.array(found).reshape(-1, 3), unused
+    return names, np.array(places_of_tops).reshape(-1, 3), unused
 
 
 def holds_tops(path: Path) -> bool:
@@ -165,7 +167,7 @@ def holds_tops(path: Path) -> bool:
 
 def _sections(path: Path) -> dict[str, Section]:
     """Sections by their names: version, well, curve, ascii, tops ..."""
-    found: dict[str, Section] = {}
+    sections: dict[str, Section] = {}
     current, key, data, sign = Section(), "", False, None
     for i, line in enumerate(read_text(path, final_line_end=False).split("\n"), start=1):
         text = line.strip()
@@ -174,7 +176,7 @@ def _sections(path: Path) -> dict[str, Section]:
         if text.startswith("~"):
             title = text[1:].split("|")[0].strip().lower()
             key = _key(title)
-            current = found.setdefault(key, Section())
+            current = sections.setdefault(key, Section())
             data = key == "ascii" or title.split(" ")[0].endswith("_data")
             continue
         if data:
@@ -194,7 +196,7 @@ def _sections(path: Path) -> dict[str, Section]:
         current.words[taken] = (match[2], match[3])
         if name.upper() == "DLM":
             sign = {"COMMA": ",", "TAB": "\t"}.get(match[3].upper())
-    return found
+    return sections
 
 
 def _key(title: str) -> str:

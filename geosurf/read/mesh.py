@@ -110,7 +110,7 @@ def _tags_of_words(path: Path, words: list[bytes], version: str) -> list[bytes]:
     if version[0] == "2":
         return words[1::4]
     # version 4: the section's counts, then blocks of four words and their nodes
-    found: list[bytes] = []
+    tags: list[bytes] = []
     at = 4 if version == "41" else 2
     while at + 4 <= len(words):
         n = _count(path, words[at + 3])
@@ -120,16 +120,16 @@ def _tags_of_words(path: Path, words: list[bytes], version: str) -> list[bytes]:
                 f"{len(words) - at - 4} numbers left"
             )
         at += 4
-        found += words[at : at + n] if version == "41" else words[at : at + 4 * n : 4]
+        tags += words[at : at + n] if version == "41" else words[at : at + 4 * n : 4]
         at += 4 * n
 
     # meshio makes an array of the section's own count, however many nodes follow
-    if len(words) > 1 and _count(path, words[1]) != len(found):
+    if len(words) > 1 and _count(path, words[1]) != len(tags):
         raise damaged(
             f"{path}: {int(words[1])} nodes are announced in section $Nodes, and its blocks have "
-            f"{len(found)}"
+            f"{len(tags)}"
         )
-    return found
+    return tags
 
 
 def _count(path: Path, word: bytes) -> int:
@@ -169,16 +169,16 @@ def _tags_of_bytes(path: Path, data: bytes, at: int, version: str, size: int) ->
     before = at
     taken(ROW if in_rows else np.dtype((np.void, size + POINT.itemsize)), n_node)
     at = before
-    found: list[int] = []
-    while len(found) < n_node:
+    tags: list[int] = []
+    while len(tags) < n_node:
         taken(np.dtype("<i4"), 3)
         n = int(taken(whole, 1)[0])
         if in_rows:
-            found += taken(ROW, n)["tag"].tolist()
+            tags += taken(ROW, n)["tag"].tolist()
         else:
-            found += taken(whole, n).tolist()
+            tags += taken(whole, n).tolist()
             taken(POINT, n)
-    return found
+    return tags
 
 
 # suffix -> name of the format in meshio, which would try others, some of them for ever
@@ -432,24 +432,24 @@ def _document(path: Path, data: bytes) -> dict[str, Any]:
             raise damaged(f"{path}: the first chunk announces {length} bytes of {kind!r}")
         text = data[20 : 20 + length]
     with reading_with(path, "the JSON parser"):
-        found = json.loads(text.decode("utf-8-sig"))
-    if not isinstance(found, dict):
+        document = json.loads(text.decode("utf-8-sig"))
+    if not isinstance(document, dict):
         raise damaged(f"{path}: the JSON is not that of a glTF file")
-    required = [str(one) for one in found.get("extensionsRequired") or []]
+    required = [str(one) for one in document.get("extensionsRequired") or []]
     other = [one for one in required if not one.startswith(HARMLESS)]
     if other:
         raise FormatError(
             f"{path}: the file needs the glTF extension {other[0]}, which geosurf does not read. "
             "Export it without compression."
         )
-    return found
+    return document
 
 
 def _refuse_what_is_not_there(path: Path, document: dict[str, Any], size: int) -> dict[str, bytes]:
     """Bytes of files next to this one, if all that is announced fits into these and `size`."""
     files = {}
-    for row, one in enumerate(_listed(document, "buffers")):
-        uri = str(one.get("uri", "data:"))
+    for row, entry in enumerate(_listed(document, "buffers")):
+        uri = str(entry.get("uri", "data:"))
         if uri.startswith("data:"):
             with reading_with(path, f"the base64 decoder (buffer {row})"):
                 base64.b64decode(uri.partition(",")[2], validate=True)
@@ -461,9 +461,9 @@ def _refuse_what_is_not_there(path: Path, document: dict[str, Any], size: int) -
             )
         files[uri] = read_bytes(path.parent / uri)
         size += len(files[uri])
-    for row, one in enumerate(_listed(document, "accessors")):
-        count = one.get("count")
-        if "sparse" in one:
+    for row, entry in enumerate(_listed(document, "accessors")):
+        count = entry.get("count")
+        if "sparse" in entry:
             raise FormatError(
                 f"{path}: accessor {row} is sparse. Export the file with full arrays."
             )

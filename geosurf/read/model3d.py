@@ -107,15 +107,15 @@ def surfaces_of(
         )
 
     # names and roles that geosurf wrote for itself, in the order of the head
-    own = own_lines(path, lines, "surface")
-    if not own:
+    stated = own_lines(path, lines, "surface")
+    if not stated:
         return surfaces
-    if len(own) != len(roles):
+    if len(stated) != len(roles):
         raise FormatError(
-            f"{path}: the header names {len(own)} surfaces of geosurf, but the model has "
+            f"{path}: the header names {len(stated)} surfaces of geosurf, but the model has "
             f"{len(roles)}. Delete the lines '*geosurf*surface' or export the model again."
         )
-    labels = dict(zip(roles, own, strict=True))
+    labels = dict(zip(roles, stated, strict=True))
     found = [surface.renamed(*labels[name]) for name, surface in surfaces.items()]
     return {surface.name: surface for surface in found}
 
@@ -129,7 +129,7 @@ def own_lines(path: Path, lines: list[str], key: str) -> list[list[Any]]:
     FormatError
         If one of them is damaged.
     """
-    found, word = [], f"*geosurf*{key}:"
+    entries, word = [], f"*geosurf*{key}:"
     for i, line in enumerate(lines, start=1):
         if line.strip() == "END":
             break
@@ -142,8 +142,8 @@ def own_lines(path: Path, lines: list[str], key: str) -> list[list[Any]]:
                 f"{path}, line {i}: {line[:40]!r} is damaged. Delete the lines that begin with "
                 "'*geosurf*' or export the model again."
             ) from error
-        found.append(values)
-    return found
+        entries.append(values)
+    return entries
 
 
 def read_regions(
@@ -221,7 +221,7 @@ def read_region_faces(
 
     # The number of a TFACE counts from 1; its sign is the side that faces the region.
     parts = _corners_of_parts(path, lines, positive, length_unit)
-    found = {}
+    faces = {}
     for name, signed, line in region_lists(path, lines):
         wrong = [k for k in signed if abs(k) > len(parts)]
         if wrong:
@@ -232,8 +232,8 @@ def read_region_faces(
         if name != "Universe":
             # each part turned so that its normals point the same way with regard to the region
             turned = [parts[abs(k) - 1][:, :: 1 if k > 0 else -1] for k in signed]
-            found[name] = np.concatenate([np.empty((0, 3, 3)), *turned])
-    return found
+            faces[name] = np.concatenate([np.empty((0, 3, 3)), *turned])
+    return faces
 
 
 def _corners_of_parts(

@@ -102,26 +102,28 @@ def _engine(path: Path, head: bytes) -> str:
 
 def _chunks(dataset: xr.Dataset, stays: float) -> dict[Any, int]:
     """Chunks of large arrays along their dimensions: those of the file, unless very long."""
-    found: dict[Any, int] = {}
+    chunks: dict[Any, int] = {}
     for variable in dataset.variables.values():
         if variable.size > stays:
             stored = variable.encoding.get("chunksizes") or variable.encoding.get("chunks")
-            own = dict(zip(variable.dims, stored or (), strict=False))
+            stored_chunks = dict(zip(variable.dims, stored or (), strict=False))
             for dim, n in variable.sizes.items():
-                found[dim] = own[dim] if 0 < own.get(dim, 0) <= LONG else min(PART, n)
-    return found
+                chunks[dim] = (
+                    stored_chunks[dim] if 0 < stored_chunks.get(dim, 0) <= LONG else min(PART, n)
+                )
+    return chunks
 
 
 def _refuse_empty_arrays(path: Path, dataset: xr.Dataset) -> None:
     """Refuse large arrays of which nearly no chunk is there."""
-    for name, one in dataset.variables.items():
+    for name, variable in dataset.variables.items():
         # a file for each chunk, or for each shard of several
-        sizes = one.encoding.get("shards") or one.encoding.get("chunks")
-        if one.size > LARGE and sizes:
-            parts = math.prod(-(-n // step) for n, step in zip(one.shape, sizes, strict=True))
+        sizes = variable.encoding.get("shards") or variable.encoding.get("chunks")
+        if variable.size > LARGE and sizes:
+            parts = math.prod(-(-n // step) for n, step in zip(variable.shape, sizes, strict=True))
             files = (file for _, _, some in os.walk(path / str(name)) for file in some)
             stored = sum(file != "zarr.json" and not file.startswith(".z") for file in files)
-            refuse_empty(path, str(name), one.shape, stored, parts)
+            refuse_empty(path, str(name), variable.shape, stored, parts)
 
 
 # ---- netcdf ----------------------------------------
@@ -247,7 +249,7 @@ def read_netcdf_fault(path: Path, request: Request) -> xr.Dataset:
     dataset = dataset_of_file(path).reset_coords()
 
     # one variable for each of the three, over both dimensions of the fault
-    found = {}
+    axes = {}
     for key, spellings in zip(AXES, (*MAP_NAMES.values(), ELEVATION), strict=True):
         # exactly one variable with a known name, over both dimensions of the fault
         words = [str(word) for word in dataset.data_vars if str(word).lower() in spellings]
@@ -257,14 +259,14 @@ def read_netcdf_fault(path: Path, request: Request) -> xr.Dataset:
                 f"{path}: expected one variable {key!r} with dims {FAULT_DIMS}, found {shape}. "
                 "Rename variables and dimensions. If this is a gridded horizon, use read_horizon."
             )
-        found[key] = dataset[words[0]].transpose(*FAULT_DIMS)
+        axes[key] = dataset[words[0]].transpose(*FAULT_DIMS)
 
-    z = found["elevation"]
+    z = axes["elevation"]
     what = f"{path}: fault {request.named(path)!r}"
     scale = _scale(z, what, request)
     places = [
-        _metres(path, found["easting"]),
-        _metres(path, found["northing"]),
+        _metres(path, axes["easting"]),
+        _metres(path, axes["northing"]),
         scale * _finite_or_nan(path, z) + 0.0,
     ]
     data = {
@@ -313,14 +315,14 @@ def _pick(path: Path, dataset: xr.Dataset, variable: str | None, name: str) -> x
 
 def _coordinate(path: Path, data: xr.DataArray, key: str) -> xr.DataArray:
     """Return the coordinate that is easting, or northing, by its name or attributes."""
-    found: list[xr.DataArray] = map_coordinates(data)[key]
-    if len(found) != 1 or found[0].ndim not in (1, 2):
+    matching: list[xr.DataArray] = map_coordinates(data)[key]
+    if len(matching) != 1 or matching[0].ndim not in (1, 2):
         raise FormatError(
-            f"{path}: variable {data.name!r} has {len(found)} coordinates called one of "
+            f"{path}: variable {data.name!r} has {len(matching)} coordinates called one of "
             f"{', '.join(MAP_NAMES[key])} among {list(data.coords)}, expected 1. "
             "Rename or add the coordinate."
         )
-    return found[0]
+    return matching[0]
 
 
 def _dims(

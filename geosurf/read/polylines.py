@@ -432,15 +432,15 @@ def read_charisma(path: Path) -> Table:
         row = line.strip()
         if not row or row.startswith(("#", "!")):
             continue
-        found = ROW.fullmatch(row)
-        if found is None:
+        match = ROW.fullmatch(row)
+        if match is None:
             raise damaged(
                 f"{path}, line {i}: found {row[:60]!r}, expected INLINE-, inline, crossline, x, y, "
                 "z, the name of the fault and the number of its stick"
             )
-        points.append([number(word, path, i, "x, y or z") for word in found.groups()[:3]])
-        names.append(" ".join((found[4] or "").strip("\"'").split()))
-        labels.append(found[5])
+        points.append([number(word, path, i, "x, y or z") for word in match.groups()[:3]])
+        names.append(" ".join((match[4] or "").strip("\"'").split()))
+        labels.append(match[5])
         lines.append(i)
     if not points:
         raise damaged(f"{path}: the file has comments only")
@@ -516,23 +516,23 @@ def read_cps3_sticks(path: Path, request: Request) -> FaultSticks:
 
 def _lines(path: Path) -> list[Part]:
     """Lines as they stand in the file."""
-    found: list[tuple[str, int, list[list[float]]]] = []
+    lines: list[tuple[str, int, list[list[float]]]] = []
     for i, line in enumerate(read_text(path).split("\n"), start=1):
         words = line.split()
         if not words or words[0].startswith("!"):
             continue
         if line.lstrip().startswith(BEGIN):
-            found.append((line.strip()[len(BEGIN) :].strip(), i, []))
-        elif words[0].upper().startswith(HEADER) and not found:
+            lines.append((line.strip()[len(BEGIN) :].strip(), i, []))
+        elif words[0].upper().startswith(HEADER) and not lines:
             continue
-        elif len(words) != 3 or not found:
+        elif len(words) != 3 or not lines:
             raise damaged(
                 f"{path}, line {i}: found {line.strip()[:60]!r}, expected '-> name' or x y z"
             )
         else:
-            found[-1][2].append([number(word, path, i, "x, y or z") for word in words])
+            lines[-1][2].append([number(word, path, i, "x, y or z") for word in words])
     # a begin without points ends some files
-    parts = [Part(np.array(points), line, name) for name, line, points in found if points]
+    parts = [Part(np.array(points), line, name) for name, line, points in lines if points]
     if not parts:
         raise damaged(f"{path}: the file has no lines with points")
     return parts
@@ -716,14 +716,14 @@ def _terminated(path: Path, table: Table) -> list[Part]:
     # each polyline begins after the end mark before it
     starts = np.concatenate([[0], ends[:-1] + 1])
     # two end marks in a row enclose nothing and mean nothing
-    found = [
+    parts = [
         Part(points[start:end], int(lines[start]), _name(table, start))
         for start, end in zip(starts.tolist(), ends.tolist(), strict=True)
         if end > start
     ]
-    if not found:
+    if not parts:
         raise FormatError(f"{path}: the file has end marks only, expected x y z on each line.")
-    return found
+    return parts
 
 
 def _name(table: Table, row: int) -> str:

@@ -140,11 +140,11 @@ def refuse_columns(path: Path, key: str, columns: Any, decimal: Any) -> None:
 def _who_reads(suffix: str) -> str:
     """A sentence on the functions that know a suffix, or nothing."""
     known = known_formats().items()
-    found = [name for name, formats in known if any(suffix in s for *_, s in formats.values())]
-    if not found:
+    functions = [name for name, formats in known if any(suffix in s for *_, s in formats.values())]
+    if not functions:
         return ""
-    torn = "; pass the points to tear_horizon" if "read_points" in found else ""
-    return f" Read such a file with {', '.join(found)}{torn}."
+    torn = "; pass the points to tear_horizon" if "read_points" in functions else ""
+    return f" Read such a file with {', '.join(functions)}{torn}."
 
 
 def reader_of(
@@ -194,22 +194,22 @@ def reader_of(
 
 def _by_content(path: Path, formats: Formats, caller: str) -> str | None:
     """Return the format that the content shows, if it is open None."""
-    found = detect(path)
-    if found in formats:
-        return found
+    detected = detect(path)
+    if detected in formats:
+        return detected
     # recognised, but another function reads it, or none does
-    readers = [name for name, known in known_formats().items() if found in known]
-    if found in OF_ONE_FUNCTION:
-        readers = [OF_ONE_FUNCTION[found]]
-    if found == "model3d":
+    readers = [name for name, known in known_formats().items() if detected in known]
+    if detected in OF_ONE_FUNCTION:
+        readers = [OF_ONE_FUNCTION[detected]]
+    if detected == "model3d":
         raise FormatError(
             f"{path}: this is a GOCAD Model3d, a sealed model of many surfaces. Read it with "
             "geosurf.read_units, or its surfaces with geosurf.read.model3d.read_model3d."
         )
-    if readers and found is not None:
+    if readers and detected is not None:
         raise FormatError(
-            f"{path}: this is a file of the format {found!r}, which {caller} does not read. Read "
-            f"it with {' or '.join(readers)}."
+            f"{path}: this is a file of the format {detected!r}, which {caller} does not read. "
+            f"Read it with {' or '.join(readers)}."
         )
     return None
 

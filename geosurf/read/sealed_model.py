@@ -103,14 +103,14 @@ def units_of(model: SealedModel) -> Units:
         # programs may count the other side as +
         sides = sides[:, ::-1]
         shells = [(shell[:, ::-1], rows) for shell, rows in shells]
-    found = [
-        _unit(path, one, shell, pieces.surface[rows], pieces)
-        for one, (shell, rows) in zip(model.labels, shells, strict=True)
+    parts = [
+        _unit(path, labels, shell, pieces.surface[rows], pieces)
+        for labels, (shell, rows) in zip(model.labels, shells, strict=True)
     ]
-    return _units(model.box, found, pieces, sides)
+    return _units(model.box, parts, pieces, sides)
 
 
-def labels_of(path: Path, own: Sequence[Any], n_region: int, where: str) -> list[dict[str, Any]]:
+def labels_of(path: Path, stated: Sequence[Any], n_region: int, where: str) -> list[dict[str, Any]]:
     """
     Return the labels of units that geosurf wrote.
 
@@ -119,30 +119,32 @@ def labels_of(path: Path, own: Sequence[Any], n_region: int, where: str) -> list
     FormatError
         If they do not fit the regions of the model.
     """
-    if len(own) != n_region or any(
-        not isinstance(values, list) or len(values) != len(LABELS) for values in own
+    if len(stated) != n_region or any(
+        not isinstance(values, list) or len(values) != len(LABELS) for values in stated
     ):
         raise damaged(
-            f"{path}: {where} describes {len(own)} units of geosurf, but the model has {n_region} "
-            "regions"
+            f"{path}: {where} describes {len(stated)} units of geosurf, but the model has "
+            f"{n_region} regions"
         )
-    found = [dict(zip(LABELS, values, strict=True)) for values in own]
-    if not all(_are_labels(one) for one in found):
+    labels = [dict(zip(LABELS, values, strict=True)) for values in stated]
+    if not all(_are_labels(entry) for entry in labels):
         raise damaged(f"{path}: {where} describes units of geosurf with damaged labels")
     return [
-        {**one, "beneath": tuple(one["beneath"]), "fault_sides": tuple(one["fault_sides"])}
-        for one in found
+        {**entry, "beneath": tuple(entry["beneath"]), "fault_sides": tuple(entry["fault_sides"])}
+        for entry in labels
     ]
 
 
-def _are_labels(one: dict[str, Any]) -> bool:
+def _are_labels(labels: dict[str, Any]) -> bool:
     """Whether labels are of the kinds that a unit has."""
-    lists = (one["beneath"], one["fault_sides"])
-    words = [one[key] for key in ("name", "zone", "block", "contact", "compartment_of", "region")]
+    lists = (labels["beneath"], labels["fault_sides"])
+    words = [
+        labels[key] for key in ("name", "zone", "block", "contact", "compartment_of", "region")
+    ]
     if not all(isinstance(values, list) for values in lists):
         return False
     words += [word for values in lists for word in values]
-    return type(one["zone_index"]) is int and all(isinstance(word, str) for word in words)
+    return type(labels["zone_index"]) is int and all(isinstance(word, str) for word in words)
 
 
 def _sides(model: SealedModel) -> np.ndarray:
@@ -208,15 +210,15 @@ def _pieces(model: SealedModel) -> Pieces:
     """
     tsurfs, sources, counts = model.meshes, model.sources, model.counts
     # one number for each place, over all surfaces
-    first = np.cumsum([0, *(len(one.vertices) for one in tsurfs)])
-    points = np.concatenate([one.vertices for one in tsurfs])
+    first = np.cumsum([0, *(len(mesh.vertices) for mesh in tsurfs)])
+    points = np.concatenate([mesh.vertices for mesh in tsurfs])
     number, count = weld(points)
     x = np.empty((count, 3))
     x[number] = points
-    corners = [one.triangles + k for one, k in zip(tsurfs, first, strict=False)]
+    corners = [mesh.triangles + k for mesh, k in zip(tsurfs, first, strict=False)]
     triangles = number[np.concatenate(corners)]
 
-    n_of_surface = [len(one.triangles) for one in tsurfs]
+    n_of_surface = [len(mesh.triangles) for mesh in tsurfs]
     surface = np.repeat(np.arange(len(tsurfs)), n_of_surface)
     first = np.concatenate([[0], np.cumsum(n_of_surface)[:-1]])
 
@@ -269,24 +271,24 @@ def _unit(
     )
 
 
-def _units(own: Sequence[Any], found: list[Unit], pieces: Pieces, sides: np.ndarray) -> Units:
+def _units(stated: Sequence[Any], parts: list[Unit], pieces: Pieces, sides: np.ndarray) -> Units:
     """All units, in the box that the file states or that encloses them."""
     x = pieces.x + pieces.origin
     low, high = x.min(axis=0), x.max(axis=0)
     box = tuple(np.column_stack([low, high]).ravel().tolist())
-    footprint, enclosed = None, math.fsum(unit.volume for unit in found)
+    footprint, enclosed = None, math.fsum(unit.volume for unit in parts)
     # as a scene has it by default; zones of other programs have other names
     ends = {f"{word} {s.name}" for s in pieces.sources for word in ("above", "below")}
-    reservoir = [unit.zone for unit in found if unit.zone not in ends]
+    reservoir = [unit.zone for unit in parts if unit.zone not in ends]
     if (
-        len(own) == 10
-        and all(isinstance(value, int | float) for value in own[1:9])
-        and isinstance(own[9], list)
+        len(stated) == 10
+        and all(isinstance(value, int | float) for value in stated[1:9])
+        and isinstance(stated[9], list)
     ):
-        _, *of_box, footprint, enclosed, chosen = own
+        _, *of_box, footprint, enclosed, chosen = stated
         box, reservoir = tuple(of_box), [str(zone) for zone in chosen]
     units = Units(
-        found,
+        parts,
         box,
         reservoir=reservoir or None,
         footprint=footprint,
@@ -294,7 +296,7 @@ def _units(own: Sequence[Any], found: list[Unit], pieces: Pieces, sides: np.ndar
         sides=lambda: sides,
         piece_sides=lambda: (pieces, sides),
     )
-    for unit in found:
+    for unit in parts:
         in_crs_of(unit, pieces.sources)
     return in_crs_of(units, pieces.sources)
 
@@ -405,7 +407,7 @@ def _region_numbers(lines: list[str]) -> list[int]:
 
 def _groups(lines: list[str], key: str) -> dict[int, str]:
     """Name of the LAYER or FAULT_BLOCK that lists each number."""
-    found: dict[int, str] = {}
+    groups: dict[int, str] = {}
     title = None
     for line in lines:
         words = line.split()
@@ -414,11 +416,11 @@ def _groups(lines: list[str], key: str) -> dict[int, str]:
         if words[:1] == [key]:
             title = " ".join(words[1:])
         elif title is not None and all(word.isdecimal() for word in words):
-            found.update((int(word), title) for word in words if word != "0")
+            groups.update((int(word), title) for word in words if word != "0")
             title = None if "0" in words else title
         else:
             title = None
-    return found
+    return groups
 
 
 # a surface with what geosurf wrote about it, and the number of its first part by index of patch
@@ -447,13 +449,16 @@ def resqml_model(path: Path, request: Request) -> SealedModel:
     with open_package(path) as package:
         framework = _framework(package)
         counts: list[int] = []
-        surfaces = [_surface(package, one, request, counts) for one in _meshes(package, framework)]
-        regions = _regions(package, framework, [one[3] for one in surfaces])
-        own = _metadata(package, framework, "unit")
+        surfaces = [
+            _surface(package, mesh_node, request, counts)
+            for mesh_node in _meshes(package, framework)
+        ]
+        regions = _regions(package, framework, [mesh_node[3] for mesh_node in surfaces])
+        stated = _metadata(package, framework, "unit")
         box = _metadata(package, framework, "model")
     labels = (
-        labels_of(path, own, len(regions), "its metadata")
-        if own
+        labels_of(path, stated, len(regions), "its metadata")
+        if stated
         else _labels_of_zones([zone for zone, _ in regions])
     )
     return SealedModel(
@@ -461,7 +466,10 @@ def resqml_model(path: Path, request: Request) -> SealedModel:
         [mesh for mesh, *_ in surfaces],
         [welded(mesh, role).renamed(name, role) for mesh, name, role, _ in surfaces],
         counts,
-        [(one["name"], signed) for one, (_, signed) in zip(labels, regions, strict=True)],
+        [
+            (mesh_node["name"], signed)
+            for mesh_node, (_, signed) in zip(labels, regions, strict=True)
+        ],
         labels,
         box[0] if box and isinstance(box[0], list) else (),
         "patch",
@@ -470,41 +478,45 @@ def resqml_model(path: Path, request: Request) -> SealedModel:
 
 def _framework(package: Package) -> Element:
     """The only sealed volume framework."""
-    found = [node for node in package.objects.values() if kind(node) == FRAMEWORK]
-    if len(found) != 1:
+    frameworks = [node for node in package.objects.values() if kind(node) == FRAMEWORK]
+    if len(frameworks) != 1:
         raise FormatError(
-            f"{package.path}: the package has {len(found)} sealed volume frameworks, expected 1. "
-            "Read its surfaces with read_horizon and read_fault, and build a Scene of them."
+            f"{package.path}: the package has {len(frameworks)} sealed volume frameworks, expected "
+            "1. Read its surfaces with read_horizon and read_fault, and build a Scene of them."
         )
-    return found[0]
+    return frameworks[0]
 
 
 def _meshes(package: Package, framework: Element) -> list[Representation]:
     """The surfaces that the frameworks list, in their order."""
     listed = every(package.referred(framework, "BasedOn"), "Representation")
-    by_node = {id(one.node): one for one in representations(package)}
-    found = []
-    for one in listed:
-        node = package.referred(one)
+    by_node = {
+        id(representation.node): representation for representation in representations(package)
+    }
+    meshes = []
+    for representation in listed:
+        node = package.referred(representation)
         mesh = by_node.get(id(node))
         if mesh is None or mesh.kind != MESH:
             raise FormatError(
                 f"{package.path}: the sealed framework is made of {kind(node)}; geosurf reads "
                 f"those of {MESH}. Export the model as triangles."
             )
-        found.append(mesh)
-    return found
+        meshes.append(mesh)
+    return meshes
 
 
-def _surface(package: Package, one: Representation, request: Request, counts: list[int]) -> Listed:
+def _surface(package: Package, mesh: Representation, request: Request, counts: list[int]) -> Listed:
     """A surface, its name and role, and the number of each of its patches; counts grow."""
-    own = _metadata(package, one.node, "surface")
-    name, role = own[0] if own and _are_words(own[0]) else (one.title, one.role or "surface")
+    stated = _metadata(package, mesh.node, "surface")
+    name, role = (
+        stated[0] if stated and _are_words(stated[0]) else (mesh.title, mesh.role or "surface")
+    )
     part_of_patch = {}
-    for patch in every(one.node, "TrianglePatch"):
+    for patch in every(mesh.node, "TrianglePatch"):
         part_of_patch[package.count(patch, "PatchIndex")] = len(counts) + 1
         counts.append(values_of(package, package.need(patch, "Triangles")).size // 3)
-    return mesh_of(package, one, request, role), name, role, part_of_patch
+    return mesh_of(package, mesh, request, role), name, role, part_of_patch
 
 
 def _are_words(value: Any) -> bool:
@@ -521,7 +533,7 @@ def _regions(
     package: Package, framework: Element, parts: list[dict[int, int]]
 ) -> list[tuple[str, list[int]]]:
     """Zone of each region, and the parts around it, positive where their front faces it."""
-    found: list[tuple[str, list[int]]] = []
+    regions: list[tuple[str, list[int]]] = []
     for region in every(framework, "Regions"):
         zone = package.text(region, "Represents", "Title")
         signed = []
@@ -531,29 +543,29 @@ def _regions(
                 patch = package.count(face, "PatchIndexOfRepresentation")
                 if which >= len(parts) or patch not in parts[which]:
                     raise package.damaged(
-                        f"region {len(found)} names patch {patch} of surface {which}, which is "
+                        f"region {len(regions)} names patch {patch} of surface {which}, which is "
                         "not in the framework"
                     )
                 front = package.text(face, "SideIsPlus").lower() in ("true", "1")
                 signed.append(parts[which][patch] * (1 if front else -1))
-        found.append((zone, signed))
-    if not found:
+        regions.append((zone, signed))
+    if not regions:
         raise package.damaged("the sealed volume framework has no regions")
-    return found
+    return regions
 
 
 def _metadata(package: Package, node: Element, name: str) -> list[Any]:
     """What geosurf wrote about an object, in the order of the file."""
-    found: list[Any] = []
-    for one in every(node, "ExtraMetadata"):
-        key = word_of(one, "Name")
+    entries: list[Any] = []
+    for entry in every(node, "ExtraMetadata"):
+        key = word_of(entry, "Name")
         if key != f"geosurf.{name}":
             continue
         try:
-            found.append(json.loads(package.text(one, "Value")))
+            entries.append(json.loads(package.text(entry, "Value")))
         except (ValueError, RecursionError) as error:
             raise package.damaged(f"the metadata {key!r} is damaged") from error
-    return found
+    return entries
 
 
 def _labels_of_zones(zones: list[str]) -> list[dict[str, Any]]:

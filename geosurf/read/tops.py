@@ -63,7 +63,7 @@ def paths_with_depths(wells: Any) -> Paths:
         )
     label = wells["well"].values
     columns = {name: np.asarray(wells[name].values, dtype=np.float64) for name in names[1:]}
-    found: Paths = {}
+    paths: Paths = {}
     for name in dict.fromkeys(label.tolist()):
         at = (label == name) & ~np.isnan(columns["md"])
         md = columns["md"][at]
@@ -73,8 +73,8 @@ def paths_with_depths(wells: Any) -> Paths:
                 "Read its path with measured depths."
             )
         places = np.column_stack([columns[axis][at] for axis in names[2:]])
-        found[str(name)] = (md, places)
-    return found
+        paths[str(name)] = (md, places)
+    return paths
 
 
 def place_along(path: Path, line: int, well: str, md: float, paths: Paths) -> np.ndarray | None:
@@ -251,7 +251,7 @@ def _places(path: Path, layout: Layout, columns: Any, usual: Usual = USUAL) -> P
         spelled = dict(usual)
         if not any(word in usual["well"] for word in words):
             spelled["well"] = ("name",)  # only where no better column is there
-    found = {}
+    places = {}
     for key, spellings in spelled.items():
         lacks = key in PLACES and not any(word in spellings for word in words)
         below = lacks and any(word in MEASURED for word in words)
@@ -263,8 +263,8 @@ def _places(path: Path, layout: Layout, columns: Any, usual: Usual = USUAL) -> P
                 "have MD, pass wells=gs.read_wells(...)."
             )
         remedy = f"Set columns=, as in columns={example}."
-        found[key] = one_column(str(path), layout.header, words, key, spellings, remedy)
-    return found
+        places[key] = one_column(str(path), layout.header, words, key, spellings, remedy)
+    return places
 
 
 # ------------------------------------------------------------------------- rows
@@ -446,13 +446,13 @@ def layout_of(path: Path, decimal: str, *, ends: bool = False) -> Layout:
     if begins:
         header, body = _petrel(path, numbered, begins[0])
         header = [_without_type(word) for word in header]
-        found = Layout(header, body, True, unit or None)
+        layout = Layout(header, body, True, unit or None)
     elif ATTRIBUTE.fullmatch(numbered[0][1]):
-        found = _with_attributes(numbered)
+        layout = _with_attributes(numbered)
     else:
-        found = _table(path, numbered, decimal, _last_comment(lines[: numbered[0][0] - 1]))
-    check_widths(path, found.header, found.rows, ends=ends)
-    return found
+        layout = _table(path, numbered, decimal, _last_comment(lines[: numbered[0][0] - 1]))
+    check_widths(path, layout.header, layout.rows, ends=ends)
+    return layout
 
 
 def plain_name(word: str) -> str:
@@ -524,11 +524,11 @@ def _table(path: Path, numbered: list[tuple[int, str]], decimal: str, comment: l
         noted("titles", f"{names} lines above the names of columns are not read" * (names > 0))
 
     # the first line by its separator; those below by the same, or by the one that fits them
-    first = next((one for one in SEPARATORS if one in numbered[0][1] and one != decimal), None)
+    first = next((sign for sign in SEPARATORS if sign in numbered[0][1] and sign != decimal), None)
     rows = list(_split(path, numbered[:1], first))
     width, signs = len(rows[0][1]), (first, *SEPARATORS, None)
     fits = (
-        one for one in signs if all(len(w) == width for _, w in _split(path, numbered[1:2], one))
+        sign for sign in signs if all(len(w) == width for _, w in _split(path, numbered[1:2], sign))
     )
     rows += _split(path, numbered[1:], next(fits, first))
 

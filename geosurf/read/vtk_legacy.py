@@ -67,11 +67,11 @@ class Cursor:
         return self.data.count(b"\n", 0, self.at) + 1
 
     def error(
-        self, found: str, remedy: str = "The file is damaged; export it again."
+        self, mistake: str, remedy: str = "The file is damaged; export it again."
     ) -> FormatError:
         """An error at this place."""
         where = f"byte {self.at}" if self.binary else f"line {self.line_number}"
-        return FormatError(f"{self.path}, {where}: {found}. {remedy}")
+        return FormatError(f"{self.path}, {where}: {mistake}. {remedy}")
 
     def words(self) -> list[str] | None:
         """Words of the next line that is not empty; None at the end of the file."""
@@ -126,7 +126,7 @@ class Cursor:
         """Take texts: a line each, or with their length in front."""
         if not self.binary:
             return [unquote(" ".join(self.words() or [])) for _ in range(count)]
-        found = []
+        texts_read = []
         for _ in range(count):
             head = self.data[self.at : self.at + 1]
             # two bits state how many bytes the length takes
@@ -137,9 +137,9 @@ class Cursor:
             if not head or self.at + length > len(self.data):
                 raise self.error("a text is incomplete")
             text = self.data[self.at : self.at + length].decode("utf-8", "replace")
-            found.append(unquote(text))
+            texts_read.append(unquote(text))
             self.at += length
-        return found
+        return texts_read
 
 
 def read_vtk(path: Path, request: Request) -> TriSurface:
@@ -178,19 +178,19 @@ def read_vtk(path: Path, request: Request) -> TriSurface:
     """
     at = Cursor(path, read_bytes(path))
     _take_header(at)
-    found = Found()
-    _take_sections(at, found)
+    mesh = Found()
+    _take_sections(at, mesh)
     noted("kind", f"legacy VTK, {'binary' if at.binary else 'text'}")
-    if found.crs:
-        noted("crs", found.crs)
-    bad = np.flatnonzero(~np.isfinite(found.points).all(axis=1))
+    if mesh.crs:
+        noted("crs", mesh.crs)
+    bad = np.flatnonzero(~np.isfinite(mesh.points).all(axis=1))
     if len(bad):
         raise FormatError(
-            f"{path}: point {bad[0]} is {found.points[bad[0]].tolist()}, expected finite numbers. "
+            f"{path}: point {bad[0]} is {mesh.points[bad[0]].tolist()}, expected finite numbers. "
             "Export the surface without undefined points."
         )
-    name, triangles = request.named(path), found.triangles
-    return surface_from_mesh(path, name, found.points, triangles, found.data, request, found.crs)
+    name, triangles = request.named(path), mesh.triangles
+    return surface_from_mesh(path, name, mesh.points, triangles, mesh.data, request, mesh.crs)
 
 
 def _take_header(at: Cursor) -> None:
@@ -214,7 +214,7 @@ def _take_header(at: Cursor) -> None:
         raise at.error(f"found {dataset!r}, expected DATASET POLYDATA", "Export a surface.")
 
 
-def _take_sections(at: Cursor, found: Found) -> None:
+def _take_sections(at: Cursor, mesh: Found) -> None:
     """Take points, cells and data up to the end of the file."""
     width = 0  # values in a row of data: points, or nothing that counts
     on_points = False
@@ -225,25 +225,25 @@ def _take_sections(at: Cursor, found: Found) -> None:
             raise at.error(f"the line {' '.join(words)!r} is incomplete")
         if key == "POINTS":
             width = at.count(words[1], "points")
-            found.points = at.array(3 * width, words[2], "points").astype(float).reshape(-1, 3)
+            mesh.points = at.array(3 * width, words[2], "points").astype(float).reshape(-1, 3)
         elif key in CELLS:
-            _take_cells(at, found, key, words)
+            _take_cells(at, mesh, key, words)
         elif key in ("POINT_DATA", "CELL_DATA"):
             on_points = key == "POINT_DATA"
             width = at.count(words[1], "rows of data")
-            if on_points and width != len(found.points):
-                raise at.error(f"{width} rows of point data for {len(found.points)} points")
+            if on_points and width != len(mesh.points):
+                raise at.error(f"{width} rows of point data for {len(mesh.points)} points")
         elif key == "FIELD":
-            _take_fields(at, found, on_points, at.count(words[2], "fields"))
+            _take_fields(at, mesh, on_points, at.count(words[2], "fields"))
         elif key == "METADATA":
             _pass_metadata(at)
         else:
-            _take_attribute(at, found, key, words, width, on_points)
-    if not len(found.points):
+            _take_attribute(at, mesh, key, words, width, on_points)
+    if not len(mesh.points):
         raise at.error("the file has no POINTS", "Export a surface.")
 
 
-def _take_cells(at: Cursor, found: Found, key: str, words: list[str]) -> None:
+def _take_cells(at: Cursor, mesh: Found, key: str, words: list[str]) -> None:
     """Polygons become triangles; points and lines have no area."""
     if len(words) < 3:
         raise at.error(f"the line {' '.join(words)!r} is incomplete")
@@ -262,7 +262,7 @@ def _take_cells(at: Cursor, found: Found, key: str, words: list[str]) -> None:
     if key == "TRIANGLE_STRIPS" and len(count):
         raise at.error("found triangle strips", "Triangulate the surface before saving it.")
     if key == "POLYGONS" and len(count):
-        found.triangles = triangles_of_cells(at.path, corners, ends, count, len(found.points))
+        mesh.triangles = triangles_of_cells(at.path, corners, ends, count, len(mesh.points))
 
 
 def _part(at: Cursor, key: str, count: int) -> np.ndarray:
@@ -297,7 +297,7 @@ def _by_counts(
 
 
 def _take_attribute(
-    at: Cursor, found: Found, key: str, words: list[str], rows: int, on_points: bool
+    at: Cursor, mesh: Found, key: str, words: list[str], rows: int, on_points: bool
 ) -> None:
     """Scalars, vectors, normals; others are passed over where their size is known."""
     if key == "SCALARS":
@@ -316,10 +316,10 @@ def _take_attribute(
         raise at.error(f"found {key!r}, which geosurf does not read in PolyData")
     values = at.array(rows * width, words[2], words[1])
     if on_points:
-        found.data[words[1]] = _native(values, rows, width)
+        mesh.data[words[1]] = _native(values, rows, width)
 
 
-def _take_fields(at: Cursor, found: Found, on_points: bool, count: int) -> None:
+def _take_fields(at: Cursor, mesh: Found, on_points: bool, count: int) -> None:
     """Arrays of a field: values on points, or the reference system of the file."""
     for _ in range(count):
         words = at.words() or []
@@ -332,11 +332,11 @@ def _take_fields(at: Cursor, found: Found, on_points: bool, count: int) -> None:
         if words[3].lower() in ("string", "utf8_string"):
             texts = at.texts(width * rows)
             if words[0].lower() == "crs" and texts:
-                found.crs = texts[0]
+                mesh.crs = texts[0]
             continue
         values = at.array(width * rows, words[3], words[0])
-        if on_points and rows == len(found.points):
-            found.data[unquote(words[0])] = _native(values, rows, width)
+        if on_points and rows == len(mesh.points):
+            mesh.data[unquote(words[0])] = _native(values, rows, width)
 
 
 def _native(values: np.ndarray, rows: int, width: int) -> np.ndarray:

@@ -312,13 +312,13 @@ def _pixels(plotter: Plotter, size: tuple[int, int], n_part: int, transparent: b
             up = (2 * row + 1) * height - up_all
             eye.SetWindowCenter(across / wide, up / high)
             window.Render()
-            found = vtkUnsignedCharArray()
+            pixels = vtkUnsignedCharArray()
             corners = m, m, m + width - 1, m + height - 1
             if transparent:
-                window.GetRGBACharPixelData(*corners, 1, found, 0)
+                window.GetRGBACharPixelData(*corners, 1, pixels, 0)
             else:
-                window.GetPixelData(*corners, 1, found, 0)
-            part: np.ndarray = vtk_to_numpy(found)  # type: ignore[no-untyped-call]
+                window.GetPixelData(*corners, 1, pixels, 0)
+            part: np.ndarray = vtk_to_numpy(pixels)  # type: ignore[no-untyped-call]
             # the last parts may be larger than what is left
             room = image[row * height : (row + 1) * height, column * width : (column + 1) * width]
             room[...] = part.reshape(height, width, -1)[: room.shape[0], : room.shape[1]]

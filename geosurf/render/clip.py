@@ -75,19 +75,19 @@ class OutlineCells:
         corners = [cell[column] for column in elements.T]
         (i, j), (k, m) = np.minimum.reduce(corners).T, np.maximum.reduce(corners).T + 1
         n_cell = (k - i) * (m - j)
-        found = np.full(len(elements), NEAR)
+        codes = np.full(len(elements), NEAR)
         for code, sums in self._sums.items():
             number = sums[k, m] - sums[i, m] - sums[k, j] + sums[i, j]
-            found[number == n_cell] = code
-        return found
+            codes[number == n_cell] = code
+        return codes
 
     def _coded(self, outline: np.ndarray) -> np.ndarray:
         """The code of each cell."""
-        start, way = outline, np.roll(outline, -1, axis=0) - outline
-        n = np.ceil(_PER_CELL * np.abs(way).max(axis=1) / self._step).astype(int) + 1
+        start, step = outline, np.roll(outline, -1, axis=0) - outline
+        n = np.ceil(_PER_CELL * np.abs(step).max(axis=1) / self._step).astype(int) + 1
         of, part = ranges(0, n)
         share = (part / n[of])[:, None]
-        i, j = ((start[of] + share * way[of] - self._low) / self._step).astype(int).T
+        i, j = ((start[of] + share * step[of] - self._low) / self._step).astype(int).T
 
         # the cells around each point, too: between two points a side passes no others
         codes = np.where(self._middles_inside(outline), INSIDE, OUTSIDE)
@@ -148,7 +148,7 @@ class Prism:
         """Convex parts: half-spaces (n, 4), and whether each is a wall of the model."""
         bottom, top = self.box[4:]
         levels = np.array([[0.0, 0.0, 1.0, -bottom], [0.0, 0.0, -1.0, top]])
-        found = []
+        convex = []
         for ring, outer in convex_parts(self.outline):
             # a half-space per side: a point is inside where inward . point + offset >= 0
             step = np.roll(ring, -1, axis=0) - ring
@@ -157,8 +157,8 @@ class Prism:
             sides = np.concatenate([np.column_stack([inward, offset]), levels])
 
             # diagonals between convex parts are no walls: edges along them are not drawn
-            found.append((sides, np.append(outer, [True, True])))
-        return found
+            convex.append((sides, np.append(outer, [True, True])))
+        return convex
 
     def holds(self, points: np.ndarray) -> bool:
         """Whether all points (n, 3) are certainly inside; only tested for convex areas."""
@@ -178,9 +178,9 @@ class Prism:
         whole, triangles = self._settled_by_cells(points, triangles)
         kept, near, pieces, flags = [whole], [], [], []
         used, number = np.unique(triangles, return_inverse=True)
-        some = points[used], number.reshape(-1, 3)
+        mesh = points[used], number.reshape(-1, 3)
         for sides, outer in self.parts:
-            inside, met = _sorted_out(*some, sides)
+            inside, met = _sorted_out(*mesh, sides)
             kept.append(triangles[inside])
             near.append(triangles[met])
 
@@ -198,22 +198,25 @@ class Prism:
         both = np.concatenate([points[old], corners.reshape(-1, 3)])
         x, number = np.unique(both, axis=0, return_inverse=True)
         number = number.ravel()
-        of = len(points) + np.arange(len(x))
-        of[number[: len(old)]] = old
-        cut = of[number[len(old) :]].reshape(-1, 3)
+        vertex_of = len(points) + np.arange(len(x))
+        vertex_of[number[: len(old)]] = old
+        cut = vertex_of[number[len(old) :]].reshape(-1, 3)
 
         # edges along walls; triangles and edges that rounding made to points are dropped
         edges = np.stack([cut, np.roll(cut, -1, axis=1)], axis=-1)[flag]
         edges = edges[edges[:, 0] != edges[:, 1]]
         cut = cut[(cut != np.roll(cut, -1, axis=1)).all(axis=1)]
-        found = np.concatenate([*kept, cut])
+        corners_kept = np.concatenate([*kept, cut])
 
         # points in use, in their old order
-        used, rows = renumbered(np.concatenate([found.ravel(), edges.ravel()]))
+        used, rows = renumbered(np.concatenate([corners_kept.ravel(), edges.ravel()]))
         first = int(np.searchsorted(used, len(points)))
         x = np.concatenate([points[used[:first]], x[used[first:] - len(points)]])
-        found, edges = rows[: found.size].reshape(-1, 3), rows[found.size :].reshape(-1, 2)
-        return x, found, np.unique(np.sort(edges, axis=1), axis=0)
+        corners_kept, edges = (
+            rows[: corners_kept.size].reshape(-1, 3),
+            rows[corners_kept.size :].reshape(-1, 2),
+        )
+        return x, corners_kept, np.unique(np.sort(edges, axis=1), axis=0)
 
     @cached_property
     def _cells(self) -> OutlineCells:
@@ -246,13 +249,13 @@ class Prism:
         whole, segments = self._settled_by_cells(points, segments)
         ends = points[segments]
         low, high = ends.min(axis=1), ends.max(axis=1)
-        found = [points[whole]]
+        inside = [points[whole]]
         for sides, _ in self.parts:
             piece = ends[_may_meet(low, high, sides)]
             for side in sides:
                 piece = _cut_segments(piece, side)
-            found.append(piece)
-        return np.concatenate(found)
+            inside.append(piece)
+        return np.concatenate(inside)
 
 
 def convex_parts(ring: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -282,16 +285,16 @@ def convex_parts(ring: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
 
     # ear clipping: cut off one convex corner after the other
     # left: rows of corners that are not cut off yet
-    left, found = list(range(n)), []
+    left, parts = list(range(n)), []
     while len(left) > 2:
         k = _ear(ring[left])
         three = [left[k - 1], left[k], left[(k + 1) % len(left)]]
         if _turn(*ring[three]) > 0:
             # a side of the polygon joins neighbours; others are diagonals inside
             outer = [(b - a) % n == 1 for a, b in zip(three, np.roll(three, -1), strict=True)]
-            found.append((ring[three], np.array(outer)))
+            parts.append((ring[three], np.array(outer)))
         del left[k]
-    return found
+    return parts
 
 
 def _ear(ring: np.ndarray) -> int:
@@ -338,10 +341,10 @@ def _sorted_out(
     """Rows of triangles inside all half-spaces, and of those that some may cut."""
     inside = np.ones(len(triangles), dtype=bool)
     met = np.ones(len(triangles), dtype=bool)
-    for some in np.array_split(sides, len(sides) // AT_ONCE + 1):
+    for half_spaces in np.array_split(sides, len(sides) // AT_ONCE + 1):
         # one bit for each side that has the point outside
-        bits = 1 << np.arange(len(some))
-        a, b, c = ((_distances(points, some) < 0) @ bits)[triangles].T
+        bits = 1 << np.arange(len(half_spaces))
+        a, b, c = ((_distances(points, half_spaces) < 0) @ bits)[triangles].T
         inside &= (a | b | c) == 0
         met &= (a & b & c) == 0
     return np.flatnonzero(inside), np.flatnonzero(met & ~inside)

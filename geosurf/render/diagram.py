@@ -220,13 +220,13 @@ def draw_throw(
 
 def _stretches(throw: xarray.Dataset) -> list[np.ndarray]:
     """Distance along strike and throw (n, 2) of each pair of cut-offs, in order [m]."""
-    found = []
+    stretches = []
     for pair in np.unique(throw.pair.values).tolist():
         mine = (throw.pair.values == pair) & np.isfinite(throw.throw.values)
         line = np.column_stack([throw.along_strike.values[mine], throw.throw.values[mine]])
         if len(line):
-            found.append(line[np.argsort(line[:, 0], kind="stable")])
-    return found
+            stretches.append(line[np.argsort(line[:, 0], kind="stable")])
+    return stretches
 
 
 Line = tuple[dict[str, str], np.ndarray]  # attributes, and points (n, 2) [m]

@@ -48,11 +48,11 @@ def curve_bodies(curves: Curves) -> list[Body]:
     bodies = []
     of_curve, of_segment = np.sort(curves.surfaces_of_curve), np.sort(curves.surfaces_of_segment)
     for a, b in np.unique(of_curve, axis=0).tolist():
-        mine = (of_curve == (a, b)).all(axis=1)
+        of_pair = (of_curve == (a, b)).all(axis=1)
         first, second = curves.names[a], curves.names[b]
         name = f"{first} and {second}" if a != b else f"{first} with itself"
-        length = float(curves.length_of_curve[mine].sum())
-        facts = (("Curves", str(int(mine.sum()))), ("Length", f"{length:.6g} m"))
+        length = float(curves.length_of_curve[of_pair].sum())
+        facts = (("Curves", str(int(of_pair.sum()))), ("Length", f"{length:.6g} m"))
         segments = curves.segments[(of_segment == (a, b)).all(axis=1)]
         bodies.append(_lines(name, "Curves", palette.ACCENT, curves.points, segments, facts))
     return bodies
@@ -221,13 +221,13 @@ def surfaces_at(
     n_surface = int(surface.max(initial=0)) + 2
     codes = triangles * n_surface + surface[:, None]
     pairs = np.sort(first_seen(codes[several[triangles]])[0])
-    point, one = np.divmod(pairs, n_surface)
+    point, other = np.divmod(pairs, n_surface)
     first = np.flatnonzero(np.append(True, point[1:] != point[:-1]))[: len(pairs)]
     place = np.arange(len(pairs)) - np.repeat(first, np.diff(np.append(first, len(pairs))))
     joined = np.full(n_point, -1)
     for k in range(int(place.max(initial=-1)) + 1):
         now = place == k
-        joined[point[now]] = (joined[point[now]] + 1) * n_surface + one[now]
+        joined[point[now]] = (joined[point[now]] + 1) * n_surface + other[now]
         joined[several] = number_keys(joined[several])[1]
     meeting[several] = n_surface + joined[several]
     return number_keys(meeting)[1], several

@@ -59,13 +59,13 @@ def cut_by_faults(
     cut = np.zeros(len(nodes), dtype=bool)
     rings: dict[str, list[np.ndarray]] = {}
     for found in polygons.values():
-        mine: dict[str, list[np.ndarray]] = {}
+        of_horizon: dict[str, list[np.ndarray]] = {}
         for fault, ring in _rings_of(found):
             low, high = ring.min(axis=0) - cell, ring.max(axis=0) + cell
             near = np.flatnonzero(((nodes >= low) & (nodes <= high)).all(axis=1))
             cut[near] |= artists.Path(ring).contains_points(nodes[near])
-            mine.setdefault(fault, []).append(_dense(ring, 0.5 * cell))
-        for fault, parts in mine.items():
+            of_horizon.setdefault(fault, []).append(_dense(ring, 0.5 * cell))
+        for fault, parts in of_horizon.items():
             rings.setdefault(fault, []).append(np.concatenate(parts))
 
     # a node lies between the polygons at top and base if its distances to both add up to
@@ -280,15 +280,15 @@ def _contour(
     _, region = np.unique(sets, axis=1, return_inverse=True)
     region = region.reshape(total.shape)
     for r in np.unique(region[np.isfinite(total)]).tolist():
-        mine = np.where(region == r, total, np.nan)
+        in_region = np.where(region == r, total, np.nan)
 
         # levels outside a region's range would make matplotlib warn of contours without lines
-        low, high = np.nanmin(mine), np.nanmax(mine)
+        low, high = np.nanmin(in_region), np.nanmax(in_region)
         for chosen, width in thin_and_bold(levels):
             inside = chosen[(chosen > low) & (chosen < high)]
             if len(inside):
                 lines = axes.contour(
-                    *place, np.ma.masked_invalid(mine), levels=inside,
+                    *place, np.ma.masked_invalid(in_region), levels=inside,
                     colors=[palette.INK], linewidths=width * sheet.layout.unit,
                 )  # fmt: skip
                 if width > 0.5:

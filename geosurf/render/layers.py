@@ -70,23 +70,25 @@ def shortened_apart(names: Iterable[str], most: int = LABEL_ROOM) -> dict[str, s
     ['Lower…12', 'Lower…13']
     """
     names = list(dict.fromkeys(names))
-    found = {name: shortened(name, most) for name in names}
+    labels_by_name = {name: shortened(name, most) for name in names}
 
     # zones are named by two horizons: each of them has to be told apart
     zones = [name for name in names if len(name) > most and name.count("/") == 1]
     if zones and most > 2 * LEAST:
         parts = [part for name in zones for part in name.split("/")]
         labels = shortened_apart(parts, (most - 1) // 2)
-        found |= {name: "/".join(labels[part] for part in name.split("/")) for name in zones}
-    for group in _alike(found):
-        found |= _with_difference(group, most)
+        labels_by_name |= {
+            name: "/".join(labels[part] for part in name.split("/")) for name in zones
+        }
+    for group in _alike(labels_by_name):
+        labels_by_name |= _with_difference(group, most)
 
     # names that differ in more than fits are numbered
-    for group in _alike(found):
+    for group in _alike(labels_by_name):
         for i, name in enumerate(group, start=1):
             number = f"{CUT}({i})"
-            found[name] = f"{name[: most - len(number)].rstrip()}{number}"
-    return found
+            labels_by_name[name] = f"{name[: most - len(number)].rstrip()}{number}"
+    return labels_by_name
 
 
 def _alike(labels: dict[str, str]) -> list[list[str]]:
@@ -105,7 +107,7 @@ def _with_difference(names: Sequence[str], most: int) -> dict[str, str]:
         start -= 1
     while end and names[0][len(names[0]) - end].isdigit():
         end -= 1
-    found = {}
+    labels = {}
     for name in names:
         middle = name[start : len(name) - end]
         tail = name[len(name) - end :]
@@ -119,8 +121,8 @@ def _with_difference(names: Sequence[str], most: int) -> dict[str, str]:
         if len(tail) > room - 3:
             # an end that does not fit is left out, and the label stays short
             tail, head = "", name[: min(room, HEAD)]
-        found[name] = f"{head.rstrip()}{CUT}{middle}{tail}"
-    return found
+        labels[name] = f"{head.rstrip()}{CUT}{middle}{tail}"
+    return labels
 
 
 def _alike_at_start(names: Sequence[str]) -> int:

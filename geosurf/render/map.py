@@ -199,16 +199,16 @@ def draw_fluids(sheet: Sheet, axes: Axes, fluids: Sequence[FluidArea]) -> list[E
 BOUNDS = (0.1, 1.0, 5.0, 20.0)  # of classes [m]
 
 
-def draw_residuals(sheet: Sheet, axes: Axes, found: np.ndarray) -> list[Entry]:
+def draw_residuals(sheet: Sheet, axes: Axes, residuals: np.ndarray) -> list[Entry]:
     """Draw data (n, 3): place, and metres above the horizon; return the entries of the legend."""
-    off = found[:, 2]
+    off = residuals[:, 2]
     known = np.nan_to_num(off)
     number = np.where(np.isnan(off), -99, np.digitize(np.abs(known), BOUNDS) * np.sign(known))
     legend = []
     for words, rows, colour, size in _classes(off, number):
         if rows.any() and size > 0.0:
             axes.plot(
-                *found[rows, :2].T, linestyle="none", marker="o", markersize=sheet.points(size),
+                *residuals[rows, :2].T, linestyle="none", marker="o", markersize=sheet.points(size),
                 color=colour, markeredgewidth=0.0, zorder=2.9, rasterized=True,
             )  # fmt: skip
         if rows.any():
@@ -319,20 +319,21 @@ def draw_remedies(sheet: Sheet, axes: Axes, remedies: Sequence[GeosurfWarning]) 
 # Outlines of closures, their crests, spill points and leaks, and the ways of what spills.
 
 
-def draw_closures(sheet: Sheet, axes: Axes, found: xarray.Dataset, horizon: str) -> list[Entry]:
+def draw_closures(sheet: Sheet, axes: Axes, closures: xarray.Dataset, horizon: str) -> list[Entry]:
     """Draw the closures of a horizon, from `Scene.closures`; return the entries of the legend.
 
     Of those that consist of others the outermost are drawn, dashed.
     """
-    check_closures(found)
-    table = found.drop_dims(["leak", "line", "point"]).to_dataframe()
+    check_closures(closures)
+    table = closures.drop_dims(["leak", "line", "point"]).to_dataframe()
     table["joint"] = table.index.isin(table.part_of)
     table = table[(table.horizon == horizon) & ~(table.joint & (table.part_of != ""))]
     colour, width = palette.CLOSURE, sheet.points(2.2)
     lines = np.split(
-        np.column_stack([found.easting, found.northing]), np.cumsum(found["count"].values)[:-1]
+        np.column_stack([closures.easting, closures.northing]),
+        np.cumsum(closures["count"].values)[:-1],
     )
-    labels = zip(lines, found.line_kind.values, found.line_closure.values, strict=True)
+    labels = zip(lines, closures.line_kind.values, closures.line_closure.values, strict=True)
     for xy, kind, name in (line for line in labels if line[2] in table.index):
         look: LineStyle = {"linestyle": (0, (1.0, 1.5))} if kind == "path" else {}
         if kind == "outline":
@@ -342,18 +343,20 @@ def draw_closures(sheet: Sheet, axes: Axes, found: xarray.Dataset, horizon: str)
         axes.plot(*xy.T, color=colour, linewidth=width, zorder=3.1, **look)
 
     # the highest crest takes its number first
-    mine = np.flatnonzero(np.isin(found.leak_closure.values, table.index))
+    leaks = np.flatnonzero(np.isin(closures.leak_closure.values, table.index))
     single = table[~table.joint]
     places = [("spill", at) for at in zip(table.spill_easting, table.spill_northing, strict=True)]
     places += [
         ("crest", at) for at in zip(single.crest_easting, single.crest_northing, strict=True)
     ]
-    places += [("leak", (found.leak_easting[k], found.leak_northing[k])) for k in mine.tolist()]
+    places += [
+        ("leak", (closures.leak_easting[k], closures.leak_northing[k])) for k in leaks.tolist()
+    ]
     for kind, at in places:
         draw_symbol(sheet, axes, at, kind, palette.ACCENT if kind == "leak" else colour)
     for name, x, y in zip(single.index, single.crest_easting, single.crest_northing, strict=True):
         name_place(sheet, axes, np.array([x, y]), name[len(horizon) + 1 :])
-    how = f"faults: {found.attrs['faults']}, from {found.attrs['min_height']:g} m"
+    how = f"faults: {closures.attrs['faults']}, from {closures.attrs['min_height']:g} m"
     legend = [
         Entry(counted(len(single), "closure").capitalize(), colour, how, "line"),
         Entry("Joint closure", colour, "of several that meet", "dashes"),
@@ -365,11 +368,11 @@ def draw_closures(sheet: Sheet, axes: Axes, found: xarray.Dataset, horizon: str)
     return [entry for entry in legend if entry.kind in shown]
 
 
-def check_closures(found: Any) -> None:
+def check_closures(closures: Any) -> None:
     """Refuse what is not the result of `Scene.closures`."""
-    if not hasattr(found, "attrs") or "min_height" not in found.attrs:
+    if not hasattr(closures, "attrs") or "min_height" not in closures.attrs:
         raise InputError(
-            f"closures is {type(found).__name__}; give True or the result of scene.closures()."
+            f"closures is {type(closures).__name__}; give True or the result of scene.closures()."
         )
 
 

@@ -179,7 +179,7 @@ def _projected(points: np.ndarray, line: np.ndarray) -> tuple[np.ndarray, np.nda
 
 def _crossings(ring: np.ndarray, line: np.ndarray) -> list[tuple[float, float | None]]:
     """Distance along a line at which a ring crosses it, and the elevation there, if it has one."""
-    found, start = [], 0.0
+    crossings, start = [], 0.0
     for p, q in pairwise(line):
         length = float(np.hypot(*(q - p)))
         a, step = ring[:-1], np.diff(ring, axis=0)
@@ -191,9 +191,9 @@ def _crossings(ring: np.ndarray, line: np.ndarray) -> list[tuple[float, float | 
             share = float((place[:2] - p) @ (q - p)) / length**2
             if 0.0 <= share <= 1.0:
                 up = float(place[2]) if len(place) == 3 else None
-                found.append((start + share * length, up))
+                crossings.append((start + share * length, up))
         start += length
-    return found
+    return crossings
 
 
 def _plot(sheet: Sheet, axes: Axes, points: np.ndarray, colour: palette.RGB) -> None:
@@ -330,16 +330,16 @@ def draw_wells_on_section(
 
     # no name crosses the line of another well
     unit = sheet.layout.unit
-    heads = {well: np.array([mine[0].place[0], above]) for well, mine in wells.items()}
+    heads = {well: np.array([of_well[0].place[0], above]) for well, of_well in wells.items()}
     for head in heads.values():
         x, y = axes.transData.transform(head)
         sheet.names.taken.append(np.array([x - 2.0 * unit, y - 60.0 * unit, x + 2.0 * unit, y]))
-    for well, mine in wells.items():
+    for well, of_well in wells.items():
         # a white line below parts the well from zones and cut-offs
-        path = np.array([heads[well], *(top.place for top in mine)])
+        path = np.array([heads[well], *(top.place for top in of_well)])
         for width, colour in ((3.0, palette.PAPER), (1.3, palette.INK)):
             axes.plot(*path.T, color=colour, linewidth=sheet.points(width))
-        for top in mine:
+        for top in of_well:
             _circle(sheet, axes, top.place, colours.get(top.horizon, palette.PAPER))
         name_place(sheet, axes, heads[well], well, hanging=True)
     near_words = f"within {length_text(near)} of the section"
@@ -492,13 +492,13 @@ def _parts(what: str, value: Any, widths: tuple[int, ...]) -> tuple[np.ndarray, 
         value = foreign
     listed = value if isinstance(value, list | tuple) else [value]
     single = isinstance(value, np.ndarray) or np.ndim(listed[0] if listed else 0) < 2
-    found = []
+    parts = []
     for one in [value] if single else listed:
         points = checked_points(one, what, how, widths=widths, least=1)
         # files of outlines have 0 where they have no elevation
         flat = widths[0] == 2 and points.shape[1] == 3 and not points[:, 2].any()
-        found.append(points[:, :2] if flat else points)
-    return tuple(found)
+        parts.append(points[:, :2] if flat else points)
+    return tuple(parts)
 
 
 NOTHING = PictureOverlay()  # at the end: it is checked by the functions above

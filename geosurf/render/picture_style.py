@@ -263,12 +263,12 @@ def _colours_of(colours: Any) -> dict[str, RGB]:
     how = "Give a mapping such as {'Top': '#1f77b4'}"
     if not isinstance(colours, Mapping):
         raise InputError(f"colours is a {type(colours).__name__}, expected a mapping. {how}.")
-    found = {}
+    by_name = {}
     for name, colour in colours.items():
         if not isinstance(name, str):
             raise InputError(f"colours has the key {name!r}, which is not a name. {how}.")
-        found[name] = colour_of(colour, f"the colour of {name!r}")
-    return found
+        by_name[name] = colour_of(colour, f"the colour of {name!r}")
+    return by_name
 
 
 def colour_of(colour: Any, what: str) -> RGB:

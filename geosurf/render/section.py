@@ -305,12 +305,12 @@ def _areas(lines: list[Part], zones: list[str]) -> Areas:
 
 def _colours(areas: Areas, zones: dict[str, palette.RGB]) -> Colours:
     """Colours of zones from the column; contact intervals are shades of them."""
-    found = {}
+    shades = {}
     for zone, colour in zones.items():
         parts = [key for key in areas if key[0] == zone]
         for i, key in enumerate(parts):
-            found[key] = palette.shade(colour, i, len(parts))
-    return found
+            shades[key] = palette.shade(colour, i, len(parts))
+    return shades
 
 
 def _fill(axes: Axes, lines: list[Part], colours: Colours) -> None:

@@ -80,12 +80,12 @@ def replace_missing_letters(figure: Figure) -> None:
             "Install matplotlib 3.11 or newer; reports and files have the names as they are.",
         )
     if missing:
-        some = ", ".join(repr(letter) for letter in list(missing)[:5])
+        listed = ", ".join(repr(letter) for letter in list(missing)[:5])
         more = f" and {len(missing) - 5} more" if len(missing) > 5 else ""
         note = GeosurfWarning(
             "picture",
             "letters",
-            f"Pictures show a replacement sign for letters that their font lacks: {some}{more}.",
+            f"Pictures show a replacement sign for letters that their font lacks: {listed}{more}.",
             _remedy(missing),
         )
         warn(note)

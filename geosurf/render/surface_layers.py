@@ -146,12 +146,12 @@ def outline(shell: Shell, creases: bool = True) -> np.ndarray:
     # each half-edge with the next one of its edge
     ring, _ = edges(faces, len(shell.points))
     half = np.flatnonzero(ring > np.arange(len(ring)))
-    one, two = half // 3, ring[half] // 3
+    left, right = half // 3, ring[half] // 3
 
     # an edge is drawn between two surfaces, or where the shell turns by a crease
-    turns = shell.surface[one] != shell.surface[two]
-    flat = size[one] * size[two] == 0.0
-    sharp = creases & ~flat & ((normals[one] * normals[two]).sum(axis=1) < CREASE)
+    turns = shell.surface[left] != shell.surface[right]
+    flat = size[left] * size[right] == 0.0
+    sharp = creases & ~flat & ((normals[left] * normals[right]).sum(axis=1) < CREASE)
     ends = ends_of(faces, half[turns | sharp])
     return ends[np.lexsort((ends[:, 1], ends[:, 0]))]
 
@@ -200,12 +200,12 @@ def thinned(surface: TriSurface, max_triangle: int = MOST) -> TriSurface:
     if share >= 1.0:
         return surface
     rows, columns = _spread(n_row, share), _spread(n_col, share)
-    some = np.ix_(rows, columns)
+    kept = np.ix_(rows, columns)
     if lattice.easting.ndim == 1:
         easting, northing = lattice.easting[columns], lattice.northing[rows]
     else:
-        easting, northing = lattice.easting[some], lattice.northing[some]
-    elevation = lattice.elevation[some]
+        easting, northing = lattice.easting[kept], lattice.northing[kept]
+    elevation = lattice.elevation[kept]
     coarse = Lattice(easting, northing, elevation, lattice.rising, lattice.reverse)
     return TriSurface(surface.name, surface.role, lattice=coarse)
 
@@ -296,15 +296,15 @@ class UnitMesh:
     def shells(self) -> list[Shell]:
         """The shell of each unit, turned outward."""
         rows, first = by_unit(self.sides, self.n_unit)
-        found = []
+        outward = []
         for u, (low, high) in enumerate(pairwise(first.tolist())):
-            mine = rows[low:high]
-            t = self.triangles[mine]
-            inward = self.sides[mine, 0] == u
+            of_unit = rows[low:high]
+            t = self.triangles[of_unit]
+            inward = self.sides[of_unit, 0] == u
             t[inward] = t[inward][:, [0, 2, 1]]
             used, t = renumbered(t)
-            found.append(Shell(self.points[used], t, self.surface[mine]))
-        return found
+            outward.append(Shell(self.points[used], t, self.surface[of_unit]))
+        return outward
 
 
 def shells_to_draw(units: Units, max_triangle: int = MAX_UNIT_TRIANGLE) -> list[Shell]:
@@ -578,12 +578,12 @@ def show_surfaces(
 def _by_elevation(content: Content, rows: list[int], style: PictureStyle) -> Content:
     """Colour the triangles of some layers by their elevation, with a colour bar."""
     # horizons have the same colour at the same elevation, so their names leave the legend
-    mine = [content.layers[row] for row in rows if content.layers[row].triangles is not None]
-    z = np.concatenate([layer.points[:, 2] for layer in mine])
+    surfaces = [content.layers[row] for row in rows if content.layers[row].triangles is not None]
+    z = np.concatenate([layer.points[:, 2] for layer in surfaces])
     bar = elevation_bar(float(z.min()), float(z.max()), style)
     layers = tuple(
         replace(layer, shades=shades_of(bar, layer.points[:, 2]))
-        if any(layer is one for one in mine)
+        if any(layer is one for one in surfaces)
         else layer
         for layer in content.layers
     )
@@ -617,18 +617,18 @@ def _surface_layers(
 def show_seals(seals: Sequence[xarray.Dataset], style: PictureStyle) -> Content:
     """Return faults in the colours of their shale gouge ratio; grey where it is not known."""
     bar, layers, legend = seal_bar(seals, style), [], []
-    for found in seals:
-        sgr = found.sgr.values.ravel()
+    for seal in seals:
+        sgr = seal.sgr.values.ravel()
         shades = np.where(np.isnan(sgr)[:, None], palette.WALL, shades_of(bar, np.nan_to_num(sgr)))
         triangles = np.arange(len(sgr)).reshape(-1, 3)
-        layers.append(Layer(points_in(found), triangles, shades=shades))
+        layers.append(Layer(points_in(seal), triangles, shades=shades))
 
         # the legend has the mean where reservoir faces reservoir
-        facing = found.area.where(found.juxtaposition == "reservoir on reservoir", 0.0)
-        mean = float((found.mean_sgr * facing).sum() / facing.sum()) if facing.any() else math.nan
+        facing = seal.area.where(seal.juxtaposition == "reservoir on reservoir", 0.0)
+        mean = float((seal.mean_sgr * facing).sum() / facing.sum()) if facing.any() else math.nan
         words = "no reservoir on reservoir" if math.isnan(mean) else f"mean SGR {mean:.2f}"
         colour = palette.WALL if math.isnan(mean) else shade_of(bar, mean)
-        legend.append(Entry(found.attrs["fault"], colour, words))
+        legend.append(Entry(seal.attrs["fault"], colour, words))
     return Content(tuple(layers), tuple(legend), bar=bar)
 
 

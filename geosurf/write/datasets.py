@@ -383,14 +383,14 @@ def _of_dataset(table: xr.Dataset) -> Columns:
 
 def _with_ends_as_columns(table: xr.Dataset) -> xr.Dataset:
     """Return a Dataset with ``md_entry`` and ``md_exit`` for ``md`` at both ends."""
-    found: dict[str, xr.DataArray] = {}
+    columns: dict[str, xr.DataArray] = {}
     for key, variable in table.data_vars.items():
         if "end" in variable.dims:
             ends = {f"{key}_{end}": variable.sel(end=end) for end in table["end"].values.tolist()}
-            found |= {name: one.drop_vars("end") for name, one in ends.items()}
+            columns |= {name: one.drop_vars("end") for name, one in ends.items()}
         else:
-            found[str(key)] = variable
-    return table.drop_dims("end").assign(found)[list(found)]
+            columns[str(key)] = variable
+    return table.drop_dims("end").assign(columns)[list(columns)]
 
 
 def _head(table: xr.Dataset, key: str) -> str:
@@ -587,16 +587,16 @@ def _with_mapping(dataset: xr.Dataset, crs: str) -> xr.Dataset:
 
 def _mapping(crs: str) -> dict[str, Any]:
     """Attributes of a grid mapping: those of CF where pyproj is installed, else the text alone."""
-    found: dict[str, Any] = {"spatial_ref": crs}
+    mapping: dict[str, Any] = {"spatial_ref": crs}
     if epsg_of(crs) is not None:
-        found["epsg_code"] = f"EPSG:{epsg_of(crs)}"
+        mapping["epsg_code"] = f"EPSG:{epsg_of(crs)}"
     elif "[" in crs:
-        found["crs_wkt"] = crs
+        mapping["crs_wkt"] = crs
     system = proj_system(crs)
     if system is None:
-        return found  # a name that PROJ does not know is still a text
+        return mapping  # a name that PROJ does not know is still a text
     words = system.to_cf()
-    return found | _plain(words) | {"spatial_ref": words.get("crs_wkt", crs)}
+    return mapping | _plain(words) | {"spatial_ref": words.get("crs_wkt", crs)}
 
 
 def _plain(attrs: dict[Any, Any], *, lists: bool = False) -> dict[str, Any]:

@@ -83,23 +83,23 @@ def inc_of_grid(grid: CornerPointGrid, name: str | None) -> tuple[bytes, list[Lo
     return "".join(words).encode(), []
 
 
-def inc_of_multipliers(found: xr.Dataset, name: str | None) -> tuple[bytes, list[Loss]]:
+def inc_of_multipliers(multipliers: xr.Dataset, name: str | None) -> tuple[bytes, list[Loss]]:
     """Return MULTX, MULTY and MULTZ of the faces, or MULTFLT of the faults."""
-    known = np.isfinite(found.fault_multiplier.values)
+    known = np.isfinite(multipliers.fault_multiplier.values)
     words = ["-- Transmissibility multipliers of fault rock\n\n"]
-    rows = zip(found.fault_name.values, found.fault_multiplier.values, strict=True)
-    if found.attrs["by"] == "fault":
+    rows = zip(multipliers.fault_name.values, multipliers.fault_multiplier.values, strict=True)
+    if multipliers.attrs["by"] == "fault":
         lines = [f" '{fault}' {value:.6g} /\n" for fault, value in rows if np.isfinite(value)]
         words += ["MULTFLT\n", *lines, "/\n"] if known.any() else []
         return "".join(words).encode(), []
-    shape = tuple(found.attrs[key] for key in ("nz", "ny", "nx"))
-    values = found.multiplier.values
-    at = tuple(found[key].values - 1 for key in ("k", "j", "i"))
+    shape = tuple(multipliers.attrs[key] for key in ("nz", "ny", "nx"))
+    values = multipliers.multiplier.values
+    at = tuple(multipliers[key].values - 1 for key in ("k", "j", "i"))
     for key, axis in zip(("MULTX", "MULTY", "MULTZ"), AXES, strict=True):
-        mine = np.isfinite(values) & (found.axis.values == axis)
-        if mine.any():
+        across = np.isfinite(values) & (multipliers.axis.values == axis)
+        if across.any():
             whole = np.ones(shape)
-            np.multiply.at(whole, tuple(of[mine] for of in at), values[mine])
+            np.multiply.at(whole, tuple(of[across] for of in at), values[across])
             words += _keyword(key, _repeats(whole.ravel()))
     return "".join(words).encode(), []
 

@@ -85,7 +85,7 @@ def parts_of(units: Units) -> Parts:
 
     # elements of one patch with the same units on both sides are connected
     labels = np.column_stack([surface, sides, pieces.patch])
-    found, of_chosen = np.unique(labels[chosen], axis=0, return_inverse=True)
+    kinds, of_chosen = np.unique(labels[chosen], axis=0, return_inverse=True)
     label_of_element = np.full(len(labels), -1)
     label_of_element[chosen] = of_chosen.ravel()
 
@@ -94,14 +94,14 @@ def parts_of(units: Units) -> Parts:
     faces, label = full.triangles[rows], label[rows]
 
     # patches that a line parts are one part where nothing else meets that line
-    _, group = np.unique(found[:, :3], axis=0, return_inverse=True)
+    _, group = np.unique(kinds[:, :3], axis=0, return_inverse=True)
     partner = _partners(faces, group.ravel()[label], len(full.local))
-    part_of_label = _joined_labels(label, partner, len(found))
+    part_of_label = _joined_labels(label, partner, len(kinds))
     part = part_of_label[label]
     first = np.unique(part_of_label, return_index=True)[1]
 
     return _in_order(
-        full.local, pieces.origin, faces, part, partner, found[first, 0], found[first, 1:3]
+        full.local, pieces.origin, faces, part, partner, kinds[first, 0], kinds[first, 1:3]
     )
 
 
@@ -343,14 +343,14 @@ def safe_names(names: Sequence[str], taken: Sequence[str] = ()) -> list[str]:
     >>> safe_names(["Top/Base F1+", "Top Base F1+", "F1"])
     ['Top_Base_F1+', 'Top_Base_F1+_2', 'F1']
     """
-    found: list[str] = []
+    titles: list[str] = []
     for name in names:
         plain = UNSAFE.sub("_", name).strip("_") or "unnamed"
         title, k = plain, 2
-        while title in found or title in taken:
+        while title in titles or title in taken:
             title, k = f"{plain}_{k}", k + 1
-        found.append(title)
-    return found
+        titles.append(title)
+    return titles
 
 
 def _colour(surfaces: dict[int, TriSurface], i: int) -> str:

@@ -64,21 +64,21 @@ class LineSet:
 
 def pol_of_lines(lines: Any, name: str | None) -> tuple[bytes, list[Loss]]:
     """Return polylines as text; what is known of each line is lost."""
-    found = line_set(lines)
+    line_parts = line_set(lines)
     pieces = []
-    for part in found.parts:
+    for part in line_parts.parts:
         x, y, z = part.T
         pieces.append(rows_text([x, b" ", y, b" ", z, b"\n"]) + b"999.0 999.0 999.0\n")
-    return b"".join(pieces), [DIRECTION, *([NAMES] if found.words else [])]
+    return b"".join(pieces), [DIRECTION, *([NAMES] if line_parts.words else [])]
 
 
 def csv_of_lines(lines: Any, name: str | None) -> tuple[bytes, list[Loss]]:
     """Return the same as a table: one row for each point, closed lines with their first again."""
-    found = line_set(lines)
-    header = ["X", "Y", "Z", "POLY_ID", *(word.upper() for word in found.words)]
+    checked = line_set(lines)
+    header = ["X", "Y", "Z", "POLY_ID", *(word.upper() for word in checked.words)]
     rows: list[list[Any]] = []
-    for row, part in enumerate(found.parts):
-        labels = [values[row] for values in found.words.values()]
+    for row, part in enumerate(checked.parts):
+        labels = [values[row] for values in checked.words.values()]
         rows += [[*point, row + 1, *labels] for point in part.tolist()]
     data, lost = csv_of_rows(header, rows)
     return data, [DIRECTION, *lost]
@@ -86,9 +86,9 @@ def csv_of_lines(lines: Any, name: str | None) -> tuple[bytes, list[Loss]]:
 
 def geojson_of_lines(lines: Any, name: str | None, crs: str | None) -> tuple[bytes, list[Loss]]:
     """Return a feature for each line, in projected metres with the member ``crs``."""
-    found = line_set(lines)
+    checked = line_set(lines)
     features = []
-    for row, part in enumerate(found.parts):
+    for row, part in enumerate(checked.parts):
         if len(part) < 2:
             raise OutputError("a line has 1 point, and GeoJSON needs 2. Write .csv.")
         closed = len(part) > 3 and bool((part[0] == part[-1]).all())
@@ -97,7 +97,7 @@ def geojson_of_lines(lines: Any, name: str | None, crs: str | None) -> tuple[byt
             "type": "Polygon" if closed else "LineString",
             "coordinates": [points] if closed else points,
         }
-        words = {key: _plain(values[row]) for key, values in found.words.items()}
+        words = {key: _plain(values[row]) for key, values in checked.words.items()}
         features.append({"type": "Feature", "properties": words, "geometry": shape})
     return collection(features, name, crs), [OLD_STANDARD]
 
@@ -129,8 +129,8 @@ def line_set(lines: Any) -> LineSet:
     OutputError
         If there are none, or a point has no place or holds a usual mark of no data.
     """
-    found = _line_set(lines)
-    for row, part in enumerate(found.parts):
+    checked = _line_set(lines)
+    for row, part in enumerate(checked.parts):
         if not np.isfinite(part).all():
             raise OutputError(
                 f"line {row} (counted from 0) has coordinates that are not finite. Drop these "
@@ -141,7 +141,7 @@ def line_set(lines: Any) -> LineSet:
                 f"point {absent[0]} of line {row} (counted from 0) has {absent[1]:g}, a usual mark "
                 "of no data, which readers do not take for a place. Drop this point."
             )
-    return found
+    return checked
 
 
 def _line_set(lines: Any) -> LineSet:
@@ -396,11 +396,11 @@ def _points_of_xtgeo(xtgeo: Any, points: xarray.Dataset) -> Any:
 
 def _polygons(xtgeo: Any, lines: Any) -> Any:
     """Lines as Polygons, numbered from 0."""
-    found, name = _line_set(lines), str(getattr(lines, "name", None) or "poly")
-    sizes = list(map(len, found.parts))
-    table = pd.DataFrame(np.concatenate(found.parts), columns=["X_UTME", "Y_UTMN", "Z_TVDSS"])
+    checked, name = _line_set(lines), str(getattr(lines, "name", None) or "poly")
+    sizes = list(map(len, checked.parts))
+    table = pd.DataFrame(np.concatenate(checked.parts), columns=["X_UTME", "Y_UTMN", "Z_TVDSS"])
     table["POLY_ID"] = np.repeat(np.arange(len(sizes)), sizes)
-    words = {word.upper(): values for word, values in found.words.items()}
+    words = {word.upper(): values for word, values in checked.words.items()}
     if isinstance(lines, FaultSticks):
         words["NAME"] = [lines.name] * len(sizes)
     for word, values in words.items():
@@ -465,8 +465,8 @@ lines, as read_points and fault_polygons make, FaultSticks, Curves or a list of 
         points = points_in(obj)
         words: dict[str, Any] = {word: obj[word].values for word in _words(obj, dim)}
         return geopandas.GeoDataFrame(words, geometry=list(map(Point, points)), crs=crs)
-    found = line_set(obj)
-    words = {**found.words}
+    checked = line_set(obj)
+    words = {**checked.words}
     if isinstance(obj, FaultSticks):
-        words["name"] = [obj.name] * len(found.parts)
-    return geopandas.GeoDataFrame(words, geometry=list(map(LineString, found.parts)), crs=crs)
+        words["name"] = [obj.name] * len(checked.parts)
+    return geopandas.GeoDataFrame(words, geometry=list(map(LineString, checked.parts)), crs=crs)

@@ -152,10 +152,10 @@ def lattice_points(
     """Points of a grid along the axes: origin, steps to the east and north, elevations."""
     # the slower axis first: rows go north
     offsets = ""
-    for way, step, n in zip(((0.0, 1.0), (1.0, 0.0)), steps[::-1], shape, strict=True):
+    for direction, step, n in zip(((0.0, 1.0), (1.0, 0.0)), steps[::-1], shape, strict=True):
         count = tag("Value", repr(step)), tag("Count", max(n - 1, 1))
         spacing = tag("Spacing", *count, kind="DoubleConstantArray")
-        offsets += tag("Offset", tag("Offset", _point(*way, 0.0)), spacing)
+        offsets += tag("Offset", tag("Offset", _point(*direction, 0.0)), spacing)
     lattice = tag("Origin", _point(*origin, 0.0)), offsets
     return tag(
         "Points",
@@ -212,22 +212,22 @@ def package(parts: Sequence[Part], h5_name: str) -> dict[str, str]:
 
 def _of_part(part: Part, parts: Sequence[Part], h5_name: str) -> str:
     """Relations of an object, in both directions."""
-    found = ""
+    relations = ""
     if part.prefix == "eml":
-        found = (
+        relations = (
             f'<Relationship Id="Hdf5File" Type="{RELATION}/externalResource" '
             f'Target="{escape(h5_name, {chr(34): "&quot;"})}" TargetMode="External"/>'
         )
     for other in part.uses:
-        found += _relation(
+        relations += _relation(
             "mlToExternalPartProxy" if other.prefix == "eml" else "destinationObject", other
         )
     for other in parts:
         if part in other.uses:
-            found += _relation(
+            relations += _relation(
                 "externalPartProxyToMl" if part.prefix == "eml" else "sourceObject", other
             )
-    return found
+    return relations
 
 
 def _relation(word: str, other: Part) -> str:
@@ -269,7 +269,7 @@ def resqml_of_surfaces(obj: Any, path: Path, name: str | None, crs: str | None) 
     surfaces = _surfaces(obj, name, path)
     declared = {crs: None} if crs is not None else {}
     systems = [declared_crs(surface) for _, surface in surfaces]
-    declared |= {one: None for one in systems if one is not None}
+    declared |= {system: None for system in systems if system is not None}
     first, *others = declared or (None,)
     for other in others:
         if first is None or other is None or not are_same(first, other):
@@ -278,7 +278,7 @@ def resqml_of_surfaces(obj: Any, path: Path, name: str | None, crs: str | None) 
                 f"{label(str(first))} and {label(str(other))}. Reproject them with gs.reproject."
             )
 
-    parts, arrays = _objects([_geometry(title, one) for title, one in surfaces], first)
+    parts, arrays = _objects([_geometry(title, system) for title, system in surfaces], first)
     alone = Loss("topology", "Surfaces are separate: for the sealed model, write scene.units.")
     return file_set(path, parts, arrays, [alone, *lost_of_crs(first)])
 
@@ -301,20 +301,20 @@ def _surfaces(obj: Any, name: str | None, path: Path) -> list[tuple[str, Any]]:
     if hasattr(obj, "surfaces") and hasattr(obj, "units"):  # a Scene, which lies above this room
         obj = obj.surfaces
     if _is_surface(obj):
-        found = [(str(name or own_name(obj) or path.stem), obj)]
+        titled = [(str(name or own_name(obj) or path.stem), obj)]
     elif isinstance(obj, Mapping):
-        found = [(str(key), value) for key, value in obj.items()]
+        titled = [(str(key), value) for key, value in obj.items()]
     else:
-        found = [(own_name(one) or f"surface {k}", one) for k, one in enumerate(obj, 1)]
+        titled = [(own_name(one) or f"surface {k}", one) for k, one in enumerate(obj, 1)]
 
-    wrong = [type(one).__name__ for _, one in found if not _is_surface(one)]
+    wrong = [type(one).__name__ for _, one in titled if not _is_surface(one)]
     if wrong:
         raise OutputError(f"{path}: cannot write {wrong[0]}. {TAKES}")
-    names = [title for title, _ in found]
+    names = [title for title, _ in titled]
     twice = sorted({title for title in names if names.count(title) > 1})
     if twice:
         raise OutputError(f"{path}: two surfaces are called {twice[0]!r}. Rename one of them.")
-    return found
+    return titled
 
 
 def _is_surface(obj: Any) -> bool:
@@ -361,11 +361,11 @@ def _objects(
     parts, arrays = [proxy, system], dict[str, np.ndarray]()
     for title, role, held in surfaces:
         meaning = interpretation(title, role, fresh)
-        own = next(fresh)
-        kind, body, new = _representation(held, f"/RESQML/{own}", proxy, system)
+        identifier = next(fresh)
+        kind, body, new = _representation(held, f"/RESQML/{identifier}", proxy, system)
         meant = meaning[1:]
         head = "".join(reference("resqml2:RepresentedInterpretation", one) for one in meant)
-        parts += [*meaning, Part(kind, own, title, head + body, (proxy, system, *meant))]
+        parts += [*meaning, Part(kind, identifier, title, head + body, (proxy, system, *meant))]
         arrays |= new
     return parts, arrays
 

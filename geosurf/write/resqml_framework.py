@@ -82,9 +82,9 @@ def lines_of(parts: Parts) -> list[Line]:
 
     part_of = np.repeat(np.arange(len(parts.surface)), np.diff(parts.first_vertex))
     kinds = {
-        edge: tuple(sorted(int(part_of[a]) for a, _ in found)) for edge, found in sides.items()
+        edge: tuple(sorted(int(part_of[a]) for a, _ in lines)) for edge, lines in sides.items()
     }
-    found = []
+    lines = []
     for chain in _chains(kinds):
         if len(kinds[_edge(*chain[:2])]) < 2:
             continue
@@ -97,8 +97,8 @@ def lines_of(parts: Parts) -> list[Line]:
                 row.append(after[row[-1], point])
             rows.append(row)
         rows.sort()
-        found.append(Line(tuple(int(part_of[row[0]]) for row in rows), np.array(rows)))
-    return found
+        lines.append(Line(tuple(int(part_of[row[0]]) for row in rows), np.array(rows)))
+    return lines
 
 
 def _edge(p: int, q: int) -> Edge:
@@ -240,17 +240,17 @@ class _Framework:
         surfaces = [sources[i] for i in self.rows]
         meant = [self.meaning(surface) for surface in surfaces]
         meshes = [
-            self.mesh(i, one[1], surface)
-            for i, one, surface in zip(self.rows, meant, surfaces, strict=True)
+            self.mesh(i, meaning[1], surface)
+            for i, meaning, surface in zip(self.rows, meant, surfaces, strict=True)
         ]
-        structure = self.structure(surfaces, [one[1] for one in meant])
+        structure = self.structure(surfaces, [meaning[1] for meaning in meant])
         sealed = self.surface_framework(structure[1], meshes)
         strata = self.strata()
         volumes = self.volume_framework(strata, sealed, meshes)
-        found = [self.proxy, self.system]
-        for one, mesh in zip(meant, meshes, strict=True):
-            found += [*one, mesh]
-        return [*found, *structure, sealed, *strata, volumes], self.arrays
+        made = [self.proxy, self.system]
+        for meaning, mesh in zip(meant, meshes, strict=True):
+            made += [*meaning, mesh]
+        return [*made, *structure, sealed, *strata, volumes], self.arrays
 
     # -------------------------------------------------------------- surfaces
     def meaning(self, surface: TriSurface) -> list[Part]:
@@ -264,7 +264,7 @@ class _Framework:
 
     def mesh(self, i: int, meant: Part, surface: TriSurface) -> Part:
         """One surface with a patch for each part."""
-        own = next(self.fresh)
+        identifier = next(self.fresh)
         body = (
             _metadata("surface", [surface.name, surface.role])
             + reference("resqml2:RepresentedInterpretation", meant)
@@ -275,11 +275,11 @@ class _Framework:
             s, t = self.parts.first_triangle[k : k + 2].tolist()
             mesh = self.parts.vertices[a:b], self.parts.triangles[s:t] - self.first_node[k]
             number, frame = self.patch_of_part[k], (self.proxy, self.system)
-            patch, arrays = triangle_patch(number, *mesh, f"/RESQML/{own}", *frame)
+            patch, arrays = triangle_patch(number, *mesh, f"/RESQML/{identifier}", *frame)
             body += patch
             self.arrays |= arrays
         uses = (self.proxy, self.system, meant)
-        return Part("TriangulatedSetRepresentation", own, surface.name, body, uses)
+        return Part("TriangulatedSetRepresentation", identifier, surface.name, body, uses)
 
     def array(self, path: str, values: np.ndarray) -> str:
         """Keep an array for the HDF5 file, and return its path there."""
@@ -293,27 +293,31 @@ class _Framework:
         )
         pairs = list(zip(surfaces, meant, strict=True))
         body = DOMAIN + reference("resqml2:InterpretedFeature", feature) + ORDER
-        for surface, one in pairs:
+        for surface, meaning in pairs:
             if surface.role == "fault":
-                body += reference("resqml2:Faults", one)
-        horizons = [one for surface, one in pairs if surface.role == "horizon"]
-        for k, one in enumerate(horizons):
+                body += reference("resqml2:Faults", meaning)
+        horizons = [meaning for surface, meaning in pairs if surface.role == "horizon"]
+        for k, meaning in enumerate(horizons):
             body += tag(
                 "Horizons",
-                tag("Index", k) + tag("StratigraphicRank", 0) + reference("resqml2:Horizon", one),
+                tag("Index", k)
+                + tag("StratigraphicRank", 0)
+                + reference("resqml2:Horizon", meaning),
             )
         for name, word in (("", "Sides"), ("top", "TopFrontier"), ("bottom", "BottomFrontier")):
-            for surface, one in pairs:
+            for surface, meaning in pairs:
                 ends = surface.name if surface.name in ("top", "bottom") else ""
                 if surface.role == "wall" and ends == name:
-                    body += reference(f"resqml2:{word}", one)
-        used = [one for surface, one in pairs if surface.role in ("fault", "horizon", "wall")]
+                    body += reference(f"resqml2:{word}", meaning)
+        used = [
+            meaning for surface, meaning in pairs if surface.role in ("fault", "horizon", "wall")
+        ]
         kind = "StructuralOrganizationInterpretation"
         return [feature, self.made(kind, self.title, body, (feature, *used))]
 
     def surface_framework(self, structure: Part, meshes: Sequence[Part]) -> Part:
         """The meshes, and the lines along which their patches share nodes."""
-        own = next(self.fresh)
+        identifier = next(self.fresh)
         body = (
             reference("resqml2:RepresentedInterpretation", structure)
             + tag("IsHomogeneous", "true")
@@ -323,7 +327,7 @@ class _Framework:
             patches = ""
             for side, (k, vertices) in enumerate(zip(line.parts, line.vertices, strict=True)):
                 nodes = vertices - self.first_node[k]
-                where = self.array(f"{own}/contact{number}_patch{side}", nodes)
+                where = self.array(f"{identifier}/contact{number}_patch{side}", nodes)
                 patches += tag(
                     "Contact",
                     tag("PatchIndex", side)
@@ -335,7 +339,7 @@ class _Framework:
             body += tag(name, tag("Index", number), same, patches, kind=f"{name}Part")
         uses = (self.proxy, structure, *meshes)
         kind = "SealedSurfaceFrameworkRepresentation"
-        return Part(kind, own, self.title, body, uses)
+        return Part(kind, identifier, self.title, body, uses)
 
     # -------------------------------------------------------------- units
     def strata(self) -> list[Part]:
@@ -345,21 +349,21 @@ class _Framework:
         )
         ranked = sorted({(unit.zone_index, unit.zone) for unit in self.units.values()})
         zones = list(dict.fromkeys(zone for _, zone in ranked))
-        found, body = [feature], DOMAIN + reference("resqml2:InterpretedFeature", feature)
+        parts, body = [feature], DOMAIN + reference("resqml2:InterpretedFeature", feature)
         body += ORDER + tag("Index", 0)
         meant = []
         for k, zone in enumerate(zones):
             rock = self.made("StratigraphicUnitFeature", zone, "")
             words = DOMAIN + reference("resqml2:InterpretedFeature", rock)
-            one = self.made("StratigraphicUnitInterpretation", zone, words, (rock,))
-            found += [rock, one]
-            meant.append(one)
-            unit = tag("Index", k) + reference("resqml2:Unit", one)
+            meaning = self.made("StratigraphicUnitInterpretation", zone, words, (rock,))
+            parts += [rock, meaning]
+            meant.append(meaning)
+            unit = tag("Index", k) + reference("resqml2:Unit", meaning)
             body += tag("StratigraphicUnits", unit)
         kind = "StratigraphicColumnRankInterpretation"
         rank = self.made(kind, self.title, body, (feature, *meant))
         column = reference("resqml2:Ranks", rank)
-        return [*found, self.made("StratigraphicColumn", self.title, column, (rank,)), rank]
+        return [*parts, self.made("StratigraphicColumn", self.title, column, (rank,)), rank]
 
     def volume_framework(
         self, strata: Sequence[Part], sealed: Part, meshes: Sequence[Part]
@@ -441,10 +445,10 @@ def shells_of(
     shells: dict[tuple[int, int], list[tuple[int, bool]]] = {}
     for row, key in zip(root, keys, strict=True):
         shells.setdefault(keys[row], []).extend(facing[key])
-    found: list[list[list[tuple[int, bool]]]] = [[] for _ in range(n_unit + 1)]
+    by_unit: list[list[list[tuple[int, bool]]]] = [[] for _ in range(n_unit + 1)]
     for (unit, _), shell in shells.items():
-        found[unit].append(shell)  # -1 is the last
-    return [sorted(mine, key=lambda shell: -_extent(parts, shell)) for mine in found]
+        by_unit[unit].append(shell)  # -1 is the last
+    return [sorted(of_unit, key=lambda shell: -_extent(parts, shell)) for of_unit in by_unit]
 
 
 def _extent(parts: Parts, shell: Sequence[tuple[int, bool]]) -> float:

@@ -537,7 +537,7 @@ def not_stored(horizon: xr.DataArray, title: str, moved: float = 0.0) -> list[Lo
     given = {"down": "depth", "up": "elevation"}.get(horizon.attrs.get("positive", ""))
     word = str(given or horizon.attrs.get("long_name") or horizon.name or "elevation")
     unit = horizon.attrs.get("units", "m")
-    found = [
+    losses = [
         *precision_lost(moved, "Nodes are off a regular grid, and were moved"),
         Loss(
             "direction",
@@ -549,8 +549,8 @@ def not_stored(horizon: xr.DataArray, title: str, moved: float = 0.0) -> list[Lo
         how = f"read the file with length_unit={unit!r}"
         if is_time_unit(unit):
             how = f"give its path to Scene(..., time=..., length_unit={unit!r})"
-        found.append(Loss("unit", f"Values are in {unit}: {how}."))
-    return found
+        losses.append(Loss("unit", f"Values are in {unit}: {how}."))
+    return losses
 
 
 def node_of(grid: Geometry, row: int, column: int) -> tuple[float, float]:

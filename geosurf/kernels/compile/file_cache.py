@@ -123,17 +123,17 @@ class Store:
             return None
         wrong = "its checksum is wrong"
         try:
-            found = unsealed(name, read_own(self.folder / name, LARGEST))
+            content = unsealed(name, read_own(self.folder / name, LARGEST))
         # Missing is the normal case of a first run, and no reason to warn.
         except (FileNotFoundError, NotADirectoryError):
             return None
         except OSError as error:
             if not _is_folder(self.folder):
                 return None  # reported when something is to be saved there
-            found, wrong = None, _reason(error)
-        if found is None:
+            content, wrong = None, _reason(error)
+        if content is None:
             self.report_damage(name, wrong)
-        return found
+        return content
 
     def save(self, name: str, payload: bytes) -> bool:
         """Save something under a name, completely or not at all; return whether it is saved."""
@@ -157,14 +157,14 @@ class Store:
 
         A small file is written and removed, since permissions say less than an attempt.
         """
-        found = self.distrust()
-        if not found:
+        reason = self.distrust()
+        if not reason:
             try:
                 self._make_folder()
                 remove(write_beside(self.folder, b"geosurf", 0o600))
             except OSError as error:
-                found = _reason(error)
-        return found
+                reason = _reason(error)
+        return reason
 
     def _make_folder(self) -> None:
         if self._no_folder:
@@ -187,10 +187,10 @@ class Store:
         for folder in {self.folder, self.root}:
             # A folder that is not there yet is made by this user.
             with suppress(OSError):
-                found = folder.stat()
-                if not stat.S_ISDIR(found.st_mode):
+                state = folder.stat()
+                if not stat.S_ISDIR(state.st_mode):
                     return f"{folder} is not a folder"
-                why = why_not_ours(found)
+                why = why_not_ours(state)
                 if why:
                     return f"{folder} {why}"
         return ""

@@ -245,11 +245,11 @@ class FrozenKernel:
             )
         # Arrays come back as words, numbers as they are.
         values = self._unpack(frame)
-        found = [
+        results = [
             self._array(values[start:], letters, arguments) if len(letters) > 1 else values[start]
             for start, letters in zip(self._starts, self._results, strict=True)
         ]
-        return tuple(found) if len(found) > 1 else (found[0] if found else None)
+        return tuple(results) if len(results) > 1 else (results[0] if results else None)
 
     def _array(
         self, words: tuple[int, ...], letters: str, arguments: tuple[Any, ...]

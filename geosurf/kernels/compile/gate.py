@@ -196,15 +196,15 @@ class Gate:
         flags = array.flags
         if isinstance(value, np.ndarray) and array.dtype == dtype and flags.carray:
             return
-        found = f"a {type(value).__name__}"
+        given = f"a {type(value).__name__}"
         if isinstance(value, np.ndarray):
-            found = f"{array.dtype}, strides {array.strides}"
+            given = f"{array.dtype}, strides {array.strides}"
             if not flags.writeable:
-                found = f"a read-only array, {found}"
+                given = f"a read-only array, {given}"
         letters = f"{dtype.char}{array.ndim}".replace("?", "b")
         raise TypeError(
             f"{self._kernel}: argument {place} is written; "
-            f"expected an aligned C array {letters} as it is, found {found}"
+            f"expected an aligned C array {letters} as it is, found {given}"
         )
 
 
@@ -234,10 +234,10 @@ def kernel_files(folder: Path) -> list[Path]:
     ['columns.py', 'separation.py']
     """
     # A flat folder, as in tests, or rooms.
-    found = [*folder.glob("*.py"), *folder.glob("*/*.py")]
+    paths = [*folder.glob("*.py"), *folder.glob("*/*.py")]
     return sorted(
         path
-        for path in found
+        for path in paths
         if not path.name.startswith("_") and MACHINERY != path.parent.relative_to(folder).name
     )
 

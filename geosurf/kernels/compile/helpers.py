@@ -111,13 +111,13 @@ def below(*libraries: CPUCodeLibrary) -> list[CPUCodeLibrary]:
     # Reversed, since the list is worked off from its end.
     waiting = [part for library in reversed(libraries) for part in library._linking_libraries[::-1]]
     while waiting:
-        found = waiting.pop()
-        if not isinstance(found, HelperLibrary):
-            finished[found] = None
+        needed = waiting.pop()
+        if not isinstance(needed, HelperLibrary):
+            finished[needed] = None
         # A helper that is reached again is in the list already.
-        elif found not in helpers:
-            helpers[found] = None
-            waiting += found._linking_libraries[::-1]
+        elif needed not in helpers:
+            helpers[needed] = None
+            waiting += needed._linking_libraries[::-1]
     return [*helpers, *finished]
 
 

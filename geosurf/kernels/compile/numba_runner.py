@@ -56,15 +56,17 @@ def types_of(letters: tuple[str, ...]) -> tuple[Any, ...]:
     )
 
 
-def check_results(name: str, found: Any, signature: Signature) -> None:
+def check_results(name: str, returned: Any, signature: Signature) -> None:
     """Refuse a kernel that returns something else than its signature says."""
     # One result is a type, several are a tuple of types, and none is the type `none`.
-    parts = tuple(found.types) if isinstance(found, numba.types.BaseTuple) else (found,)
-    if found == numba.types.none:
+    parts = tuple(returned.types) if isinstance(returned, numba.types.BaseTuple) else (returned,)
+    if returned == numba.types.none:
         parts = ()
     if tuple(map(_letters, parts)) != signature.results:
         promised = " ".join(signature.results) or "."
-        raise TypeError(f"{name} promises '-> {promised}', but numba finds that it returns {found}")
+        raise TypeError(
+            f"{name} promises '-> {promised}', but numba finds that it returns {returned}"
+        )
 
 
 def _letters(kind: Any) -> str:
@@ -85,13 +87,13 @@ def kernel_folder() -> Path:
 def closure(path: Path) -> frozenset[Path]:
     """Kernel files that a kernel file needs, itself and the choices for numba included."""
     # The options of numba in `helpers` are a part of each kernel.
-    found = {path, _HELPERS}
+    needed = {path, _HELPERS}
     text = path.read_text(encoding="utf-8")
     # Read from the text, so that nothing is imported; import statements of kernels have this form.
     for other in re.findall(r"^from (geosurf\.kernels\.[\w.]+) import", text, flags=re.MULTILINE):
         if other.split(".")[2] != MACHINERY and file_of(other) != path:
-            found |= closure(file_of(other))
-    return frozenset(found)
+            needed |= closure(file_of(other))
+    return frozenset(needed)
 
 
 @cache

@@ -89,16 +89,16 @@ def source_of_wrappers(kernels: Iterable[Sequence[str]]) -> str:
 
 def _function(letters: tuple[str, ...]) -> str:
     types, values = ["void *", "void **"], ["results", "failure"]
-    for k, one in enumerate(letters):
-        if len(one) == 1:
-            types.append(_TYPES[one])
-            values.append(f"w[{k}].real" if one == "d" else f"({_TYPES[one]})w[{k}].whole")
+    for k, letter in enumerate(letters):
+        if len(letter) == 1:
+            types.append(_TYPES[letter])
+            values.append(f"w[{k}].real" if letter == "d" else f"({_TYPES[letter]})w[{k}].whole")
             continue
         # no owner and no parent: Python keeps the memory alive during the call
-        of, dims = f"w[{k}].array->", range(int(one[1]))
+        field, dims = f"w[{k}].array->", range(int(letter[1]))
         types += ["void *", "void *", "int64_t", "int64_t", "void *", *["int64_t"] * 2 * len(dims)]
-        values += ["0", "0", f"size(w[{k}].array)", f"{of}item_size", f"{of}data"]
-        values += [f"{of}{word}[{i}]" for word in ("shape", "strides") for i in dims]
+        values += ["0", "0", f"size(w[{k}].array)", f"{field}item_size", f"{field}data"]
+        values += [f"{field}{word}[{i}]" for word in ("shape", "strides") for i in dims]
     return (
         f"PUBLIC int32_t {wrapper(letters)}(void *kernel, void *results, void **failure, "
         "const word *w)\n{\n"

@@ -61,7 +61,7 @@ def warm(progress: Progress | None = None) -> str:
 
 def _compile_all(names: list[str], progress: Progress | None) -> dict[str, bool]:
     """Whether each kernel was there already; files are shared out among processes."""
-    found: dict[str, bool] = {}
+    there_before: dict[str, bool] = {}
     # Workers of somebody else, a notebook for example, are left alone.
     others = set(multiprocessing.active_children())
     spawn = multiprocessing.get_context("spawn")  # a fork would take over threads and their locks
@@ -78,7 +78,7 @@ def _compile_all(names: list[str], progress: Progress | None) -> dict[str, bool]
             done, _ = wait(jobs, return_when=FIRST_COMPLETED)
             for job in done:
                 pool, end = jobs.pop(job)
-                found |= job.result()
+                there_before |= job.result()
                 if waiting:
                     jobs[pool.submit(_compile_file, waiting.pop(end))] = pool, end
             if progress is not None:
@@ -89,7 +89,7 @@ def _compile_all(names: list[str], progress: Progress | None) -> dict[str, bool]
         if jobs:  # an error must not wait for the other jobs
             for worker in set(multiprocessing.active_children()) - others:
                 worker.terminate()
-    return found
+    return there_before
 
 
 def n_processes() -> int:

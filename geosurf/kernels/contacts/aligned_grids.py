@@ -81,11 +81,11 @@ def map_frame(p, q, a):
     Then every gradient has a positive definite symmetric part, and a piecewise linear map of a
     rectangle with such gradients is strictly monotone, hence one to one.
     """
-    found = np.zeros(FRAME_SIZE)
-    found[OFF] = np.inf
+    frame = np.zeros(FRAME_SIZE)
+    frame[OFF] = np.inf
     n_row, n_col = a[N_ROW], a[N_COL]
     if n_row < 2 or n_col < 2:
-        return found
+        return frame
     last_row, last_col = n_row - 1, n_col - 1
 
     # Mean steps along columns (u) and rows (v).
@@ -98,15 +98,15 @@ def map_frame(p, q, a):
 
     # A frame that is nearly a line, or not finite, gives no bound.
     if not _usable(det, ux, uy, vx, vy):
-        return found
+        return frame
     if _first_uneven(p, q, a, det, ux, uy, vx, vy) >= 0:
-        return found
+        return frame
     # heights in the frame of M are above 0.3 (steps of 0.5, at most 0.2 sideways); M shrinks
     # lengths by its smaller singular value at most, which is above |det| / (u + v)
-    found[HEIGHT] = 0.3 * abs(det) / (u + v)
-    found[STEPS], found[STEPS + 1], found[STEPS + 2], found[STEPS + 3] = ux, uy, vx, vy
-    found[OFF] = _farthest(p, q, a, ux, uy, vx, vy)
-    return found
+    frame[HEIGHT] = 0.3 * abs(det) / (u + v)
+    frame[STEPS], frame[STEPS + 1], frame[STEPS + 2], frame[STEPS + 3] = ux, uy, vx, vy
+    frame[OFF] = _farthest(p, q, a, ux, uy, vx, vy)
+    return frame
 
 
 @scalar
@@ -180,11 +180,11 @@ def _pairs_at_holes(z, a, s, b, full, first_row, first_col, row, col, pairs, n):
     """Pairs of a cell of the first lattice with the cells around it, where one has a hole."""
     n_row, n_col = a[N_ROW] - 1, a[N_COL] - 1
     c = _cell(z, a, row, col)
-    mine = full[row - first_row + 1, col - first_col + 1]
+    is_full = full[row - first_row + 1, col - first_col + 1]
     for i in range(max(row - 1, 0), min(row + 2, n_row)):
         for j in range(max(col - 1, 0), min(col + 2, n_col)):
             # Two whole cells share only what the comparison above each cell covers.
-            if (mine and full[i - first_row + 1, j - first_col + 1]) or (i == row and j == col):
+            if (is_full and full[i - first_row + 1, j - first_col + 1]) or (i == row and j == col):
                 continue
             key, other = 2 * (row * n_col + col), 2 * (i * n_col + j)
             n = _all_pairs(c, a[RISING], key, _cell(s, b, i, j), b[RISING], other, pairs, n)

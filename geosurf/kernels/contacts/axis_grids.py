@@ -78,10 +78,10 @@ def _column_box(p, q, r, a, first, last, j, ends):
 
 
 @scalar
-def _hull(one, two, box):
+def _hull(first, second, box):
     """The common box of two boxes."""
     for k in range(3):
-        box[k], box[3 + k] = min(one[k], two[k]), max(one[3 + k], two[3 + k])
+        box[k], box[3 + k] = min(first[k], second[k]), max(first[3 + k], second[3 + k])
 
 
 @scalar
@@ -378,15 +378,15 @@ def _pairs_of_row(grid, i, first, last, present, key_b, query, pairs, n):
     rising = a[RISING] == 1
     for k in range(last - first):
         # 0 1 2 + 0 2 3, or 0 1 3 + 1 2 3
-        one, two, three, four = low[k], low[k + 1], high[k + 1], high[k]
+        low_left, low_right, high_right, high_left = low[k], low[k + 1], high[k + 1], high[k]
         key_a, loaded = 2 * (i * (a[N_COL] - 1) + first + k), False
         for half in range(2):
             o = 1 if half == 1 and not rising else 0
             p, q = 1 + half, 2 if half == 0 and rising else 3
             mark = (
-                (two if o == 1 else one),
-                (three if half == 1 else two),
-                (three if q == 2 else four),
+                (low_right if o == 1 else low_left),
+                (high_right if half == 1 else low_right),
+                (high_right if q == 2 else high_left),
             )
             both = mark[0] & mark[1] & mark[2]
             if both & _BOX != 0 or (mark[0] | mark[1] | mark[2]) & _MISSING != 0:

@@ -61,11 +61,11 @@ def _edge_and_face(t, a, b, code):
 
     # The edge of A defines the point, unless the code says that of B.
     if fa < FACE and (code >> 3) < EDGE_OF_SECOND:
-        of, i, face = a, fa - 3, b
+        edge_face, i, face = a, fa - 3, b
     else:
-        of, i, face = b, fb - 3, a
+        edge_face, i, face = b, fb - 3, a
     # The lower vertex first: both triangles of an edge name its points alike.
-    p, q = t[of, i], t[of, 0 if i == 2 else i + 1]
+    p, q = t[edge_face, i], t[edge_face, 0 if i == 2 else i + 1]
     return min(p, q), max(p, q), face
 
 
@@ -183,8 +183,8 @@ def _append_record(records, n, t, tri, p, q, support):
 
 
 @scalar
-def _edge_records(frame, names, how, ids, tri, of, shift, axis, records, n):
-    """Segments in `tri` along the edges of the coplanar triangle `of`; -1 if a table is full.
+def _edge_records(frame, names, how, ids, tri, other, shift, axis, records, n):
+    """Segments in `tri` along the edges of the coplanar triangle `other`; -1 if a table is full.
 
     `shift` selects the features of `of` from a code: 3 for the first triangle, 0 for the second.
     """
@@ -203,7 +203,7 @@ def _edge_records(frame, names, how, ids, tri, of, shift, axis, records, n):
                     # The outline is convex: an edge has no more than two different points of it.
                     second = ids[c]
         if second >= 0 and not (is_corner(t, tri, first) and is_corner(t, tri, second)):
-            support = edge_plane(frame.e, frame.m, names, t[of, i], t[of, (i + 1) % 3], axis)
+            support = edge_plane(frame.e, frame.m, names, t[other, i], t[other, (i + 1) % 3], axis)
             if support == FULL:
                 return -1
             n = _append_record(records, n, t, tri, first, second, support)
@@ -369,7 +369,7 @@ def find_suspects(x, t, m, rows):
     # Constructed points only; there are many more vertices, and they differ from each other.
     once, twice, place = _filter(x, n_vertex, n_point)
     size, bits = once.shape[0] * _WORD, x.view(np.int64)
-    found = np.empty(n_vertex + n_point, dtype=np.int64)
+    suspects = np.empty(n_vertex + n_point, dtype=np.int64)
     n = 0
 
     # Corners of faces with contacts whose bit a point has set.
@@ -384,16 +384,16 @@ def find_suspects(x, t, m, rows):
             word, bit = h // _WORD, np.uint32(1 << (h % _WORD))
             if once[word] & bit != 0:
                 twice[word] |= bit
-                found[n] = i
+                suspects[n] = i
                 n += 1
 
     # Points whose bit was set twice.
     n_corner = n
     for k in range(n_point):
         if twice[place[k] // _WORD] & np.uint32(1 << (place[k] % _WORD)) != 0:
-            found[n] = n_vertex + k
+            suspects[n] = n_vertex + k
             n += 1
-    return found[:n].copy(), n_corner
+    return suspects[:n].copy(), n_corner
 
 
 @entry("d2* l2* l1* l1* -> .")

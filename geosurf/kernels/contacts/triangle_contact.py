@@ -119,14 +119,20 @@ def _add(rows, n, fa, fb):
 
 
 @scalar
-def _side_signs(x, t, m, w, tri, of, slip):
-    """Signs of the corners of triangle `of` over the plane of triangle `tri`."""
+def _side_signs(x, t, m, w, tri, other, slip):
+    """Signs of the corners of triangle `other` over the plane of triangle `tri`."""
     a, b, c = t[tri, 0], t[tri, 1], t[tri, 2]
     frame = plane_terms(x, a, b, c)
     # A shared corner lies in the plane by definition.
-    s0 = 0 if is_corner(t, tri, t[of, 0]) else side_of(x, m, w, a, b, c, t[of, 0], frame, slip)
-    s1 = 0 if is_corner(t, tri, t[of, 1]) else side_of(x, m, w, a, b, c, t[of, 1], frame, slip)
-    s2 = 0 if is_corner(t, tri, t[of, 2]) else side_of(x, m, w, a, b, c, t[of, 2], frame, slip)
+    s0 = (
+        0 if is_corner(t, tri, t[other, 0]) else side_of(x, m, w, a, b, c, t[other, 0], frame, slip)
+    )
+    s1 = (
+        0 if is_corner(t, tri, t[other, 1]) else side_of(x, m, w, a, b, c, t[other, 1], frame, slip)
+    )
+    s2 = (
+        0 if is_corner(t, tri, t[other, 2]) else side_of(x, m, w, a, b, c, t[other, 2], frame, slip)
+    )
     return s0, s1, s2
 
 
@@ -480,7 +486,7 @@ def unstable_pairs(x, t, m, w, pairs, meet, part):
     Of those that `meet`: pairs with a corner close to the other's plane, but not in it. Of the
     others: pairs that are not proven to stay apart.
     """
-    found = np.empty(pairs.shape[0], dtype=np.bool_)
+    unstable = np.empty(pairs.shape[0], dtype=np.bool_)
     for i in range(pairs.shape[0]):
         a, b = pairs[i, 0], pairs[i, 1]
 
@@ -489,12 +495,12 @@ def unstable_pairs(x, t, m, w, pairs, meet, part):
 
         # Contacts: a corner must not be almost in the plane of the other triangle.
         if meet[i]:
-            found[i] = _is_near_plane(x, t, m, w, a, b, slip) or _is_near_plane(
+            unstable[i] = _is_near_plane(x, t, m, w, a, b, slip) or _is_near_plane(
                 x, t, m, w, b, a, slip
             )
         else:
-            found[i] = not _stays_apart(x, t, a, b, slip)
-    return found
+            unstable[i] = not _stays_apart(x, t, a, b, slip)
+    return unstable
 
 
 # ---- packed contact ----------------------------------------
@@ -559,12 +565,12 @@ def in_plane(rows: np.ndarray) -> np.ndarray:
 def on_boundaries(rows: np.ndarray) -> np.ndarray:
     """Which contacts are points and lines on edges and corners of both faces, bool (n,)."""
     n = n_corners(rows)
-    found: np.ndarray = n < 3
+    on_boundary: np.ndarray = n < 3
     for corner in range(2):
         code = code_of(rows[:, HOW], corner)
         inside = ((code >> 3) & 7 >= FACE) | (code & 7 >= FACE)
-        found &= ~(inside & (corner < n))
-    return found
+        on_boundary &= ~(inside & (corner < n))
+    return on_boundary
 
 
 @entry("l2 -> l2")

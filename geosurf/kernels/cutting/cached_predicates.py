@@ -263,14 +263,14 @@ def cached_incircle(frame, points, a, b, c, o):
             # Left factor: the minor times W_i W_j.
             p, r = rows[i], rows[j]
             n = _minor(w, minor, p, r)
-            one = minor + n
-            n_one = n + w[p + 3]
-            clear(w, one, n_one)
-            mul_add(w, one, n_one, minor, n, _below(w, p), w[p + 3], 1)
-            left = one + n_one
-            n_left = n_one + w[r + 3]
+            product = minor + n
+            n_product = n + w[p + 3]
+            clear(w, product, n_product)
+            mul_add(w, product, n_product, minor, n, _below(w, p), w[p + 3], 1)
+            left = product + n_product
+            n_left = n_product + w[r + 3]
             clear(w, left, n_left)
-            mul_add(w, left, n_left, one, n_one, _below(w, r), w[r + 3], 1)
+            mul_add(w, left, n_left, product, n_product, _below(w, r), w[r + 3], 1)
 
             # Right factor: the lifted minor of the other two rows; the sign alternates.
             right = left + n_left

@@ -348,7 +348,7 @@ def point_in_tables(frame, names, places, kind, a, b, c):
 
 
 @scalar
-def _crossing(frame, names, places, s, one, two):
+def _crossing(frame, names, places, s, first, second):
     """Id of the point where constraints with two support planes cross in the face."""
     e, m = frame.e, frame.m
 
@@ -356,11 +356,11 @@ def _crossing(frame, names, places, s, one, two):
     # Edges through planes need shorter integers than three planes.
     face = s[FACE_ID]
     n = m[N_TRIANGLE]
-    if one >= n:  # an edge plane: the line is that edge
-        return point_in_tables(frame, names, places, LPI, e[one - n, 0], e[one - n, 1], two)
-    if two >= n:
-        return point_in_tables(frame, names, places, LPI, e[two - n, 0], e[two - n, 1], one)
-    return point_in_tables(frame, names, places, TPI, face, one, two)
+    if first >= n:  # an edge plane: the line is that edge
+        return point_in_tables(frame, names, places, LPI, e[first - n, 0], e[first - n, 1], second)
+    if second >= n:
+        return point_in_tables(frame, names, places, LPI, e[second - n, 0], e[second - n, 1], first)
+    return point_in_tables(frame, names, places, TPI, face, first, second)
 
 
 @scalar
@@ -438,8 +438,8 @@ def constrain_edge(h, v, a, b, support):
     cost.
     """
     i, j = v[a], v[b]
-    one = two = 1
-    while one != 0 and two != 0:
+    turn_i = turn_j = 1
+    while turn_i != 0 and turn_j != 0:
         # Look at one triangle of each end per round.
         edge = _edge_around(h, i, a, b)
         if edge < 0:
@@ -447,8 +447,8 @@ def constrain_edge(h, v, a, b, support):
         if edge >= 0:
             _constrain(h, edge, support)
             return True
-        i, one = _rotate(h, v[a], i, one)
-        j, two = _rotate(h, v[b], j, two)
+        i, turn_i = _rotate(h, v[a], i, turn_i)
+        j, turn_j = _rotate(h, v[b], j, turn_j)
     return False
 
 
@@ -464,14 +464,14 @@ def _constrain(h, i, support):
 def _has_lower_degree(h, v, a, b):
     """Whether no more triangles meet at point a than at b, by rotating around both in turns."""
     i, j = v[a], v[b]
-    one = two = 1
+    turn_i = turn_j = 1
     while True:
         # The rotation that ends first belongs to the lower degree.
-        i, one = _rotate(h, v[a], i, one)
-        if one == 0:
+        i, turn_i = _rotate(h, v[a], i, turn_i)
+        if turn_i == 0:
             return True
-        j, two = _rotate(h, v[b], j, two)
-        if two == 0:
+        j, turn_j = _rotate(h, v[b], j, turn_j)
+        if turn_j == 0:
             return False
 
 

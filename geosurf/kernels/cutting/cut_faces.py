@@ -191,16 +191,16 @@ def _cut_by_one_segment(frame, mesh, points, i, j):
     q, f, s = points.q, points.f, points.s
     h = mesh.h
     tri = s[FACE_ID]
-    one, two = _bits_on_edges(t, d, m, tri, i), _bits_on_edges(t, d, m, tri, j)
+    bits_i, bits_j = _bits_on_edges(t, d, m, tri, i), _bits_on_edges(t, d, m, tri, j)
     # Ends inside the face, or on one edge, take the general way.
-    if one == 0 or two == 0 or one == two:
+    if bits_i == 0 or bits_j == 0 or bits_i == bits_j:
         return False
 
     # The lone corner is between the two cut edges; orient the segment from its side.
-    both = one | two  # edges k and k - 1 meet at corner k
+    both = bits_i | bits_j  # edges k and k - 1 meet at corner k
     lone = 0 if both == 5 else (1 if both == 3 else 2)
-    first = i if one == 1 << lone else j
-    second = j if one == 1 << lone else i
+    first = i if bits_i == 1 << lone else j
+    second = j if bits_i == 1 << lone else i
 
     # Local points: the lone corner, first cut, two corners, second cut.
     s[POINTS], s[TRIANGLES], s[USED], s[LINES] = 0, 3, 0, 0

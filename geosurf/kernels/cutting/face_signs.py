@@ -336,14 +336,21 @@ def _rectangle(frame, points, a, b, c, o):
     """
     f = points.f
     # Which of c, o shares the first coordinate with a, by rounded values.
-    one, two = (c, o) if f[a, 0] == f[c, 0] else (o, c)  # `one` has the first coordinate of a
-    if f[a, 0] != f[one, 0] or f[b, 0] != f[two, 0] or f[a, 1] != f[two, 1] or f[b, 1] != f[one, 1]:
+    beside_a, beside_b = (
+        (c, o) if f[a, 0] == f[c, 0] else (o, c)
+    )  # `one` has the first coordinate of a
+    if (
+        f[a, 0] != f[beside_a, 0]
+        or f[b, 0] != f[beside_b, 0]
+        or f[a, 1] != f[beside_b, 1]
+        or f[b, 1] != f[beside_a, 1]
+    ):
         return False
     return (
-        _equal(frame, points, a, one, 0)
-        and _equal(frame, points, b, two, 0)
-        and _equal(frame, points, a, two, 1)
-        and _equal(frame, points, b, one, 1)
+        _equal(frame, points, a, beside_a, 0)
+        and _equal(frame, points, b, beside_b, 0)
+        and _equal(frame, points, a, beside_b, 1)
+        and _equal(frame, points, b, beside_a, 1)
     )
 
 

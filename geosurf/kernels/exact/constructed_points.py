@@ -234,7 +234,7 @@ def _floored(n):
 
 
 @scalar
-def tpi_dd(x, t, e, m, one, two, three):
+def tpi_dd(x, t, e, m, first, second, third):
     """The point of three planes: (known, coordinates, low parts, bounds).
 
     Newton from a vertex of the first plane: p moves by the d with n_i . d = -n_i . (p - a_i).
@@ -248,9 +248,9 @@ def tpi_dd(x, t, e, m, one, two, three):
     if W is known to half its size.
     """
     # Normals of the three planes in double-double.
-    a1, n1 = plane_dd(x, t, e, m, one)
-    a2, n2 = plane_dd(x, t, e, m, two)
-    a3, n3 = plane_dd(x, t, e, m, three)
+    a1, n1 = plane_dd(x, t, e, m, first)
+    a2, n2 = plane_dd(x, t, e, m, second)
+    a3, n3 = plane_dd(x, t, e, m, third)
     if not (_fits(n1) and _fits(n2) and _fits(n3)):
         return False, _UNKNOWN, _UNKNOWN, _UNKNOWN
     n1, n2, n3 = _floored(n1), _floored(n2), _floored(n3)
@@ -303,7 +303,7 @@ def tpi_dd(x, t, e, m, one, two, three):
         if max(e0, max(e1, e2)) < 2.0**-90 * max(abs(p0), max(abs(p1), abs(p2))):
             break
     # a plane that is constant on an axis gives that coordinate exactly
-    for p in (one, two, three):
+    for p in (first, second, third):
         o = t[p, 0] if p < m[N_TRIANGLE] else e[p - m[N_TRIANGLE], 0]
         if plane_is_level(x, t, e, m, p, 0):
             p0, r0, e0 = x[o, 0], 0.0, 0.0
@@ -585,8 +585,8 @@ def named_point(frame, names, places, kind, a, b, c):
     round_point(frame, i)
 
     # The point may be known by another name; then its row is used again.
-    found = id_of_coordinates(frame, places, i)
-    if found == i:
+    number = id_of_coordinates(frame, places, i)
+    if number == i:
         m[N_POINT] += 1
-    insert_name(m, names, slot, kind, a, b, c, found)
-    return found
+    insert_name(m, names, slot, kind, a, b, c, number)
+    return number

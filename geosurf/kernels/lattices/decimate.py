@@ -70,19 +70,19 @@ def _prepare(z, i, k, cols, first, last, work, low, high):
 
 
 @scalar
-def _add_rows(one, two, t, u, first, second, n, work):
+def _add_rows(row, next_row, t, u, first, second, n, work):
     """Compare two rows of nodes, at parts t and u, with the planes; these are read once."""
     for k in range(min(n, WIDTH)):  # selections without branches are vectorised
         s = work[_S * WIDTH + k]
         below, below_up = work[_BELOW * WIDTH + k], work[_BELOW_UP * WIDTH + k]
         above, above_up = work[_ABOVE * WIDTH + k], work[_ABOVE_UP * WIDTH + k]
-        off = one[k] - (below + t * below_up if s >= t else above + t * above_up)
-        more = two[k] - (below + u * below_up if s >= u else above + u * above_up)
+        off = row[k] - (below + t * below_up if s >= t else above + t * above_up)
+        more = next_row[k] - (below + u * below_up if s >= u else above + u * above_up)
         high, low = max(off, more), min(off, more)
         most, least = work[_HIGHER * WIDTH + k], work[_LOWEST * WIDTH + k]
         work[_HIGHER * WIDTH + k] = high if high > most else most
         work[_LOWEST * WIDTH + k] = low if low < least else least
-        work[_SUM * WIDTH + k] += first * one[k] + second * two[k]
+        work[_SUM * WIDTH + k] += first * row[k] + second * next_row[k]
 
 
 @scalar

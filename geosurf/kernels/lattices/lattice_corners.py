@@ -90,16 +90,16 @@ def lattice_corners(a, keys):
         high = low + n_col
         # Where diagonals rise, both triangles have corner 0 and 2, else 1 and 3.
         if a[RISING] == 1:
-            one, two, three = low, low + 1, high + 1
+            first, second, third = low, low + 1, high + 1
             if keys[i] & 1 == 1:
-                two, three = high + 1, high
+                second, third = high + 1, high
         else:
-            one, two, three = low, low + 1, high
+            first, second, third = low, low + 1, high
             if keys[i] & 1 == 1:
-                one, two, three = low + 1, high + 1, high
-        out[i, 0] = one
-        out[i, 1] = three if a[TURNED] == 1 else two
-        out[i, 2] = two if a[TURNED] == 1 else three
+                first, second, third = low + 1, high + 1, high
+        out[i, 0] = first
+        out[i, 1] = third if a[TURNED] == 1 else second
+        out[i, 2] = second if a[TURNED] == 1 else third
     return out
 
 

@@ -25,15 +25,15 @@ def distinct(*parts: np.ndarray) -> np.ndarray:
     return every[new]
 
 
-def is_among(numbers: np.ndarray, some: np.ndarray) -> np.ndarray:
+def is_among(numbers: np.ndarray, rising: np.ndarray) -> np.ndarray:
     """Whether each number is one of some increasing ones, bool like `numbers`."""
-    if len(some) == 0:
+    if len(rising) == 0:
         return np.zeros(np.shape(numbers), dtype=bool)
-    at = np.searchsorted(some, numbers)
+    at = np.searchsorted(rising, numbers)
 
     # past the end: any row will do, the comparison below fails
-    at[at == len(some)] = 0
-    found: np.ndarray = some[at] == numbers
+    at[at == len(rising)] = 0
+    found: np.ndarray = rising[at] == numbers
     return found
 
 
@@ -49,10 +49,10 @@ def ranges(first: np.ndarray | int, count: np.ndarray) -> tuple[np.ndarray, np.n
     return row, np.arange(len(row)) + (first - np.cumsum(count) + count)[row]
 
 
-def first_rows(of: np.ndarray, n: int) -> np.ndarray:
-    """The first row of each of n numbers among some, int64 (n,); -1 where there is none."""
+def first_rows(numbers: np.ndarray, n: int) -> np.ndarray:
+    """The first row of each of n numbers, int64 (n,); -1 where there is none."""
     first = np.full(n, -1)
-    first[of[::-1]] = np.arange(len(of))[::-1]
+    first[numbers[::-1]] = np.arange(len(numbers))[::-1]
     return first
 
 

@@ -287,13 +287,13 @@ def key_across(a, absent, turned, key, edge):
     """The triangle on the other side of an edge of a triangle; -1 if none."""
     row = (key >> 1) // (a[N_COL] - 1)
     place = _place_of(a, key)
-    one, two = edge, (edge + 1) % 3
+    start, end = edge, (edge + 1) % 3
 
     # Corners 1 and 2 are exchanged in a turned lattice.
     if turned:
-        one, two = (3 - one) % 3, (3 - two) % 3
-    i, j = corner_of(a, key, one)
-    u, v = corner_of(a, key, two)
+        start, end = (3 - start) % 3, (3 - end) % 3
+    i, j = corner_of(a, key, start)
+    u, v = corner_of(a, key, end)
 
     # An edge along the rows, at the side of the cell, or the diagonal.
     if i == u:
@@ -364,10 +364,10 @@ NONE = -1  # of `link`: the rim of the lattice
 
 
 @scalar
-def _whole_edge(corners, number, face, one, two):
+def _whole_edge(corners, number, face, start, end):
     """The edge of a face that runs between two points; -1 if none does."""
     for k in range(3):
-        if number[corners[face, k]] == one and number[corners[face, (k + 1) % 3]] == two:
+        if number[corners[face, k]] == start and number[corners[face, (k + 1) % 3]] == end:
             return k
     return -1
 

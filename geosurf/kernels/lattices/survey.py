@@ -77,15 +77,15 @@ def _has_minus_zero(values, a, axis, block, first, n):
 @scalar
 def _five_rows(values, start, step, last, n, work):
     """Extend extremes by column with rows 0 to `last`, at most 4; number of columns with a NaN."""
-    one = values[start : start + n]
+    row_a = values[start : start + n]
     # Rows beyond the last one repeat it: extremes stay the same.
-    two = values[start + min(1, last) * step : start + min(1, last) * step + n]
-    three = values[start + min(2, last) * step : start + min(2, last) * step + n]
-    four = values[start + min(3, last) * step : start + min(3, last) * step + n]
-    five = values[start + last * step : start + last * step + n]
+    row_b = values[start + min(1, last) * step : start + min(1, last) * step + n]
+    row_c = values[start + min(2, last) * step : start + min(2, last) * step + n]
+    row_d = values[start + min(3, last) * step : start + min(3, last) * step + n]
+    row_e = values[start + last * step : start + last * step + n]
     n_nan = 0
     for j in range(min(n, ROW_SIZE)):  # selections without branches are vectorised
-        p, q, r, s, t = one[j], two[j], three[j], four[j], five[j]
+        p, q, r, s, t = row_a[j], row_b[j], row_c[j], row_d[j], row_e[j]
         low, high = work[_LOW * ROW_SIZE + j], work[_HIGH * ROW_SIZE + j]
         work[_LOW * ROW_SIZE + j] = least(low, p, q, r, s, t)
         work[_HIGH * ROW_SIZE + j] = most(high, p, q, r, s, t)
@@ -147,11 +147,11 @@ def _tile_extremes(values, a, axis, block, first, work, boxes, n_block):
         lowest, highest = min(lowest, lower), max(highest, upper)
 
     # -0.0 can only be among values of a range that includes zero.
-    found = 1 if n_nan > 0 else 0
+    bits = 1 if n_nan > 0 else 0
     n = min(TILE + 1, a[N_COL] - first)
     if lowest <= 0.0 <= highest and _has_minus_zero(values, a, axis, block, first, n):
-        found += 2
-    return found
+        bits += 2
+    return bits
 
 
 @scalar
@@ -162,19 +162,19 @@ def _axis_extremes(values, a, axis, boxes, n_block):
     n = a[N_COL] if along else a[N_ROW]
     step = a[3 * axis + 2] if along else a[3 * axis + 1]
     n_row = boxes.shape[0] // n_block
-    found = 0
+    bits = 0
     for b in range(n_block if along else n_row):
         low, high = np.inf, -np.inf
         for k in range(b * BLOCK, min(b * BLOCK + BLOCK + 1, n)):
             value = values[a[3 * axis] + k * step]
             low = value if value < low else low
             high = value if value > high else high
-            found |= (1 if value != value else 0) | (2 if _is_minus_zero(value) else 0)
+            bits |= (1 if value != value else 0) | (2 if _is_minus_zero(value) else 0)
         # All blocks of that column, or row, of blocks have these extremes.
         for k in range(n_row if along else n_block):
             row = k * n_block + b if along else b * n_block + k
             boxes[row, axis], boxes[row, 3 + axis] = low, high
-    return found
+    return bits
 
 
 @scalar
@@ -269,11 +269,11 @@ def survey_lattice(p, q, r, a):
     for block in range(n_row):
         for first in range(0, n_col * BLOCK, TILE):
             # Extremes and holes first: a tile without holes has all its triangles.
-            found = _extremes(p, q, r, a, block, first, work, boxes, n_col) | axes
-            bits |= found
+            tile_bits = _extremes(p, q, r, a, block, first, work, boxes, n_col) | axes
+            bits |= tile_bits
             n = min(TILE, a[N_COL] - 1 - first)
             start, stop = first // BLOCK, min((first + TILE) // BLOCK, n_col)
-            if found & _NOT_A_NUMBER == 0 and not _is_far(
+            if tile_bits & _NOT_A_NUMBER == 0 and not _is_far(
                 boxes[block * n_col + start : block * n_col + stop]
             ):
                 n_cell = n * max(min(BLOCK, a[N_ROW] - 1 - block * BLOCK), 0)

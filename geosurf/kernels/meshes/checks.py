@@ -186,13 +186,13 @@ def distances_from_parents(x, t, parents):
 @entry("d2 l2 d2 -> b1")
 def copies_of_parents(x, t, parents):
     """Whether each triangle has the corners of its input triangle, in this order, to the bit."""
-    found = np.zeros(t.shape[0], dtype=np.bool_)
+    is_copy = np.zeros(t.shape[0], dtype=np.bool_)
     for i in range(t.shape[0]):
         for turn in range(3):
             same = True
             for corner in range(3):
-                of = 3 * ((corner + turn) % 3)
+                place = 3 * ((corner + turn) % 3)
                 for k in range(3):
-                    same = same and x[t[i, corner], k] == parents[i, of + k]
-            found[i] = found[i] or same
-    return found
+                    same = same and x[t[i, corner], k] == parents[i, place + k]
+            is_copy[i] = is_copy[i] or same
+    return is_copy

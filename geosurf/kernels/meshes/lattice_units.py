@@ -197,7 +197,7 @@ def _step_of_axis(axis):
 
 
 @scalar
-def _interval(axis, way, value, push):
+def _interval(axis, sign, value, push):
     """Interval of an axis that holds a value, moved by nearly nothing; OFF beside the axis.
 
     A guess from equal steps is right for nearly all grids; others are searched by halves.
@@ -205,16 +205,16 @@ def _interval(axis, way, value, push):
     n = axis.shape[0]
 
     # positions are compared as `way * value`, so that the axis rises
-    at, move = way * value, way * push
-    first, last = way * axis[0], way * axis[n - 1]
+    at, move = sign * value, sign * push
+    first, last = sign * axis[0], sign * axis[n - 1]
     if at < first or at > last or (at == first and move < 0.0) or (at == last and move > 0.0):
         return OFF
     low = min(max(int((at - first) / (last - first) * (n - 1)), 0), n - 2)
-    if not (_is_past(way * axis[low], at, move) and not _is_past(way * axis[low + 1], at, move)):
+    if not (_is_past(sign * axis[low], at, move) and not _is_past(sign * axis[low + 1], at, move)):
         low, high = 0, n - 1
         while high - low > 1:
             middle = (low + high) // 2
-            if _is_past(way * axis[middle], at, move):
+            if _is_past(sign * axis[middle], at, move):
                 low = middle
             else:
                 high = middle
@@ -321,8 +321,8 @@ def add_lattice_units(x, y, a, z, column, steps, guess, turn, p, levels, each, r
         i, j, half = _half_cell(x, y, a, guess, turn, lines)
         if i == OFF:
             continue
-        of = column[2 * (i * (a[N_COL] - 1) + j) + half]
-        if of == 0:  # no surface of the group is whole here
+        row = column[2 * (i * (a[N_COL] - 1) + j) + half]
+        if row == 0:  # no surface of the group is whole here
             continue
 
         # the triangle on the map is the same for all surfaces
@@ -332,13 +332,13 @@ def add_lattice_units(x, y, a, z, column, steps, guess, turn, p, levels, each, r
         s[2, 0], s[2, 1] = load(x, a, 0, i2, j2), load(y, a, 1, i2, j2)
         nodes[0], nodes[1], nodes[2] = i0 * a[N_COL] + j0, i1 * a[N_COL] + j1, i2 * a[N_COL] + j2
         for k in range(steps.shape[1]):
-            if steps[of, k] == 0:
+            if steps[row, k] == 0:
                 continue
             for corner in range(3):
                 s[corner, 2] = z[nodes[corner], k]
             below = n_below(lines, q * each, turn)
             if below > 0:
-                unit[q * n + below - 1] += steps[of, k]
+                unit[q * n + below - 1] += steps[row, k]
 
 
 @entry("d1 d1 l1 d1 l d2 d1 l1* l1* l1* -> .")

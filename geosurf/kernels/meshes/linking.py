@@ -136,7 +136,7 @@ def link_nodes(ends, begin):
 @entry("l2 l1 l1 l2 l1 l1 l2 b1 l1 l1 l l l l l l2* l1* l1* l1* -> .")
 def merge_by_face(
     child, parent, uncut, t, surface_of_face, key_of_face,
-    other, taken, number, keys, of, i, j, row, stop, triangles, surface, key, face,
+    other, taken, number, keys, number_of_surface, i, j, row, stop, triangles, surface, key, face,
 ):  # fmt: skip
     """Write all triangles of one surface in one order: children, faces not cut, and others.
 
@@ -147,7 +147,7 @@ def merge_by_face(
         points have numbers `number`. None if its other triangles are in strips.
     keys : int64 (n,)
         Their keys, rising; empty: their rows.
-    of : int
+    number_of_surface : int
         The surface.
     i, j, row, stop : int
         Its first child, its first face that is not cut, its first row to write, and the last + 1.
@@ -155,32 +155,32 @@ def merge_by_face(
     n_face, n_child, n_uncut = t.shape[0], child.shape[0], uncut.shape[0]
     k = 0
     while row < stop:
-        one = parent[i] if i < n_child else n_face
-        two = uncut[j] if j < n_uncut else n_face
-        next_face = min(one, two)
+        child_face = parent[i] if i < n_child else n_face
+        uncut_face = uncut[j] if j < n_uncut else n_face
+        next_face = min(child_face, uncut_face)
 
         # a triangle in no contact comes first if its place is lower
         while k < other.shape[0] and taken[k]:
             k += 1
         first = k < other.shape[0]
-        if first and next_face < n_face and surface_of_face[next_face] == of:
+        if first and next_face < n_face and surface_of_face[next_face] == number_of_surface:
             place = keys[k] if keys.shape[0] else k
             first = place < key_of_face[next_face]
-        surface[row] = of
+        surface[row] = number_of_surface
         if first:
             for c in range(3):
                 triangles[row, c] = number[other[k, c]]
             key[row], face[row] = keys[k] if keys.shape[0] else k, -1
             k += 1
-        elif one < two:
+        elif child_face < uncut_face:
             for c in range(3):
                 triangles[row, c] = child[i, c]
-            key[row], face[row] = key_of_face[one], one
+            key[row], face[row] = key_of_face[child_face], child_face
             i += 1
         else:
             for c in range(3):
-                triangles[row, c] = t[two, c]
-            key[row], face[row] = key_of_face[two], two
+                triangles[row, c] = t[uncut_face, c]
+            key[row], face[row] = key_of_face[uncut_face], uncut_face
             j += 1
         row += 1
 
@@ -212,10 +212,10 @@ def number_patches(part, n_part, surface, key, linked, joined, lowest, first_run
         for run in range(first_run[s], first_run[s + 1] + 1):
             is_end = run == first_run[s + 1]
             while True:
-                own = i < n and surface[i] == s and (is_end or key[i] < lowest[run])
-                if not own and is_end:
+                is_triangle = i < n and surface[i] == s and (is_end or key[i] < lowest[run])
+                if not is_triangle and is_end:
                     break
-                at = i if own else n + run
+                at = i if is_triangle else n + run
                 if node[at] != last:
                     last = node[at]
                     root = find(parent, last)
@@ -224,7 +224,7 @@ def number_patches(part, n_part, surface, key, linked, joined, lowest, first_run
                         count += 1
                     number = numbers[root]
                 node[at] = number
-                if not own:
+                if not is_triangle:
                     break
                 i += 1
     return node

@@ -45,11 +45,11 @@ def number_keys(keys: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     >>> number_keys(np.array([7, 3, 7]))
     (array([3, 7]), array([1, 0, 1]))
     """
-    found, number = first_seen(keys)
-    order = np.argsort(found)
+    distinct_keys, number = first_seen(keys)
+    order = np.argsort(distinct_keys)
     rank = np.empty_like(order)
     rank[order] = np.arange(len(order))
-    return found[order], rank[number]
+    return distinct_keys[order], rank[number]
 
 
 def renumbered(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -83,7 +83,7 @@ def first_seen(keys):
         size *= 2
     slots = np.full(size, -1, dtype=np.int64)
     number = np.empty(n, dtype=np.int64)
-    found = np.empty(n, dtype=np.int64)
+    distinct_keys = np.empty(n, dtype=np.int64)
     count = 0
     for i in range(n):
         key = keys[i]
@@ -92,14 +92,14 @@ def first_seen(keys):
         h = (key & 0x3FFFFFFF) * 0x1E3779B1 + (key >> 30) * 8388593  # below 2**63
         slot = (h ^ (h >> 29)) & (size - 1)
         # Linear probing in a table that is at most half full.
-        while slots[slot] >= 0 and found[slots[slot]] != key:
+        while slots[slot] >= 0 and distinct_keys[slots[slot]] != key:
             slot = (slot + 1) & (size - 1)
         if slots[slot] < 0:
             slots[slot] = count
-            found[count] = key
+            distinct_keys[count] = key
             count += 1
         number[i] = slots[slot]
-    return found[:count].copy(), number
+    return distinct_keys[:count].copy(), number
 
 
 _LONG = 32  # half-edges of one lower vertex that are matched by searching
@@ -202,19 +202,19 @@ def match_in_buckets(start, bucket, n_vertex, ring):
             last = np.full(n_vertex, -1, dtype=np.int64)
         for p in range(low, high):
             # Nearest first: half-edges of one edge mostly come close together.
-            found, upper = p - 1, upper_of(bucket[p])
+            match, upper = p - 1, upper_of(bucket[p])
             if long:
-                found = last[upper]  # below `low`: of an earlier bucket
+                match = last[upper]  # below `low`: of an earlier bucket
                 last[upper] = p
             else:
-                while found >= low and upper_of(bucket[found]) != upper:
-                    found -= 1
+                while match >= low and upper_of(bucket[match]) != upper:
+                    match -= 1
 
             # Insert into the ring of the matching half-edge, or start a new edge.
-            if found >= low:
-                mine, other = half_of(bucket[p]), half_of(bucket[found])
-                ring[mine] = ring[other]
-                ring[other] = mine
+            if match >= low:
+                half, other = half_of(bucket[p]), half_of(bucket[match])
+                ring[half] = ring[other]
+                ring[other] = half
             else:
                 count += 1
     return count
@@ -299,18 +299,18 @@ def _is_first(twin, i):
 def _around(owners, ring, twin, i):
     """Of the distinct triangles around an edge: number, last two, and whether owners differ."""
     count = 0
-    one = other = -1
+    previous = last = -1
     mixed = False
     j = i
     while True:
         # Coinciding triangles count once, by their first copy.
         if _is_first(twin, j // 3):
             count += 1
-            one, other = other, j // 3
-            mixed = mixed or (one >= 0 and owners[one] != owners[other])
+            previous, last = last, j // 3
+            mixed = mixed or (previous >= 0 and owners[previous] != owners[last])
         j = ring[j]
         if j == i:
-            return count, one, other, mixed
+            return count, previous, last, mixed
 
 
 @scalar
@@ -356,16 +356,16 @@ def join_patches(surface, owners, ring, twin):
             continue  # alone, or not the last
 
         # The common case: two distinct triangles.
-        one, other = i // 3, j // 3
-        if ring[j] == i and _is_first(twin, one) and _is_first(twin, other):  # nearly all
+        face, other = i // 3, j // 3
+        if ring[j] == i and _is_first(twin, face) and _is_first(twin, other):  # nearly all
             # Two triangles of the same surfaces belong to one patch.
-            same = owners[one] == owners[other]
+            same = owners[face] == owners[other]
             count, mixed = 2, not same
         else:  # once per edge: thousands of triangles may share it
-            count, one, other, mixed = _around(owners, ring, twin, j)
-            same = count == 2 and owners[one] == owners[other]
+            count, face, other, mixed = _around(owners, ring, twin, j)
+            same = count == 2 and owners[face] == owners[other]
         if same:
-            join(parent, one, other)
+            join(parent, face, other)
         if mixed or count > 2:
             rim[n_rim] = i
             n_rim += 1

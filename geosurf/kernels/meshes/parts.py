@@ -141,43 +141,43 @@ def mark_around(ring, first, marked):
 
 
 @scalar
-def _by_edge(edge, triangle, surface, of, n_edge):
+def _by_edge(edge, triangle, surface, wanted, n_edge):
     """Half-edges of one surface by their edge, in order: start of each edge, and the half-edges."""
     start = np.zeros(n_edge + 1, dtype=np.int64)
     for h in range(edge.shape[0]):
-        if surface[triangle[h]] == of:
+        if surface[triangle[h]] == wanted:
             start[edge[h] + 1] += 1
     for e in range(n_edge):
         start[e + 1] += start[e]
     free = start[:n_edge].copy()
     halves = np.empty(start[n_edge], dtype=np.int64)
     for h in range(edge.shape[0]):
-        if surface[triangle[h]] == of:
+        if surface[triangle[h]] == wanted:
             halves[free[edge[h]]] = h
             free[edge[h]] += 1
     return start, halves
 
 
 @entry("l1 l1 b1 l1 l1 l1 l l -> l1")
-def join_past_others(edge, triangle, fault, surface, patch, parent, of, n_patch):
+def join_past_others(edge, triangle, fault, surface, patch, parent, sheet, n_patch):
     """A label for each patch: the same where only walls and horizons part patches of a surface.
 
-    Half-edges `of` the surface at an edge without a `fault` join their patches where there are two.
+    Half-edges of the `sheet` at an edge without a `fault` join their patches where there are two.
     Where a sheet crosses itself there are more: then those of one input triangle, `parent`.
     Labels are numbered by the first patch of each.
     """
-    start, halves = _by_edge(edge, triangle, surface, of, fault.shape[0])
+    start, halves = _by_edge(edge, triangle, surface, sheet, fault.shape[0])
     root = np.arange(n_patch)
     for e in range(fault.shape[0]):
         first, last = start[e], start[e + 1]
         if fault[e] or last - first < 2:
             continue
         for i in range(first, last):
-            one = triangle[halves[i]]
+            first_face = triangle[halves[i]]
             for j in range(i + 1, last):
-                two = triangle[halves[j]]
-                if last - first == 2 or parent[one] == parent[two]:
-                    join(root, patch[one], patch[two])
+                second_face = triangle[halves[j]]
+                if last - first == 2 or parent[first_face] == parent[second_face]:
+                    join(root, patch[first_face], patch[second_face])
 
     # the lowest patch of a set is its root
     label = np.empty(n_patch, dtype=np.int64)
@@ -194,7 +194,7 @@ def join_past_others(edge, triangle, fault, surface, patch, parent, of, n_patch)
 
 @entry("d2 l2 l2 l1 l1 l1 l1 l1 l1 l2 l l l l1* l1* -> d1")
 def balance_at_fault(
-    x, t, ends, edge, triangle, surface, part, parent, wall, faces, of, fault, n_part, m, w
+    x, t, ends, edge, triangle, surface, part, parent, wall, faces, sheet, fault, n_part, m, w
 ):  # fmt: skip
     """By how much more of the edges at a fault parts lie in the wall that they belong to [m].
 
@@ -203,7 +203,7 @@ def balance_at_fault(
     ends : int64 (n_edge, 2)
         Points of each curve edge.
     part : int64 (n_triangle,)
-        Of the triangles of the sheet `of`.
+        Of the triangles of the sheet.
     wall : int64 (n_vertex,)
         Wall of the vertices of the sheet, 1 or -1; `faces` are its triangles, `parent` rows of it.
 
@@ -216,7 +216,7 @@ def balance_at_fault(
     balance = np.zeros(n_part)
     for h in range(edge.shape[0]):
         a, e = triangle[h], edge[h]
-        if surface[a] != of or start[e] == start[e + 1]:
+        if surface[a] != sheet or start[e] == start[e + 1]:
             continue
         # a triangle of one wall only: around a tip the two are one
         face = parent[a]
@@ -225,12 +225,16 @@ def balance_at_fault(
             continue
 
         # the corner that is not on the edge, seen from the fault: in front of it or behind
-        one, two = ends[e, 0], ends[e, 1]
+        start_point, end_point = ends[e, 0], ends[e, 1]
         corner = t[a, 0]
         for c in range(1, 3):
-            if corner == one or corner == two:
+            if corner == start_point or corner == end_point:
                 corner = t[a, c]
-        dx, dy, dz = x[two, 0] - x[one, 0], x[two, 1] - x[one, 1], x[two, 2] - x[one, 2]
+        dx, dy, dz = (
+            x[end_point, 0] - x[start_point, 0],
+            x[end_point, 1] - x[start_point, 1],
+            x[end_point, 2] - x[start_point, 2],
+        )
         length = np.sqrt(dx * dx + dy * dy + dz * dz)
         for k in range(start[e], start[e + 1]):
             b = triangle[halves[k]]
@@ -244,11 +248,11 @@ def balance_at_fault(
 
 
 @scalar
-def _join_node(parent, element, of, count, n, corner, node):
+def _join_node(parent, element, node_of_element, count, n, corner, node):
     """Unite a corner with the element of its node; elements follow the corners."""
     if element[node] < 0:
         element[node] = count
-        of[count - 3 * n] = node
+        node_of_element[count - 3 * n] = node
         count += 1
     join(parent, corner, element[node])
     return count
@@ -290,13 +294,15 @@ def glue_copies(triangle, corners, real, across, exists, n_node):
     n = triangle.shape[0]
     element = np.full(n_node, -1, dtype=np.int64)
     parent = np.arange(6 * n)
-    of = np.empty(3 * n, dtype=np.int64)
+    node_of_element = np.empty(3 * n, dtype=np.int64)
     count = 3 * n
     for i in range(n):
         for k in range(3):
             # a real corner is its node; so is one that an untorn neighbour shares
             if real[i, k]:
-                count = _join_node(parent, element, of, count, n, 3 * i + k, corners[i, k])
+                count = _join_node(
+                    parent, element, node_of_element, count, n, 3 * i + k, corners[i, k]
+                )
             e = 0 if k == 2 else k + 1
             if not exists[i, k]:
                 continue
@@ -309,7 +315,9 @@ def glue_copies(triangle, corners, real, across, exists, n_node):
                 if is_whole:
                     if not real[i, there]:
                         at = 3 * i + there
-                        count = _join_node(parent, element, of, count, n, at, corners[i, there])
+                        count = _join_node(
+                            parent, element, node_of_element, count, n, at, corners[i, there]
+                        )
                     continue
                 m = first
                 while m < n and triangle[m] == across[i, k]:
@@ -325,7 +333,7 @@ def glue_copies(triangle, corners, real, across, exists, n_node):
     node_of = np.full(6 * n, -1, dtype=np.int64)
     for j in range(count - 3 * n):
         root = find(parent, 3 * n + j)
-        node_of[root] = max(node_of[root], of[j])
+        node_of[root] = max(node_of[root], node_of_element[j])
     vertex = np.empty((n, 3), dtype=np.int64)
     number = np.full(6 * n, -1, dtype=np.int64)
     anchor, node = np.empty(3 * n, dtype=np.int64), np.empty(3 * n, dtype=np.int64)

@@ -205,12 +205,12 @@ def signs_of_turns(x: np.ndarray, rows: np.ndarray) -> np.ndarray:
     # the rest, a small share, is decided by exact integers; only their points are scaled
     open_rows = np.flatnonzero(~sure)
     if len(open_rows):
-        used, mine = np.unique(rows[open_rows], return_inverse=True)
+        used, numbers = np.unique(rows[open_rows], return_inverse=True)
         points = np.zeros((len(used), 3))
         points[:, :2] = x[used, :2]
         m, w = frame_of(points)
         out = np.empty(len(open_rows), dtype=np.int64)
-        orient2d_rows(points, np.reshape(mine, (-1, 3)), m, w, out)
+        orient2d_rows(points, np.reshape(numbers, (-1, 3)), m, w, out)
         sign[open_rows] = out
     return sign
 

@@ -55,11 +55,11 @@ def _common(t, a, b, at):
 @scalar
 def _turn_sign(x, p, q, r, u, v):
     """Sign of the turn p, q, r on axes u and v; 0 if undecided."""
-    one = (x[q, u] - x[p, u]) * (x[r, v] - x[p, v])
-    two = (x[q, v] - x[p, v]) * (x[r, u] - x[p, u])
-    size = abs(one) + abs(two)
-    if size > TINY and abs(one - two) > PLANE_BOUND * size:
-        return 1 if one > two else -1
+    left = (x[q, u] - x[p, u]) * (x[r, v] - x[p, v])
+    right = (x[q, v] - x[p, v]) * (x[r, u] - x[p, u])
+    size = abs(left) + abs(right)
+    if size > TINY and abs(left - right) > PLANE_BOUND * size:
+        return 1 if left > right else -1
     return 0
 
 
@@ -213,10 +213,10 @@ def plane_of(x, t, f, p):
     a, b, c = t[f, 0], t[f, 1], t[f, 2]
     for k in range(3):
         i, j = (k + 1) % 3, (k + 2) % 3
-        one = (x[b, i] - x[a, i]) * (x[c, j] - x[a, j])
-        two = (x[b, j] - x[a, j]) * (x[c, i] - x[a, i])
-        p[k] = one - two
-        p[3 + k] = abs(one) + abs(two)
+        left = (x[b, i] - x[a, i]) * (x[c, j] - x[a, j])
+        right = (x[b, j] - x[a, j]) * (x[c, i] - x[a, i])
+        p[k] = left - right
+        p[3 + k] = abs(left) + abs(right)
         p[6 + k] = x[a, k]
 
 
@@ -250,10 +250,10 @@ def _box_off_plane(p, boxes, i):
     """Whether a box is certainly on one side of a plane."""
     low = high = size = 0.0
     for k in range(3):
-        one, two = boxes[i, k] - p[6 + k], boxes[i, 3 + k] - p[6 + k]
-        low += min(p[k] * one, p[k] * two)
-        high += max(p[k] * one, p[k] * two)
-        size += p[3 + k] * max(abs(one), abs(two))
+        near, far = boxes[i, k] - p[6 + k], boxes[i, 3 + k] - p[6 + k]
+        low += min(p[k] * near, p[k] * far)
+        high += max(p[k] * near, p[k] * far)
+        size += p[3 + k] * max(abs(near), abs(far))
     return size > TINY and max(low, -high) > ROUNDING * size
 
 
@@ -327,18 +327,18 @@ def planes_of_surfaces(x, t, surface, ring, n_surface, m, w):
     """
     turn, rim = np.zeros((n_surface, 3), dtype=np.int64), np.zeros(t.shape[0], dtype=np.bool_)
     for i in range(t.shape[0]):
-        of = turn[surface[i]]
+        turns = turn[surface[i]]
         for k in range(3):
-            if of[k] != _MIXED:
+            if turns[k] != _MIXED:
                 side = orient2d(x, m, w, t[i, 0], t[i, 1], t[i, 2], k, (k + 1) % 3)
-                of[k] = _MIXED if side == 0 or side == -of[k] else side
+                turns[k] = _MIXED if side == 0 or side == -turns[k] else side
         for k in range(3):
             alone, half = True, ring[3 * i + k]
             while half != 3 * i + k:
                 if surface[half // 3] == surface[i]:
                     alone = False
                     if t[half // 3, half % 3] == t[i, k]:
-                        of[:] = _MIXED
+                        turns[:] = _MIXED
                 half = ring[half]
             if alone:
                 rim[i] = True

@@ -116,10 +116,10 @@ def boxes_apart(p, i, q, j):
 
 
 @scalar
-def append_pair(pairs, n, one, two):
+def append_pair(pairs, n, first, second):
     """Write a pair while there is capacity; the number of pairs with this one counted."""
     if n < pairs.shape[0]:
-        pairs[n, 0], pairs[n, 1] = one, two
+        pairs[n, 0], pairs[n, 1] = first, second
     return n + 1
 
 
@@ -317,18 +317,18 @@ def extent(nodes, i):
 
 
 @scalar
-def _emit(one, count_a, two, count_b, same_leaf, same, pairs, n):
+def _emit(first, count_a, second, count_b, same_leaf, same, pairs, n):
     """Pairs of loaded triangles whose boxes meet and whose planes pass the other's box."""
     for i in range(count_a):
         for j in range(count_b):
             # Boxes first, then the plane of each triangle against the other box.
-            key_a, key_b = one.keys[i], two.keys[j]
+            key_a, key_b = first.keys[i], second.keys[j]
             # In one leaf each pair comes twice: the one with the lower key first is taken.
-            if boxes_apart(one.boxes, i, two.boxes, j) or (same_leaf and key_b <= key_a):
+            if boxes_apart(first.boxes, i, second.boxes, j) or (same_leaf and key_b <= key_a):
                 continue
             if not same and (
-                _box_misses_plane(one.c, i, two.boxes, j)
-                or _box_misses_plane(two.c, j, one.boxes, i)
+                _box_misses_plane(first.c, i, second.boxes, j)
+                or _box_misses_plane(second.c, j, first.boxes, i)
             ):
                 continue
             if same:
@@ -339,9 +339,9 @@ def _emit(one, count_a, two, count_b, same_leaf, same, pairs, n):
 
 
 @scalar
-def _leaf_pairs(a, i, one, b, j, two, hull, same, pairs, n):
+def _leaf_pairs(a, i, first, b, j, second, hull, same, pairs, n):
     """Pairs of triangles of leaf i of tree a and leaf j of tree b."""
-    count_a = _load_leaf(a, i, b.nodes, j, one)
+    count_a = _load_leaf(a, i, b.nodes, j, first)
     if count_a == 0:
         return n
 
@@ -349,22 +349,22 @@ def _leaf_pairs(a, i, one, b, j, two, hull, same, pairs, n):
     clear_boxes(hull, 0, 1)
     for k in range(count_a):
         for axis in range(3):
-            hull[0, axis] = min(hull[0, axis], one.boxes[k, axis])
-            hull[0, 3 + axis] = max(hull[0, 3 + axis], one.boxes[k, 3 + axis])
-    count_b = _load_leaf(b, j, hull, 0, two)
-    return _emit(one, count_a, two, count_b, same and i == j, same, pairs, n)
+            hull[0, axis] = min(hull[0, axis], first.boxes[k, axis])
+            hull[0, 3 + axis] = max(hull[0, 3 + axis], first.boxes[k, 3 + axis])
+    count_b = _load_leaf(b, j, hull, 0, second)
+    return _emit(first, count_a, second, count_b, same and i == j, same, pairs, n)
 
 
 @scalar
-def _is_excluded(a, i, level_i, one, b, j, level_j, two):
+def _is_excluded(a, i, level_i, first, b, j, level_j, second):
     """Whether the planes of one side's leaf miss the other side's node above its leaves.
 
     Between two leaves, triangles are tested one by one instead.
     """
     # The plane of a large triangle passes few nodes of the other tree; its box meets many.
-    if level_i == 0 and level_j > 0 and _box_misses_leaf(a, i, one, b.nodes, j):
+    if level_i == 0 and level_j > 0 and _box_misses_leaf(a, i, first, b.nodes, j):
         return True
-    return level_j == 0 and level_i > 0 and _box_misses_leaf(b, j, two, a.nodes, i)
+    return level_j == 0 and level_i > 0 and _box_misses_leaf(b, j, second, a.nodes, i)
 
 
 @entry("d1 d1 d1 l1 l2 l1 d2 l2 d1 d1 d1 l1 l2 l1 d2 l2 b l2* -> l l")
@@ -376,7 +376,7 @@ def tree_pairs(pa, qa, ra, aa, ta, oa, na, la, pb, qb, rb, ab, tb, ob, nb, lb, s
     a, b = Tree(pa, qa, ra, aa, ta, oa, na, la), Tree(pb, qb, rb, ab, tb, ob, nb, lb)
     ca, ba, ka = np.empty((_ROOM, 9)), np.empty((_ROOM, 6)), np.empty(_ROOM, dtype=np.int64)
     cb, bb, kb = np.empty((_ROOM, 9)), np.empty((_ROOM, 6)), np.empty(_ROOM, dtype=np.int64)
-    one, two = Loaded(ca, ba, ka), Loaded(cb, bb, kb)
+    first, second = Loaded(ca, ba, ka), Loaded(cb, bb, kb)
     stack = np.empty((4096, 4), dtype=np.int64)
     kids, hull = np.empty(FAN, dtype=np.int64), np.empty((1, 6))
 
@@ -391,10 +391,10 @@ def tree_pairs(pa, qa, ra, aa, ta, oa, na, la, pb, qb, rb, ab, tb, ob, nb, lb, s
         visited += 1
         if boxes_apart(na, i, nb, j):
             continue
-        if not same and _is_excluded(a, i, level_i, one, b, j, level_j, two):
+        if not same and _is_excluded(a, i, level_i, first, b, j, level_j, second):
             continue
         if level_i == 0 and level_j == 0:
-            n = _leaf_pairs(a, i, one, b, j, two, hull, same, pairs, n)
+            n = _leaf_pairs(a, i, first, b, j, second, hull, same, pairs, n)
             continue
 
         # room for all pairs of children of two nodes

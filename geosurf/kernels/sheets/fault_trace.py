@@ -158,11 +158,11 @@ def _meets(grid, low, high, levels, sx, sy, p, q, r):
 @entry("d2 d1 d1 l2 d1 d2 l2 -> b1")
 def may_meet(grid, low, high, levels, stretch, points, faces):
     """Whether each triangle (n, 3) of a fault can meet the horizon."""
-    found = np.zeros(faces.shape[0], dtype=np.bool_)
+    meets = np.zeros(faces.shape[0], dtype=np.bool_)
     for f in range(faces.shape[0]):
         p, q, r = points[faces[f, 0]], points[faces[f, 1]], points[faces[f, 2]]
-        found[f] = _meets(grid, low, high, levels, stretch[0], stretch[1], p, q, r)
-    return found
+        meets[f] = _meets(grid, low, high, levels, stretch[0], stretch[1], p, q, r)
+    return meets
 
 
 @scalar
@@ -203,18 +203,18 @@ def _name(f, a, b, whole, edges, forward, names, at):
     ka, kb = whole - a[0] - a[1], whole - b[0] - b[1]
     # Both ends on one side of the fault's triangle: the neighbour names the point alike.
     if ka == 0 and kb == 0:
-        side, one, two = 0, a[1], b[1]
+        side, start, end = 0, a[1], b[1]
     elif a[0] == 0 and b[0] == 0:
-        side, one, two = 1, ka, kb
+        side, start, end = 1, ka, kb
     elif a[1] == 0 and b[1] == 0:
-        side, one, two = 2, a[0], b[0]
+        side, start, end = 2, a[0], b[0]
     else:
         # The sum of both ends is different for each inner edge.
         names[at] = f
         names[at + 1] = (a[0] + b[0]) * (2 * whole + 1) + a[1] + b[1]
         return
     # Counted from the lower vertex of the edge, whichever way this triangle runs along it.
-    place = min(one, two) if forward[f, side] else whole - max(one, two)
+    place = min(start, end) if forward[f, side] else whole - max(start, end)
     names[at] = -1 - edges[f, side]
     names[at + 1] = place
 

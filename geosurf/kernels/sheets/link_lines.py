@@ -168,8 +168,8 @@ def cut_links(ends, n_row, n_col):
                     # A crossing needs opposite sides for both segments.
                     mx, my, nx, ny = m * UNIT - px, row * UNIT - py, n * UNIT - px, 0
                     ny = (row + up) * UNIT - py
-                    one = _left(0, 0, qx - px, qy - py, mx, my)
-                    if one == _left(0, 0, qx - px, qy - py, nx, ny):
+                    is_left = _left(0, 0, qx - px, qy - py, mx, my)
+                    if is_left == _left(0, 0, qx - px, qy - py, nx, ny):
                         continue
                     if _left(mx, my, nx, ny, 0, 0) == _left(mx, my, nx, ny, qx - px, qy - py):
                         continue
@@ -180,7 +180,7 @@ def cut_links(ends, n_row, n_col):
                     rows[count, 0] = row * n_col + col
                     rows[count, 1] = kind
                     rows[count, 2] = s
-                    rows[count, 3] = 1 if one else -1
+                    rows[count, 3] = 1 if is_left else -1
                     # in floats: only the order along the trace is read from it
                     over = float((nx - mx) * (0 - my) - (ny - my) * (0 - mx))
                     under = float((nx - mx) * (qy - py - my) - (ny - my) * (qx - px - mx))
@@ -250,37 +250,37 @@ def _apart(a, b):
 
 
 @entry("d2 d2 -> d2")
-def line_crossings(one, two):
+def line_crossings(first, second):
     """Places (n, 2) where pieces (n, 4) of two lines cross: piece plus fraction, on each."""
     out = np.empty((16, 2))
     n = 0
-    n_chunk = (two.shape[0] + CHUNK - 1) // CHUNK
+    n_chunk = (second.shape[0] + CHUNK - 1) // CHUNK
     boxes = np.empty((n_chunk, 4))
     for c in range(n_chunk):
-        _box_of(two, c * CHUNK, min((c + 1) * CHUNK, two.shape[0]), boxes[c])
-    whole, mine, part = np.empty(4), np.empty(4), np.empty(4)
+        _box_of(second, c * CHUNK, min((c + 1) * CHUNK, second.shape[0]), boxes[c])
+    whole, box, part = np.empty(4), np.empty(4), np.empty(4)
     # One comparison excludes most pieces of the other line.
-    _box_of(two, 0, two.shape[0], whole)
-    for i in range(one.shape[0]):
-        _box_of(one, i, i + 1, mine)
-        if _apart(mine, whole):
+    _box_of(second, 0, second.shape[0], whole)
+    for i in range(first.shape[0]):
+        _box_of(first, i, i + 1, box)
+        if _apart(box, whole):
             continue
 
         # Boxes of chunks, then of pieces, then the intersection of two segments.
-        rx, ry = one[i, 2] - one[i, 0], one[i, 3] - one[i, 1]
+        rx, ry = first[i, 2] - first[i, 0], first[i, 3] - first[i, 1]
         for c in range(n_chunk):
-            if _apart(mine, boxes[c]):
+            if _apart(box, boxes[c]):
                 continue
-            for j in range(c * CHUNK, min((c + 1) * CHUNK, two.shape[0])):
-                _box_of(two, j, j + 1, part)
-                if _apart(mine, part):
+            for j in range(c * CHUNK, min((c + 1) * CHUNK, second.shape[0])):
+                _box_of(second, j, j + 1, part)
+                if _apart(box, part):
                     continue
-                sx, sy = two[j, 2] - two[j, 0], two[j, 3] - two[j, 1]
+                sx, sy = second[j, 2] - second[j, 0], second[j, 3] - second[j, 1]
                 det = rx * sy - ry * sx
                 # Parallel pieces have no single crossing.
                 if det == 0.0:
                     continue
-                dx, dy = two[j, 0] - one[i, 0], two[j, 1] - one[i, 1]
+                dx, dy = second[j, 0] - first[i, 0], second[j, 1] - first[i, 1]
                 t, u = (dx * sy - dy * sx) / det, (dx * ry - dy * rx) / det
                 # Half-open: a crossing at the joint of two pieces counts once.
                 if not (t >= 0.0 and t < 1.0 and u >= 0.0 and u < 1.0):
@@ -326,11 +326,11 @@ def first_hits(stations, direction, pieces, boxes, reach):
                 by = pieces[p, 4] - y
 
                 # The piece crosses the direction where its ends lie on two sides.
-                one, two = dx * ay - dy * ax, dx * by - dy * bx
+                left, right = dx * ay - dy * ax, dx * by - dy * bx
                 # Half-open, so that a joint of two pieces is hit once.
-                if (one >= 0) == (two >= 0):
+                if (left >= 0) == (right >= 0):
                     continue
-                f = one / (one - two)
+                f = left / (left - right)
                 t = (ax + f * (bx - ax)) * dx + (ay + f * (by - ay)) * dy
                 if abs(t) <= reach and abs(t) < best:
                     best = abs(t)

@@ -88,11 +88,11 @@ def _along_line(lines, fault, s, z, to, steps):
     step = (to - z) / steps
     for k in range(steps):
         at = z + k * step
-        one = _line_slope(lines, fault, s, at)
-        two = _line_slope(lines, fault, s + 0.5 * step * one, at + 0.5 * step)
-        three = _line_slope(lines, fault, s + 0.5 * step * two, at + 0.5 * step)
-        four = _line_slope(lines, fault, s + step * three, at + step)
-        s = s + step / 6.0 * (one + 2.0 * two + 2.0 * three + four)
+        k1 = _line_slope(lines, fault, s, at)
+        k2 = _line_slope(lines, fault, s + 0.5 * step * k1, at + 0.5 * step)
+        k3 = _line_slope(lines, fault, s + 0.5 * step * k2, at + 0.5 * step)
+        k4 = _line_slope(lines, fault, s + step * k3, at + step)
+        s = s + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
     return s
 
 
@@ -145,14 +145,14 @@ def _on_triangles(grid, rising, x, y):
         large, small = max(f, g), min(f, g)
         middle = grid[i, j + 1] if f >= g else grid[i + 1, j]
         first, second = large - small, small
-        one, two = middle - base, grid[i + 1, j + 1] - base
+        rise_first, rise_second = middle - base, grid[i + 1, j + 1] - base
     else:
         low = f + g <= 1.0
         base = grid[i, j] if low else grid[i + 1, j + 1]
         first = f if low else 1 - g
         second = g if low else 1 - f
-        one, two = grid[i, j + 1] - base, grid[i + 1, j] - base
-    return base + first * one + second * two
+        rise_first, rise_second = grid[i, j + 1] - base, grid[i + 1, j] - base
+    return base + first * rise_first + second * rise_second
 
 
 @entry("l1 d2 d2 d1 d2 d1 b d d1* d2* -> l1 d2 d2 d1")

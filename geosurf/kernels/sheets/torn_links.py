@@ -107,14 +107,14 @@ def _exists(t, rising, present, n_row, n_col):
 @entry("l1 b b1 l l -> l1")
 def triangles_beside(links, rising, present, n_row, n_col):
     """Triangles beside some links that exist, in any order and more than once."""
-    found, n = np.empty(2 * links.shape[0], dtype=np.int64), 0
+    beside, n = np.empty(2 * links.shape[0], dtype=np.int64), 0
     for k in range(links.shape[0]):
         for turn in range(2):
             t = _beside(links[k], turn, rising, n_col)
             if _exists(t, rising, present, n_row, n_col):
-                found[n] = t
+                beside[n] = t
                 n += 1
-    return found[:n].copy()
+    return beside[:n].copy()
 
 
 @entry("l1 l1 b b1 l l -> l1 l2 b2 l2 b2")
@@ -218,19 +218,19 @@ def edges_over_ghosts(t, node, ghost, n_node):
     for v in range(node.shape[0]):
         near[v] = under[node[v]]
     size, n = 1024, 0
-    found = np.empty((3, size), dtype=np.int64)
+    edges = np.empty((3, size), dtype=np.int64)
     for i in range(t.shape[0]):
         if n + 3 > size:
             longer = np.empty((3, 2 * size), dtype=np.int64)
-            longer[:, :n] = found[:, :n]
-            found, size = longer, 2 * size
+            longer[:, :n] = edges[:, :n]
+            edges, size = longer, 2 * size
         for c in range(3):
             a, b = t[i, c], t[i, 0 if c == 2 else c + 1]
             if near[a] and near[b]:
                 back = node[a] > node[b]
-                found[0, n], found[1, n], found[2, n] = i, b if back else a, a if back else b
+                edges[0, n], edges[1, n], edges[2, n] = i, b if back else a, a if back else b
                 n += 1
-    return found[0, :n].copy(), found[1, :n].copy(), found[2, :n].copy()
+    return edges[0, :n].copy(), edges[1, :n].copy(), edges[2, :n].copy()
 
 
 # ---- sheet trim ----------------------------------------
@@ -315,8 +315,8 @@ def classify_parts(
     n = part_of.shape[0]  # parts are numbered by patches
     held, beyond = np.zeros(n, dtype=np.bool_), np.zeros(n, dtype=np.bool_)
     for k in range(triangles.shape[0]):
-        of, part = parent[k], part_of[patch[k]]
-        a, b, c = faces[of, 0], faces[of, 1], faces[of, 2]
+        face, part = parent[k], part_of[patch[k]]
+        a, b, c = faces[face, 0], faces[face, 1], faces[face, 2]
         # A parent without ghost corners is original.
         if not (ghost[a] or ghost[b] or ghost[c]):
             held[part] = True
@@ -327,7 +327,7 @@ def classify_parts(
         for i in range(3):
             # Corners off the faults: real ones hold the part, outer ones lie beyond.
             p = triangles[k, i]
-            v = _vertex_at(local, p, vertices, origin, faces, of)
+            v = _vertex_at(local, p, vertices, origin, faces, face)
             if named.shape[0] > 0:
                 named[k, i] = v
             if v >= 0 and not on_fault[p]:

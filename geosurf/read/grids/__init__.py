@@ -55,12 +55,12 @@ def text_values(
     return values
 
 
-def check_count(path: Path, found: float, header: GridHeader) -> None:
+def check_count(path: Path, count: float, header: GridHeader) -> None:
     """Refuse a file with more or fewer values than its header announces."""
     expected = header.ncol * header.nrow
-    if found != expected:
+    if count != expected:
         raise damaged(
-            f"{path}: found {found:g} values, expected {expected} ({header.ncol} columns x "
+            f"{path}: found {count:g} values, expected {expected} ({header.ncol} columns x "
             f"{header.nrow} rows)"
         )
 
@@ -81,12 +81,12 @@ def binary_values(path: Path, data: bytes, dtype: str, header: GridHeader) -> np
 
 def check_step(path: Path, header: GridHeader, xinc: float, yinc: float, where: str) -> None:
     """Refuse a stated step that differs from the one that the corners give."""
-    for key, stated, found in (("x", xinc, header.xinc), ("y", yinc, header.yinc)):
+    for key, stated, derived in (("x", xinc, header.xinc), ("y", yinc, header.yinc)):
         # a header with few digits rounds its step; over the whole grid that is below half a cell
-        if abs(abs(stated) - abs(found)) * max(header.ncol, header.nrow) > 0.5 * abs(found):
+        if abs(abs(stated) - abs(derived)) * max(header.ncol, header.nrow) > 0.5 * abs(derived):
             raise FormatError(
                 f"{path}, {where}: the step in {key} is {stated:g}, but the corners and counts "
-                f"give {found:g}. Correct the header or export the file again."
+                f"give {derived:g}. Correct the header or export the file again."
             )
 
 
@@ -141,23 +141,23 @@ def grid_reader(decode: Callable[[Path], Decoded]) -> Callable[[Path, Request], 
     def read(path: Path, request: Request) -> xr.DataArray:
         what = f"{path.name}: horizon {request.named(path)!r}"
         request.scale(what)  # what the caller has to state is missed before the file is read
-        found = decode(path)
-        noted("order of values", found.order)
+        decoded = decode(path)
+        noted("order of values", decoded.order)
         # in place, as maps are large; adding 0 makes -0 to 0
-        values = np.require(found.values, np.float64, ["W"])
-        values *= request.scale(what, unit=found.unit)
+        values = np.require(decoded.values, np.float64, ["W"])
+        values *= request.scale(what, unit=decoded.unit)
         values += 0.0
-        header, values = found.header.upright(values)
+        header, values = decoded.header.upright(values)
         noted("rotation", f"{header.rotation:g} degrees counter-clockwise from east")
         noted("nodes", f"{header.ncol} columns x {header.nrow} rows")
-        noted("steps", f"{found.header.xinc:g} x {found.header.yinc:g} m")
+        noted("steps", f"{decoded.header.xinc:g} x {decoded.header.yinc:g} m")
         grid = grid_array(np.ascontiguousarray(values), *header.places(), request.named(path), path)
 
         # The header stays in the attributes, so that a grid can be written as it was read.
         for key in ("rotation", "xori", "yori", "xinc", "yinc", "ncol", "nrow"):
             grid.attrs[key] = getattr(header, key)
-        if found.crs is not None:
-            grid.attrs["crs"] = found.crs
+        if decoded.crs is not None:
+            grid.attrs["crs"] = decoded.crs
         return grid
 
     return read

@@ -56,21 +56,21 @@ def read_esri(path: Path) -> Decoded:
     blocks = TextBlocks(path)
 
     # keys come in any case and order; values begin at the first line that is no key
-    found: dict[str, tuple[int, str]] = {}
+    keys_read: dict[str, tuple[int, str]] = {}
     start = 0
     while match := LINE.match(blocks.head, start):
-        found[match[1].lower()] = (len(found) + 1, match[2])
+        keys_read[match[1].lower()] = (len(keys_read) + 1, match[2])
         start = match.end()
 
     def word(*keys: str) -> tuple[int, str]:
         """Line and value of the one key that the header has."""
-        present = [key for key in keys if key in found]
+        present = [key for key in keys if key in keys_read]
         if len(present) != 1:
             raise FormatError(
                 f"{path}: the header has {len(present)} of {', '.join(keys)}, expected 1. "
                 "Correct the header of the ESRI grid or export the file again."
             )
-        return found[present[0]]
+        return keys_read[present[0]]
 
     def real(*keys: str) -> float:
         """Value of a key as a number."""
@@ -80,13 +80,13 @@ def read_esri(path: Path) -> Decoded:
     ncol, nrow = (integer(word(key)[1], path, word(key)[0], key) for key in ("ncols", "nrows"))
     dx, dy = (real("cellsize", key) for key in ("dx", "dy"))
     # a corner lies half a cell from the centre of its cell
-    half_x = 0.5 * dx if "xllcorner" in found else 0.0
-    half_y = 0.5 * dy if "yllcorner" in found else 0.0
+    half_x = 0.5 * dx if "xllcorner" in keys_read else 0.0
+    half_y = 0.5 * dy if "yllcorner" in keys_read else 0.0
     x0 = real("xllcorner", "xllcenter") + half_x
     y0 = real("yllcorner", "yllcenter") + half_y
     header = GridHeader(ncol, nrow, x0, y0, dx, dy).checked(path, "header")
 
-    i, null = found.get("nodata_value", (0, ESRI_NULL))
+    i, null = keys_read.get("nodata_value", (0, ESRI_NULL))
     noted("null", null)
     noted("kind", "nodes are the centres of cells")
     blocks.skip(start)
@@ -168,7 +168,7 @@ def read_gxf(path: Path) -> Decoded:
 
 def _keys(head: str) -> Keys:
     """Line and value of each key of the header."""
-    found: Keys = {}
+    keys: Keys = {}
     key = ""
     for i, line in enumerate(head.split("\n"), start=1):
         words = line.strip()
@@ -176,8 +176,8 @@ def _keys(head: str) -> Keys:
             key = words[1:].split()[0].upper() if words[1:].split() else ""
         elif words and key and not words.startswith("!"):
             quoted = re.fullmatch(r'"([^",]*)"', words)
-            found.setdefault(key, (i, quoted[1].strip() if quoted else words))
-    return found
+            keys.setdefault(key, (i, quoted[1].strip() if quoted else words))
+    return keys
 
 
 def _real(path: Path, keys: Keys, key: str, default: float | None = None) -> float:

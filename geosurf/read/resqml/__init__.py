@@ -130,10 +130,10 @@ def kind(node: Element) -> str:
 def find(node: Element, *path: str) -> Element | None:
     """Return the first element at the end of a path of names, or None."""
     for name in path:
-        found = next((child for child in node if tag(child) == name), None)
-        if found is None:
+        child_found = next((child for child in node if tag(child) == name), None)
+        if child_found is None:
             return None
-        node = found
+        node = child_found
     return node
 
 
@@ -179,10 +179,10 @@ class Package:
 
     def need(self, node: Element, *path: str) -> Element:
         """Return the element at the end of a path of names, or raise an error that names it."""
-        found = find(node, *path)
-        if found is None:
+        element = find(node, *path)
+        if element is None:
             raise self.damaged(f"a {kind(node)} has no {'/'.join(path)}")
-        return found
+        return element
 
     def text(self, node: Element, *path: str) -> str:
         """Return the text of an element."""
@@ -240,10 +240,10 @@ class Package:
 
     def _next_to(self, name: str | None) -> Path:
         """The file of arrays, in the folder of the package, whatever folder it came from."""
-        own = self.path.with_suffix(".h5")
-        named = own if name is None else self.path.parent / name
+        same_name = self.path.with_suffix(".h5")
+        named = same_name if name is None else self.path.parent / name
         # packages are renamed, and then the name inside is the old one
-        for path in (named, own):
+        for path in (named, same_name):
             if path.exists():
                 return path
         raise InputError(

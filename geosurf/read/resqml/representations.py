@@ -250,16 +250,16 @@ class Representation:
 
 def representations(package: Package) -> list[Representation]:
     """Return the objects of a package that geosurf reads, in the order of the file."""
-    found = []
+    entries = []
     for uuid, node in package.objects.items():
         if kind(node) in KINDS:
-            found.append((word_of(node, *TITLE) or uuid, uuid, node))
-    names = [words for words, _, _ in found]
+            entries.append((word_of(node, *TITLE) or uuid, uuid, node))
+    names = [words for words, _, _ in entries]
     return [
         Representation(
             words if names.count(words) == 1 else f"{words} {uuid}", kind(node), _role(node), node
         )
-        for words, uuid, node in found
+        for words, uuid, node in entries
     ]
 
 
@@ -275,12 +275,12 @@ def _role(node: Element) -> str:
 
 
 def grid_of(
-    package: Package, one: Representation, request: Request
+    package: Package, grid: Representation, request: Request
 ) -> tuple[np.ndarray, str | None]:
     """Nodes (n_row, n_column, 3) in metres, and their reference system."""
-    points, geometry = grid_points(package, one.node)
+    points, geometry = grid_points(package, grid.node)
     if np.isinf(points).any() or not np.isfinite(points[..., :2]).all():
-        raise package.damaged(f"{one.title!r} has nodes without a place")
+        raise package.damaged(f"{grid.title!r} has nodes without a place")
     return _placed(package, geometry, points, request)
 
 
@@ -317,32 +317,32 @@ def patches_of(
     return np.concatenate(parts), next(iter(systems))
 
 
-def mesh_of(package: Package, one: Representation, request: Request, role: Any) -> TriSurface:
+def mesh_of(package: Package, mesh: Representation, request: Request, role: Any) -> TriSurface:
     """Triangles of all patches."""
-    patches = every(one.node, "TrianglePatch")
+    patches = every(mesh.node, "TrianglePatch")
 
     def nodes_in(patch: Element) -> int:
         return package.count(patch, "NodeCount")
 
-    points, crs = patches_of(package, one.node, "TrianglePatch", request, nodes_in)
+    points, crs = patches_of(package, mesh.node, "TrianglePatch", request, nodes_in)
     triangles, start = [], 0
     for patch in patches:
         listed = values_of(package, package.need(patch, "Triangles"))
         if listed.dtype.kind not in "iu" or listed.size != 3 * package.count(patch, "Count"):
-            raise package.damaged(f"{one.title!r} does not have the triangles that it announces")
+            raise package.damaged(f"{mesh.title!r} does not have the triangles that it announces")
         corners = listed.reshape(-1, 3).astype(np.int64)
         triangles.append(
-            corners + _shift(package, one, corners, start, nodes_in(patch), len(points))
+            corners + _shift(package, mesh, corners, start, nodes_in(patch), len(points))
         )
         start += nodes_in(patch)
     try:
-        return with_crs(TriSurface(one.title, role, points, np.concatenate(triangles)), crs)
+        return with_crs(TriSurface(mesh.title, role, points, np.concatenate(triangles)), crs)
     except (SurfaceError, ValueError) as error:
         raise FormatError(f"{package.path}: {error}") from error
 
 
 def _shift(
-    package: Package, one: Representation, corners: np.ndarray, start: int, own: int, n: int
+    package: Package, mesh: Representation, corners: np.ndarray, start: int, n_own: int, n: int
 ) -> int:
     """
     What to add to the corners of a patch: nodes are counted through all patches, or in each.
@@ -350,34 +350,36 @@ def _shift(
     Programs differ in that. Where both readings are possible the file is refused.
     """
     low, high = (int(corners.min()), int(corners.max())) if corners.size else (start, start)
-    through, each = start <= low and high < start + own, low >= 0 and high < own
+    through, each = start <= low and high < start + n_own, low >= 0 and high < n_own
     if start and through and each:
         raise package.damaged(
-            f"{one.title!r} has several patches, and their triangles fit nodes counted in each "
+            f"{mesh.title!r} has several patches, and their triangles fit nodes counted in each "
             "patch as well as through all of them"
         )
     if through or not each:
         if not 0 <= low <= high < n:
-            raise package.damaged(f"{one.title!r} has a triangle with a corner {high} of {n} nodes")
+            raise package.damaged(
+                f"{mesh.title!r} has a triangle with a corner {high} of {n} nodes"
+            )
         return 0
     return start
 
 
 def lines_of(
-    package: Package, one: Representation, request: Request
+    package: Package, line_set: Representation, request: Request
 ) -> tuple[list[np.ndarray], str | None]:
     """Lines (n, 3) of a polyline or a set of them; closed ones repeat their first point."""
-    if one.kind == LINES[0]:
-        points, crs = patches_of(package, one.node, "NodePatch", request)
-        closed = package.text(one.node, "IsClosed").lower() in ("true", "1")
+    if line_set.kind == LINES[0]:
+        points, crs = patches_of(package, line_set.node, "NodePatch", request)
+        closed = package.text(line_set.node, "IsClosed").lower() in ("true", "1")
         return [_ring(points, closed)], crs
     lines: list[np.ndarray] = []
     crs = None
-    counts = [_counts(package, patch) for patch in every(one.node, "LinePatch")]
+    counts = [_counts(package, patch) for patch in every(line_set.node, "LinePatch")]
     sizes = iter([int(count.sum()) for count in counts])
-    points, crs = patches_of(package, one.node, "LinePatch", request, lambda _: next(sizes))
+    points, crs = patches_of(package, line_set.node, "LinePatch", request, lambda _: next(sizes))
     at = 0
-    for patch, count in zip(every(one.node, "LinePatch"), counts, strict=True):
+    for patch, count in zip(every(line_set.node, "LinePatch"), counts, strict=True):
         rings = np.broadcast_to(
             values_of(package, package.need(patch, "ClosedPolylines")).ravel() != 0, count.shape
         )
@@ -399,12 +401,12 @@ def _ring(points: np.ndarray, closed: bool) -> np.ndarray:
     return np.concatenate([points, points[:1]]) if closed else points
 
 
-def places_of(package: Package, one: Representation, request: Request) -> np.ndarray:
+def places_of(package: Package, item: Representation, request: Request) -> np.ndarray:
     """All points of any object."""
-    if one.kind == GRID:
-        return grid_of(package, one, request)[0]
-    if one.kind == MESH:
-        return mesh_of(package, one, request, "surface").vertices
-    if one.kind == POINTS:
-        return patches_of(package, one.node, "NodePatch", request)[0]
-    return np.concatenate(lines_of(package, one, request)[0])
+    if item.kind == GRID:
+        return grid_of(package, item, request)[0]
+    if item.kind == MESH:
+        return mesh_of(package, item, request, "surface").vertices
+    if item.kind == POINTS:
+        return patches_of(package, item.node, "NodePatch", request)[0]
+    return np.concatenate(lines_of(package, item, request)[0])

@@ -71,11 +71,11 @@ def read_resqml_horizon(path: Path, request: Request) -> xr.DataArray | TriSurfa
         If h5py is not installed.
     """
     with open_package(path) as package:
-        one = _one(package, request.name, (GRID, MESH), "horizon")
-        if one.kind == MESH:
-            return mesh_of(package, one, request, "horizon")
-        nodes, crs = grid_of(package, one, request)
-        return nodes_from_places(nodes, one.title, path, crs)
+        horizon = _one(package, request.name, (GRID, MESH), "horizon")
+        if horizon.kind == MESH:
+            return mesh_of(package, horizon, request, "horizon")
+        nodes, crs = grid_of(package, horizon, request)
+        return nodes_from_places(nodes, horizon.title, path, crs)
 
 
 def read_resqml_fault(path: Path, request: Request) -> TriSurface | FaultSticks | xr.Dataset:
@@ -99,15 +99,15 @@ def read_resqml_fault(path: Path, request: Request) -> TriSurface | FaultSticks 
         As `read_resqml_horizon`.
     """
     with open_package(path) as package:
-        one = _one(package, request.name, (GRID, MESH, *LINES), "fault")
-        if one.kind == MESH:
-            return mesh_of(package, one, request, "fault")
-        if one.kind == GRID:
-            nodes, crs = grid_of(package, one, request)
-            return fault_dataset(nodes, one.title, path.name, crs)
-        lines, crs = lines_of(package, one, request)
+        fault = _one(package, request.name, (GRID, MESH, *LINES), "fault")
+        if fault.kind == MESH:
+            return mesh_of(package, fault, request, "fault")
+        if fault.kind == GRID:
+            nodes, crs = grid_of(package, fault, request)
+            return fault_dataset(nodes, fault.title, path.name, crs)
+        lines, crs = lines_of(package, fault, request)
         try:
-            sticks = FaultSticks(one.title, tuple(lines))
+            sticks = FaultSticks(fault.title, tuple(lines))
         except SurfaceError as error:
             raise FormatError(f"{path}: {error}") from error
         return in_crs_of(sticks, [SimpleNamespace(crs=crs)])
@@ -135,12 +135,12 @@ def read_resqml_points(path: Path, request: Request) -> xr.Dataset:
     """
     with open_package(path) as package:
         sets = _of_kinds(package, (POINTS,), "sets of points")
-        noted("names", ", ".join(one.title for one in sets))
+        noted("names", ", ".join(point_set.title for point_set in sets))
         if len(sets) > 1:
             raise InputError(
                 f"{path}: the package has {len(sets)} sets of points: "
-                f"{', '.join(one.title for one in sets)}. Export them one by one: together they "
-                "would be one horizon."
+                f"{', '.join(point_set.title for point_set in sets)}. Export them one by one: "
+                "together they would be one horizon."
             )
         points, crs = patches_of(package, sets[0].node, "NodePatch", request)
     return points_dataset(points, path.name, crs)
@@ -223,34 +223,34 @@ def all_points(path: Path) -> list[np.ndarray]:
 def _of_kinds(package: Package, kinds: tuple[str, ...], what: str) -> list[Representation]:
     """All objects of some kinds; at least one."""
     held = representations(package)
-    found = [one for one in held if one.kind in kinds]
-    if not found:
+    fitting = [candidate for candidate in held if candidate.kind in kinds]
+    if not fitting:
         raise FormatError(
             f"{package.path}: the package has no {what}; its representations are "
             f"{kinds_in(package)}. Read them with geosurf.info to see what there is."
         )
-    return found
+    return fitting
 
 
 def _one(package: Package, name: str | None, kinds: tuple[str, ...], role: str) -> Representation:
     """The object that a caller means: by its name, else the only one of that role."""
     held = _of_kinds(package, kinds, f"{role}s")
-    if name is not None and name in {one.title for one in held}:
-        held = [one for one in held if one.title == name]
-    fitting = [one for one in held if one.role == role]
-    open_ones = [one for one in held if not one.role]
-    named = [(one.title, one) for one in fitting or open_ones or held]
-    found = chosen(package.path, named, name, f"{role}s")[1][0]
-    return found if name is None else replace(found, title=name)
+    if name is not None and name in {candidate.title for candidate in held}:
+        held = [candidate for candidate in held if candidate.title == name]
+    fitting = [candidate for candidate in held if candidate.role == role]
+    open_ones = [candidate for candidate in held if not candidate.role]
+    named = [(candidate.title, candidate) for candidate in fitting or open_ones or held]
+    surface = chosen(package.path, named, name, f"{role}s")[1][0]
+    return surface if name is None else replace(surface, title=name)
 
 
-def _function(one: Representation) -> str:
+def _function(representation: Representation) -> str:
     """The function of geosurf that reads an object."""
-    if one.kind == POINTS:
+    if representation.kind == POINTS:
         return "read_points"
-    if one.role == "fault":
+    if representation.role == "fault":
         return "read_fault"
-    return "read_polygons" if one.kind in LINES else "read_horizon"
+    return "read_polygons" if representation.kind in LINES else "read_horizon"
 
 
 TRAJECTORY = "WellboreTrajectoryRepresentation"
@@ -322,11 +322,11 @@ def trajectories(package: Package) -> dict[str, Element]:
     # the well is the feature; where several trajectories share it, each has its own title
     wells = [_well(package, node) for _, node in held]
     titles = [word_of(node, *TITLE) for _, node in held]
-    found = {}
+    by_well = {}
     for (uuid, node), well, title in zip(held, wells, titles, strict=True):
         name = well if well and wells.count(well) == 1 else title
-        found[name if name and name not in found else f"{name} {uuid}".strip()] = node
-    return found
+        by_well[name if name and name not in by_well else f"{name} {uuid}".strip()] = node
+    return by_well
 
 
 def _well(package: Package, node: Element | None) -> str:
@@ -338,14 +338,16 @@ def _well(package: Package, node: Element | None) -> str:
 
 def _geometry(package: Package, name: str, node: Element) -> Element:
     """The line of control points of a trajectory."""
-    found = find(node, "Geometry")
-    if found is None or kind(found) != EXPLICIT or find(found, "ControlPoints") is None:
-        held = "no geometry" if found is None else f"a geometry ({kind(found)}) without points"
+    geometry = find(node, "Geometry")
+    if geometry is None or kind(geometry) != EXPLICIT or find(geometry, "ControlPoints") is None:
+        held = (
+            "no geometry" if geometry is None else f"a geometry ({kind(geometry)}) without points"
+        )
         raise FormatError(
             f"{package.path}: the trajectory of well {name!r} has {held}, and geosurf reads "
             "control points. Export it with its points, or as a table with MD, X, Y and Z."
         )
-    return found
+    return geometry
 
 
 def _path(package: Package, name: str, node: Element, geometry: Element, request: Request) -> Path3:

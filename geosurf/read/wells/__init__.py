@@ -85,14 +85,14 @@ def along_arcs(
     """
     inc, azi = np.radians(inclination), np.radians(azimuth)
     tangents = np.column_stack([np.sin(inc) * np.sin(azi), np.sin(inc) * np.cos(azi), -np.cos(inc)])
-    one, two = tangents[:-1], tangents[1:]
+    start, end = tangents[:-1], tangents[1:]
     length = np.diff(md)
 
     # the angle between two directions from sine and cosine is accurate for small ones, too
-    cosine = (one * two).sum(axis=1)
-    sine = np.linalg.norm(np.cross(one, two), axis=1)
+    cosine = (start * end).sum(axis=1)
+    sine = np.linalg.norm(np.cross(start, end), axis=1)
     angle = np.arctan2(sine, cosine)
-    across = two - one * cosine[:, None]
+    across = end - start * cosine[:, None]
     across /= np.where(sine > 0.0, sine, 1.0)[:, None]
 
     # so many pieces that no straight one is farther than SAG from its arc
@@ -108,7 +108,7 @@ def along_arcs(
     turned = share * angle[piece] / np.pi
     along = share * np.sinc(turned)
     aside = share * np.sinc(0.5 * turned) * np.sin(0.5 * np.pi * turned)
-    moved = length[piece, None] * (along[:, None] * one[piece] + aside[:, None] * across[piece])
+    moved = length[piece, None] * (along[:, None] * start[piece] + aside[:, None] * across[piece])
     ends = np.cumsum(count) - 1
     starts = np.concatenate([np.zeros((1, 3)), np.cumsum(moved[ends], axis=0)])
     places = np.concatenate([np.zeros((1, 3)), starts[piece] + moved])
@@ -266,10 +266,10 @@ def read_wells(
     given = checked_columns(columns)
     known = heads_of(heads, sign)
     if detect(path) == "las":
-        found = path_of_las(
+        well = path_of_las(
             path, Request(positive=positive, length_unit=length_unit, columns=three_names(given))
         )
-        return _dataset(path, {found.well: (found.points, found.md)}, None)
+        return _dataset(path, {well.well: (well.points, well.md)}, None)
 
     if detect(path) == "resqml":
         refuse_columns(path, "resqml", columns, decimal)
@@ -340,7 +340,7 @@ def _by_positions(
 ) -> dict[str, Path3]:
     """Paths whose places the file states."""
     points = np.column_stack([values[key] for key in PLACES])
-    found: dict[str, Path3] = {}
+    paths: dict[str, Path3] = {}
     for name, at in rows.items():
         md = values["md"][at] if "md" in values else None
         lines = [trace.rows[int(k)][0] for k in at]
@@ -370,8 +370,8 @@ def _by_positions(
                 f"{path}: well {name!r} has {counted(len(at), 'point')} in one place; a path "
                 "needs two different ones. Complete it, or leave the well out."
             )
-        found[name] = (points[at], md)
-    return found
+        paths[name] = (points[at], md)
+    return paths
 
 
 def _by_directions(
@@ -385,7 +385,7 @@ def _by_directions(
     units, stated = trace.units or {}, trace.head or {}
     if heads and (extra := [name for name in heads if name not in rows]) and len(rows) > 1:
         noted("heads", f"not used: {', '.join(extra)}")
-    found: dict[str, Path3] = {}
+    paths: dict[str, Path3] = {}
     for name, at in rows.items():
         head = heads.get(name)
         if head is None and len(stated) == 3:
@@ -405,8 +405,8 @@ def _by_directions(
         if len(md) < 2:
             raise damaged(f"{path}: well {name!r} has one station at the well head only")
         places, depths = along_arcs(md, inc, azi)
-        found[name] = (places + np.array(head), depths)
-    return found
+        paths[name] = (places + np.array(head), depths)
+    return paths
 
 
 def _check_rise(path: Path, trace: Trace, name: str, at: np.ndarray, md: np.ndarray) -> None:

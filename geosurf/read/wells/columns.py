@@ -112,11 +112,11 @@ def trace_of(path: Path, decimal: str, numbered: bool) -> Trace:
     FormatError
         If the file has no header, no rows, or a row that does not fit.
     """
-    found = _taken_apart(path, decimal, numbered)
-    if not found.rows:
+    trace = _taken_apart(path, decimal, numbered)
+    if not trace.rows:
         raise damaged(f"{path}: the file has no points of wells")
-    check_widths(path, found.header, found.rows)
-    return found
+    check_widths(path, trace.header, trace.rows)
+    return trace
 
 
 def _taken_apart(path: Path, decimal: str, numbered: bool) -> Trace:
@@ -145,11 +145,11 @@ def _petrel(path: Path, lines: list[str]) -> Trace:
     """A well trace of Petrel: comments, a line of names between two rulers, and rows."""
     head: dict[str, float] = {}
     units: dict[str, str] = {}
-    found = Trace("well trace of Petrel", [], [], head=head, units=units)
+    trace = Trace("well trace of Petrel", [], [], head=head, units=units)
     for i, line in enumerate(lines, start=1):
         text = line.strip()
         if match := NAME.match(text):
-            found = replace(found, well=match[1].strip().strip("\"'") or None)
+            trace = replace(trace, well=match[1].strip().strip("\"'") or None)
         elif match := HEAD.match(text):
             head[match[1].lower()] = number(match[2], path, i, "place of the well head")
             units["xy"] = (match[3] or units.get("xy", "m")).strip().lower()
@@ -157,21 +157,21 @@ def _petrel(path: Path, lines: list[str]) -> Trace:
             head["z"] = number(match[1], path, i, "elevation of the well datum")
             units.setdefault("z", (match[2] or "m").strip().lower())
         elif match := SYSTEM.match(text):
-            found = replace(found, crs=match[1].strip() or None)
+            trace = replace(trace, crs=match[1].strip() or None)
         elif match := DEPTHS.match(text):
             units["z"] = match[1].lower()
         elif text and not text.startswith(("#", "===")):
             words = text.split()
-            if found.header:
-                found.rows.append((i, words))
+            if trace.header:
+                trace.rows.append((i, words))
             else:
-                found.header.extend(words)
-    if not found.rows or any(map(is_number, found.header)):
+                trace.header.extend(words)
+    if not trace.rows or any(map(is_number, trace.header)):
         raise damaged(
             f"{path}: the well trace has no line with names of columns and rows below it, such as "
             "'MD X Y Z TVD DX DY AZIM_TN INCL DLS AZIM_GN'"
         )
-    return found
+    return trace
 
 
 # -------------------------------------------------------------------------- RMS
@@ -205,12 +205,12 @@ def _rms(path: Path) -> Trace:
 
     # columns that all wells have, by name: each well has logs of its own
     common = [word for word in wells[0][1] if all(word in header for _, header, _ in wells)]
-    found = [
+    rows_with_names = [
         (line, [name, *(row[header.index(word)] for word in common)])
         for name, header, rows in wells
         for line, row in rows
     ]
-    return Trace("well of RMS", ["well", *common], found)
+    return Trace("well of RMS", ["well", *common], rows_with_names)
 
 
 def _begins_well(lines: list[list[str]], at: int) -> bool:
@@ -423,13 +423,13 @@ def places_of(path: Path, trace: Trace, given: dict[str, str | int]) -> dict[str
     """Where the columns are that the file has, by their usual names or the caller's."""
     words = [plain_name(word) for word in trace.header]
     width = len(words) or min(len(row) for _, row in trace.rows)
-    found: dict[str, int] = {}
+    places: dict[str, int] = {}
     for key, usual in USUAL.items():
         word = given.get(key)
         if isinstance(word, int):
             if word > width:
                 raise FormatError(f"{path}: a line has {width} values, but {key} is column {word}.")
-            found[key] = word - 1
+            places[key] = word - 1
             continue
         names = usual if word is None else (plain_name(word),)
         at = [k for k, one in enumerate(words) if one in names]
@@ -446,8 +446,8 @@ def places_of(path: Path, trace: Trace, given: dict[str, str | int]) -> dict[str
                 f"{did_you_mean(word, trace.header)}"
             )
         if at:
-            found[key] = at[0]
-    return found
+            places[key] = at[0]
+    return places
 
 
 def check_kind(path: Path, trace: Trace, places: dict[str, int]) -> None:
