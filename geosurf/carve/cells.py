@@ -91,26 +91,31 @@ def sorted_seams(
     """
     edges = [open_at[i:j] for i, j in in_ranges(len(open_at), _EDGES)]
     wanted = np.zeros(len(pieces.triangles), dtype=bool)
-    counts = map_threads(mark_around, [(pieces.ring, some, wanted) for some in edges])
+    counts = map_threads(
+        mark_around, [(pieces.ring, part_of_edges, wanted) for part_of_edges in edges]
+    )
     parent, px = parents_of(pieces, wanted)
     pt = np.arange(len(px)).reshape(-1, 3)
 
-    def sort(some: np.ndarray, n_around: int) -> tuple[int, np.ndarray, np.ndarray]:
+    def sort(part_of_edges: np.ndarray, n_around: int) -> tuple[int, np.ndarray, np.ndarray]:
         """What `sort_seams` finds of some edges, and what it writes."""
-        start, seams = np.empty(len(some) + 1, dtype=np.int64), np.empty(n_around, dtype=np.int64)
+        start, seams = (
+            np.empty(len(part_of_edges) + 1, dtype=np.int64),
+            np.empty(n_around, dtype=np.int64),
+        )
         # floats decide nearly always; the exact frame is made when they first cannot
         m = w = np.empty(0, dtype=np.int64)
         while True:
-            found = sort_seams(
-                pieces.x, pieces.triangles, pieces.ring, some, part,
+            sorted_parts = sort_seams(
+                pieces.x, pieces.triangles, pieces.ring, part_of_edges, part,
                 parent, px, pt, m, w, start, seams,
             )  # fmt: skip
-            if found != NEEDS_EXACT:
-                return found, start, seams
+            if sorted_parts != NEEDS_EXACT:
+                return sorted_parts, start, seams
             m, w = frame_of(px)
 
-    found = map_threads(sort, list(zip(edges, counts, strict=True)))
-    for done, _, _ in found:
+    sorted_parts = map_threads(sort, list(zip(edges, counts, strict=True)))
+    for done, _, _ in sorted_parts:
         if done != DONE:
             name = patches.names[pieces.surface[done // 3]]
             corner = pieces.triangles[done // 3, done % 3]
@@ -121,9 +126,9 @@ def sorted_seams(
             )
 
     # one after the other
-    ends = np.cumsum([0, *(start[-1] for _, start, _ in found)])
-    starts = [start[:-1] + end for (_, start, _), end in zip(found, ends, strict=False)]
-    seams = np.concatenate([seams[: start[-1]] for _, start, seams in found])
+    ends = np.cumsum([0, *(start[-1] for _, start, _ in sorted_parts)])
+    starts = [start[:-1] + end for (_, start, _), end in zip(sorted_parts, ends, strict=False)]
+    seams = np.concatenate([seams[: start[-1]] for _, start, seams in sorted_parts])
     return np.concatenate([*starts, ends[-1:]]), seams
 
 
@@ -273,17 +278,20 @@ def _joined(
     # parts are few: each range of edges joins all of them for itself
     n, rows = len(parts.first), in_ranges(len(start) - 1, _SEAMS)
     forests = [(np.arange(2 * n), np.arange(n)) for _ in rows]
-    of = parts.of_element
+    part_of = parts.of_element
     map_threads(
         join_seams,
-        [(start[i : j + 1], seams, of, *own) for (i, j), own in zip(rows, forests, strict=True)],
+        [
+            (start[i : j + 1], seams, part_of, *forest)
+            for (i, j), forest in zip(rows, forests, strict=True)
+        ],
     )
 
     # the rim of a surface inside the model: front and back see each other around it
     torn = _with_rims(pieces, parts)
     sides = [np.stack([2 * torn + 1, 2 * torn], axis=1)]
-    sides += [np.stack([np.arange(2 * n), own], axis=1) for own, _ in forests]
-    piece = [np.stack([np.arange(n), own], axis=1) for _, own in forests]
+    sides += [np.stack([np.arange(2 * n), forest], axis=1) for forest, _ in forests]
+    piece = [np.stack([np.arange(n), forest], axis=1) for _, forest in forests]
     seen = join_pairs(np.concatenate(sides), 2 * n)
     return seen.reshape(-1, 2), join_pairs(np.concatenate(piece), n)
 
@@ -468,16 +476,16 @@ def find_cells(patches: Patches) -> Cells:
     # sides that see each other are one cell; parts with the same owners and cells are one face
     cell, n_cell = _numbered(sides, outside)
     keys = (owner * (n_cell + 1) + cell[:, 0]) * (n_cell + 1) + cell[:, 1]
-    found, face = number_keys(keys)
-    found, behind = np.divmod(found, n_cell + 1)
-    found, front = np.divmod(found, n_cell + 1)
+    key, face = number_keys(keys)
+    key, behind = np.divmod(key, n_cell + 1)
+    key, front = np.divmod(key, n_cell + 1)
     face_of_element = np.append(face, -1)[parts.of_element]
 
     # the first owner names the face, the others are listed with how they are turned on it
     first = np.array([of[0][0] for of in owners], dtype=np.int64)
-    also = {i: owners[k][1:] for i, k in enumerate(found.tolist()) if len(owners[k]) > 1}
+    also = {i: owners[k][1:] for i, k in enumerate(key.tolist()) if len(owners[k]) > 1}
     between = np.stack([front, behind], axis=1)
-    return Cells(first[found], also, between, n_cell, patches, pieces, face_of_element)
+    return Cells(first[key], also, between, n_cell, patches, pieces, face_of_element)
 
 
 def _seen(
@@ -501,24 +509,24 @@ def _seen(
     if floats:
         element = np.flatnonzero(parts.of_element >= 0)
         part = parts.of_element[element]
-        found = place_floating(
+        placed = place_floating(
             pieces.x, pieces.triangles[element], piece[part], fixed, sides[part].ravel()
         )
-        sides = found.reshape(-1, 2)[np.searchsorted(element, parts.first)]
+        sides = placed.reshape(-1, 2)[np.searchsorted(element, parts.first)]
     return pieces, parts, sides, owners, owner
 
 
 def _outermost(pieces: Pieces, parts: Parts, piece: np.ndarray, is_wall: np.ndarray) -> np.ndarray:
     """The piece of walls that no other one can be around, as their array (1,)."""
-    found = distinct(piece[is_wall])
-    if len(found) > 1:  # walls of several shells: the one that reaches highest
+    outermost = distinct(piece[is_wall])
+    if len(outermost) > 1:  # walls of several shells: the one that reaches highest
         # of the walls' triangles the highest decides: no shell around it can be lower
         part = parts.of_element[: len(pieces.triangles)]
         rows = np.flatnonzero(part >= 0)
         rows = rows[is_wall[part[rows]]]
         top = pieces.x[pieces.triangles[rows], 2].max(axis=1)
-        found = piece[part[rows[top.argmax()]]][None]
-    return found
+        outermost = piece[part[rows[top.argmax()]]][None]
+    return outermost
 
 
 def _asks_triangles(pieces: Pieces, floats: bool) -> bool:
@@ -546,12 +554,12 @@ def _owners(pieces: Pieces, parts: Parts) -> tuple[list[Owners], np.ndarray]:
 
     # add their surfaces to the owners of that one, each once and as it is turned
     listed: dict[int, Owners] = {}
-    for i, one in zip(at.tolist(), turned, strict=True):
-        of = listed.get(i, owners[owner[i]])
-        listed[i] = of if one in of else (*of, one)
-    number = {of: k for k, of in enumerate(owners)}
-    for i, of in listed.items():
-        owner[i] = number.setdefault(of, len(number))
+    for i, owner_of_copy in zip(at.tolist(), turned, strict=True):
+        owning = listed.get(i, owners[owner[i]])
+        listed[i] = owning if owner_of_copy in owning else (*owning, owner_of_copy)
+    number = {owning: k for k, owning in enumerate(owners)}
+    for i, owning in listed.items():
+        owner[i] = number.setdefault(owning, len(number))
     return list(number), owner
 
 

@@ -72,23 +72,23 @@ def checks_of_stored(
     counts, n_vertex = count_edges(
         facts.triangles, facts.ring, sides[facts.element], len(facts.local), facts.n_shared, n
     )
-    for one in facts.lattices:
-        n_vertex += one.count(sides[one.runs], counts)
+    for lattice in facts.lattices:
+        n_vertex += lattice.count(sides[lattice.runs], counts)
 
     # sums of what has the same units on both sides, then of runs
     core = sides[: len(facts.pieces.triangles)] + 1
     pairs, row = number_keys(core @ [n + 1, 1])
     sums = np.zeros((len(pairs), N_SUM))
     sums_of_triangles(facts.pieces.x, facts.pieces.triangles, row, facts.level, sums)
-    sums = np.concatenate([sums, *(one.sums[:-1] for one in facts.lattices)])
+    sums = np.concatenate([sums, *(lattice.sums[:-1] for lattice in facts.lattices)])
     beside = np.stack(np.divmod(pairs, n + 1), axis=1) - 1
     beside = np.concatenate([beside, sides[len(core) :]])
     sizes = sizes_of(facts.patches, units, sums, beside, lambda k: facts.corners_of_unit(sides, k))
 
-    found = facts.matched(sides, surfaces)
+    matched = facts.matched(sides, surfaces)
     parts = None if before is None else facts.matched(*before)
     shared = shared_vertices(n_vertex, [])
-    return lines_of_units(facts, units, counts, sizes, shared, found, parts)
+    return lines_of_units(facts, units, counts, sizes, shared, matched, parts)
 
 
 def checks_of_lists(facts: Facts, units: Units) -> list[Check]:
@@ -97,31 +97,31 @@ def checks_of_lists(facts: Facts, units: Units) -> list[Check]:
     x, number = weld_lists(patches, units)
     first = np.cumsum([0, *(len(unit.local) for unit in parts)])
     t = np.concatenate([u.triangles + k for u, k in zip(parts, first.tolist(), strict=False)])
-    of = np.repeat(np.arange(len(parts)), [len(unit.triangles) for unit in parts])
-    own = x[len(facts.local) :]
+    unit_of = np.repeat(np.arange(len(parts)), [len(unit.triangles) for unit in parts])
+    listed = x[len(facts.local) :]
 
     # a shell has its unit behind each triangle
-    sides = np.stack([np.full(len(of), -1), of], axis=1)
-    ring, _ = edges(t, len(own))
-    counts, _ = count_edges(t, ring, sides, len(own), len(own), len(parts))
+    sides = np.stack([np.full(len(unit_of), -1), unit_of], axis=1)
+    ring, _ = edges(t, len(listed))
+    counts, _ = count_edges(t, ring, sides, len(listed), len(listed), len(parts))
     sums = np.zeros((len(parts), N_SUM))
-    sums_of_triangles(own, t, of, facts.level, sums)
+    sums_of_triangles(listed, t, unit_of, facts.level, sums)
     beside = np.stack([np.full(len(parts), -1), np.arange(len(parts))], axis=1)
     sizes = sizes_of(patches, units, sums, beside, lambda k: parts[k].local[parts[k].triangles])
 
     # lowest row of each number: that of a vertex of the patches, if one is there
     lowest = first_rows(number, int(number.max(initial=-1)) + 1)[number[len(facts.local) :]]
     # compared as integers: 0.0 and -0.0 are equal numbers, but not the same bytes
-    known = (own.view(np.int64) == x.view(np.int64)[lowest]).all(axis=1)
+    known = (listed.view(np.int64) == x.view(np.int64)[lowest]).all(axis=1)
     known &= lowest < len(facts.local)
     foreign = [name for name, rows in zip(units, np.split(known, first[1:-1]), strict=True)
                if not rows.all()]  # fmt: skip
     shared = shared_vertices(len(distinct(number[len(facts.local) :])), foreign)
 
-    found, before = matched_lists(patches, units, number), None
+    matched, before = matched_lists(patches, units, number), None
     if units.unmerged is not None:
         before = matched_lists(patches, units.unmerged, weld_lists(patches, units.unmerged)[1])
-    return lines_of_units(facts, units, counts, sizes, shared, found, before)
+    return lines_of_units(facts, units, counts, sizes, shared, matched, before)
 
 
 # ---- mesh ----------------------------------------
@@ -160,27 +160,37 @@ def _nothing_crosses(facts: Facts) -> Check:
     cut = np.searchsorted(surface[order], np.arange(1, len(facts.sources)))
     groups = [group_of(x, t, rows) for rows in np.split(order, cut)]
     graphs = are_graphs(x, t, surface, facts.ring, groups)
-    more, of = candidates(facts, groups)
+    more, surface_of_more = candidates(facts, groups)
 
     # those in runs get corners of their own; copies at tears lie over or below them
-    own = len(t) + np.arange(len(of))
-    t = np.concatenate([t, len(x) + np.arange(3 * len(of)).reshape(-1, 3)])
-    x, surface = np.concatenate([x, more.reshape(-1, 3)]), np.concatenate([surface, of])
-    in_runs = [(i, group_of(x, t, own[of == i])) for i in distinct(of).tolist()]
+    rows_of_more = len(t) + np.arange(len(surface_of_more))
+    t = np.concatenate([t, len(x) + np.arange(3 * len(surface_of_more)).reshape(-1, 3)])
+    x, surface = (
+        np.concatenate([x, more.reshape(-1, 3)]),
+        np.concatenate([surface, surface_of_more]),
+    )
+    in_runs = [
+        (i, group_of(x, t, rows_of_more[surface_of_more == i]))
+        for i in distinct(surface_of_more).tolist()
+    ]
     tasks = [(group_of(x, t, facts.copies_of(i)), group) for i, group in in_runs]
     every = [*enumerate(groups), *in_runs]
     far = apart([group.tree for _, group in every])
-    for p, (i, one) in enumerate(every):
-        tasks += [(one, two) for q, (j, two) in enumerate(every[:p]) if i != j and not far[p, q]]
+    for p, (i, first) in enumerate(every):
+        tasks += [
+            (first, second) for q, (j, second) in enumerate(every[:p]) if i != j and not far[p, q]
+        ]
     tasks += [(group, group) for group, graph in zip(groups, graphs, strict=True) if not graph]
     bad = crossing_between(x, t, tasks)
     n = facts.n_triangle.sum()
     detail = f"{n} triangles meet only in shared corners and edges (exact test)"
     if len(bad):
-        one, two = (facts.names[surface[i]] for i in bad[0])
+        first, second = (facts.names[surface[i]] for i in bad[0])
         where = place(x[t[bad[0, 0], 0]] + facts.patches.origin)
-        detail = f"{len(bad)} pairs of triangles cross, the first of {one!r} and {two!r} at {where}"
-        if one == two:
+        detail = (
+            f"{len(bad)} pairs of triangles cross, the first of {first!r} and {second!r} at {where}"
+        )
+        if first == second:
             detail += "; the surface crosses itself: rebuild with self_intersections=True"
     return Check("surfaces meet only along shared edges", not len(bad), float(len(bad)), detail)
 
@@ -196,10 +206,10 @@ def candidates(facts: Facts, groups: list[Group]) -> tuple[np.ndarray, np.ndarra
         return corners[0], of_corners[0]
 
     # triangles in runs that are not listed count; others are compared one by one anyway
-    free = [one.free for one in lattices]
-    trees = [_tree_of(one.lattice, origin) for one in lattices]
-    private = [_without(tree, one.shared) for tree, one in zip(trees, lattices, strict=True)]
-    hit = [np.zeros(len(some), dtype=bool) for some in free]
+    free = [runs.free for runs in lattices]
+    trees = [_tree_of(runs.lattice, origin) for runs in lattices]
+    private = [_without(tree, runs.shared) for tree, runs in zip(trees, lattices, strict=True)]
+    hit = [np.zeros(len(keys), dtype=bool) for keys in free]
 
     def between(i: int, j: int) -> None:
         """Mark the triangles of two lattices that are near each other."""
@@ -226,14 +236,14 @@ def candidates(facts: Facts, groups: list[Group]) -> tuple[np.ndarray, np.ndarra
     ]
 
     # copies at tears lie over or below triangles of their own lattice
-    for i, one in enumerate(lattices):
-        copies = group_of(facts.local, facts.triangles, facts.copies_of(one.surface))
+    for i, runs in enumerate(lattices):
+        copies = group_of(facts.local, facts.triangles, facts.copies_of(runs.surface))
         tasks.append((i, copies.tree))
     map_threads(around, tasks)
-    for one, of_free, found in zip(lattices, free, hit, strict=True):
-        some = np.flatnonzero(found & of_free)
-        corners.append(one.corners(some, origin))
-        of_corners.append(np.full(len(some), one.surface))
+    for runs, of_free, near_others in zip(lattices, free, hit, strict=True):
+        keys = np.flatnonzero(near_others & of_free)
+        corners.append(runs.corners(keys, origin))
+        of_corners.append(np.full(len(keys), runs.surface))
     return np.concatenate(corners), np.concatenate(of_corners)
 
 
@@ -387,7 +397,7 @@ def _refuse_if_too_large(n_triangle: int) -> None:
         )
 
 
-def same_bytes(one: Patches, two: Patches) -> Check:
+def same_bytes(first_run: Patches, second_run: Patches) -> Check:
     """Check that two runs gave the same bytes, runs for the triangles of grids.
 
     Examples
@@ -397,7 +407,7 @@ def same_bytes(one: Patches, two: Patches) -> Check:
     >>> same_bytes(rebuild_surfaces([flat]), rebuild_surfaces([flat])).passed
     True
     """
-    first, second = _arrays_of(one), _arrays_of(two)
+    first, second = _arrays_of(first_run), _arrays_of(second_run)
     differ = [name for name in first if not _are_same(first[name], second[name])]
     detail = f"{', '.join(differ)} differ" if differ else f"{len(first)} arrays equal, byte by byte"
     return Check(SAME, not differ, float(len(differ)), detail)
@@ -406,12 +416,15 @@ def same_bytes(one: Patches, two: Patches) -> Check:
 def _arrays_of(patches: Patches) -> dict[str, list[np.ndarray]]:
     """What the arrays of patches are made of, by their names."""
     pieces = patches.pieces
-    strips = [one for one in pieces.strips if one is not None]
-    of = ("places", "absent", "runs", "start", "nodes", "points")
+    strips = [part for part in pieces.strips if part is not None]
+    names = ("places", "absent", "runs", "start", "nodes", "points")
     lattices = [s.lattice for s in patches.sources if s.lattice is not None] if strips else []
     return {
-        "local": [pieces.origin, pieces.x, *(x for one in lattices for x in one.coordinates)],
-        "triangles": [pieces.triangles, *(getattr(one, name) for one in strips for name in of)],
+        "local": [pieces.origin, pieces.x, *(x for part in lattices for x in part.coordinates)],
+        "triangles": [
+            pieces.triangles,
+            *(getattr(part, name) for part in strips for name in names),
+        ],
         "surface_of_triangle": [pieces.surface, pieces.first_run],
         "parent_of_triangle": [pieces.key],
         "patch_of_triangle": [pieces.patch],
@@ -419,9 +432,9 @@ def _arrays_of(patches: Patches) -> dict[str, list[np.ndarray]]:
     }
 
 
-def _are_same(some: list[np.ndarray], others: list[np.ndarray]) -> bool:
+def _are_same(arrays: list[np.ndarray], others: list[np.ndarray]) -> bool:
     """Whether arrays have the same bytes, each as its partner."""
-    return len(some) == len(others) and all(
+    return len(arrays) == len(others) and all(
         one is two or (one.shape == two.shape and one.tobytes() == two.tobytes())
-        for one, two in zip(some, others, strict=True)
+        for one, two in zip(arrays, others, strict=True)
     )

@@ -34,27 +34,27 @@ def lines_of_units(
     counts: np.ndarray,
     sizes: dict[str, Size],
     shared: Check,
-    found: Matched,
+    matched: Matched,
     parts: Matched | None,
 ) -> list[Check]:
     """The lines of units from their facts.
 
-    `counts` as of `count_edges`. `found` has the triangles of the patches that its shell has,
+    `counts` as of `count_edges`. `matched` has the triangles of the patches that its shell has,
     `parts` the same of units before slivers were merged.
     """
-    divided = partition(facts, units, found)
+    divided = partition(facts, units, matched)
     lines = [
         closed(counts, sizes),
         adds_up(facts.patches, units, sizes),
         shared,
         divided,
-        named(facts, units, found, divided.passed),
+        named(facts, units, matched, divided.passed),
     ]
     if units.unmerged is None or parts is None:
         return lines
 
     # units as they were before slivers were merged have names of their own
-    lines.append(merged(units, found, parts))
+    lines.append(merged(units, matched, parts))
     full = partition(facts, units.unmerged, parts)
     names = named(facts, units.unmerged, parts, full.passed)
     return [*lines, replace(names, name="names before slivers were merged match")]
@@ -69,17 +69,17 @@ def lines_of_units(
 # walls, and it is one because volumes add up to the box.
 
 
-def partition(facts: Facts, units: Units, found: Matched) -> Check:
+def partition(facts: Facts, units: Units, matched: Matched) -> Check:
     """Each triangle of a shell is a triangle of its surface, with one unit on each side."""
-    times = np.bincount(2 * found.key + found.turn, minlength=2 * found.n_key).reshape(-1, 2)
+    times = np.bincount(2 * matched.key + matched.turn, minlength=2 * matched.n_key).reshape(-1, 2)
     alone = times.sum(axis=1) == 1
     is_wall = np.isin(facts.surface_of_triangle, facts.rows_of("wall"))
-    alone[found.of_patches[is_wall]] = False
-    foreign = found.row < 0
-    twice = times[found.key, found.turn.astype(np.int64)] > 1
-    gap = alone[found.key]
+    alone[matched.of_patches[is_wall]] = False
+    foreign = matched.row < 0
+    twice = times[matched.key, matched.turn.astype(np.int64)] > 1
+    gap = alone[matched.key]
     detail = (
-        f"{found.size.sum()} triangles of units; each triangle inside has one unit on each side"
+        f"{matched.size.sum()} triangles of units; each triangle inside has one unit on each side"
     )
     for bad, what in (
         (foreign, "is not a triangle of its surface"),
@@ -88,10 +88,10 @@ def partition(facts: Facts, units: Units, found: Matched) -> Check:
     ):
         if bad.any():
             i = int(np.flatnonzero(bad)[0])
-            where = f"of {list(units)[found.unit[i]]} at {place(found.middle_of(i))}"
-            detail = f"{found.size[bad].sum()} triangles: the first, {where}, {what}"
+            where = f"of {list(units)[matched.unit[i]]} at {place(matched.middle_of(i))}"
+            detail = f"{matched.size[bad].sum()} triangles: the first, {where}, {what}"
             break
-    n_bad = int(found.size[foreign | twice | gap].sum())
+    n_bad = int(matched.size[foreign | twice | gap].sum())
     return Check("units fill the box without overlap", n_bad == 0, float(n_bad), detail)
 
 
@@ -105,27 +105,27 @@ MOST = 8  # slivers that are listed
 ROUNDING = 2.0**-48  # of the model's volume: what sums over faces may differ by
 
 
-def merged(units: Units, found: Matched, before: Matched) -> Check:
+def merged(units: Units, matched: Matched, before: Matched) -> Check:
     """Each unit is the union of its parts, each sliver touches them, and volumes add up.
 
     Parameters
     ----------
     units : Units
         With `Units.unmerged`.
-    found, before : Matched
+    matched, before : Matched
         Triangles of the units, and of those before slivers were merged.
     """
     unmerged = units.unmerged
     assert unmerged is not None
     wrong: list[str] = []
     names, old = list(units), list(unmerged)
-    into = {one.name: one.into for one in units.merged}
-    small = {one.name for one in unmerged.slivers}
+    into = {sliver.name: sliver.into for sliver in units.merged}
+    small = {sliver.name for sliver in unmerged.slivers}
     wrong += [name for name, to in into.items() if name not in small or to not in units]
-    home = _homes(units, unmerged, found, before, into)
+    home = _homes(units, unmerged, matched, before, into)
     wrong += [old[u] for u in np.flatnonzero(home < 0).tolist()]
     if not wrong:
-        wrong += [names[u] for u in _differ(found, before, home)]
+        wrong += [names[u] for u in _differ(matched, before, home)]
         wrong += [old[u] for u in _apart(before, home, {old.index(name) for name in into})]
         slack = ROUNDING * units.box_volume
         for k, unit in enumerate(units.values()):
@@ -151,7 +151,7 @@ def _in_words(units: Units, unmerged: Units) -> str:
 
 
 def _homes(
-    units: Units, unmerged: Units, found: Matched, before: Matched, into: dict[str, str]
+    units: Units, unmerged: Units, matched: Matched, before: Matched, into: dict[str, str]
 ) -> np.ndarray:
     """Number of the unit that each unit before is a part of now; -1 if it is not found.
 
@@ -160,20 +160,20 @@ def _homes(
     """
     number = {name: k for k, name in enumerate(units)}
     home = np.full(len(unmerged), -1)
-    _, now, then = np.intersect1d(_codes(found), _codes(before), return_indices=True)
-    home[before.unit[then]] = found.unit[now]
+    _, now, then = np.intersect1d(_codes(matched), _codes(before), return_indices=True)
+    home[before.unit[then]] = matched.unit[now]
     for u, name in enumerate(unmerged):
         if name in into:
             home[u] = number.get(into[name], -1)
     return home
 
 
-def _codes(found: Matched) -> np.ndarray:
+def _codes(matched: Matched) -> np.ndarray:
     """One number for each triangle of a shell and the side of it that the unit is on."""
-    return 2 * first_rows(found.of_patches, found.n_key)[found.key] + found.turn
+    return 2 * first_rows(matched.of_patches, matched.n_key)[matched.key] + matched.turn
 
 
-def _differ(found: Matched, before: Matched, home: np.ndarray) -> list[int]:
+def _differ(matched: Matched, before: Matched, home: np.ndarray) -> list[int]:
     """Units with other triangles than their parts have on the outside."""
     turn = before.turn.astype(np.int64)
     beside = np.full((before.n_key, 2), -1)
@@ -181,7 +181,7 @@ def _differ(found: Matched, before: Matched, home: np.ndarray) -> list[int]:
     outer = beside[before.key, 0] != beside[before.key, 1]
     n = int(home.max(initial=0)) + 1
     want = _codes(before)[outer] * n + home[before.unit[outer]]
-    differ = np.setxor1d(want, _codes(found) * n + found.unit)
+    differ = np.setxor1d(want, _codes(matched) * n + matched.unit)
     return np.unique(differ % n).tolist()
 
 
@@ -340,10 +340,10 @@ def _turned_over(local: np.ndarray, t: np.ndarray, parent: np.ndarray) -> np.nda
     return inverted_triangles(x, t, of, np.arange(len(t)), m, w)
 
 
-def areas_agree(patches: Patches, found: list[tuple[float, float, float]], largest: float) -> Check:
+def areas_agree(patches: Patches, areas: list[tuple[float, float, float]], largest: float) -> Check:
     """Compare areas, given that of each surface, that of its input, and the sum of all sides."""
     worst, passed, step = 0.0, True, EPS * largest
-    for i, (area, before, rim) in enumerate(found):
+    for i, (area, before, rim) in enumerate(areas):
         before -= patches.report.get("dropped_area", {}).get(i, 0.0)  # beyond faults
         difference = abs(area - before)
         passed &= difference <= 1e-12 * before + 4 * step * rim

@@ -42,12 +42,12 @@ class Around:
     Attributes
     ----------
     facts : Facts
-    found : Matched
+    matched : Matched
     n_unit : int
     """
 
     facts: Facts
-    found: Matched
+    matched: Matched
     n_unit: int
 
     @cached_property
@@ -56,34 +56,34 @@ class Around:
 
         Where surfaces coincide, a shell names only one of them, and each has its own orientation.
         """
-        found = self.found
+        matched = self.matched
 
         # keys are sets of corners; those of a single triangle name their surface directly
-        times = np.bincount(found.of_patches, minlength=found.n_key)
-        once = np.flatnonzero((found.row >= 0) & (times[found.key] <= 1))
+        times = np.bincount(matched.of_patches, minlength=matched.n_key)
+        once = np.flatnonzero((matched.row >= 0) & (times[matched.key] <= 1))
 
         # where surfaces coincide, list every triangle with the corners of the shell's one
-        several = np.flatnonzero(times[found.key] > 1)
-        rows = np.flatnonzero(times[found.of_patches] > 1)
-        rows = rows[np.argsort(found.of_patches[rows], kind="stable")]
-        start = np.searchsorted(found.of_patches[rows], found.key[several])
-        of, at = ranges(start, times[found.key[several]])
+        several = np.flatnonzero(times[matched.key] > 1)
+        rows = np.flatnonzero(times[matched.of_patches] > 1)
+        rows = rows[np.argsort(matched.of_patches[rows], kind="stable")]
+        start = np.searchsorted(matched.of_patches[rows], matched.key[several])
+        number, at = ranges(start, times[matched.key[several]])
 
         # one row for each pair of shell triangle and surface; behind if both turn alike
-        row = np.concatenate([found.row[once], rows[at]])
-        shell = np.concatenate([once, several[of]])
-        behind = found.turn[shell] == found.turn_of_patches[row]
+        row = np.concatenate([matched.row[once], rows[at]])
+        shell = np.concatenate([once, several[number]])
+        behind = matched.turn[shell] == matched.turn_of_patches[row]
         return shell, self.facts.surface_of_triangle[row], behind
 
-    def on_each_side(self, of: np.ndarray) -> np.ndarray:
-        """Value of `of` for the shell on either side of each triangle; -1 without a shell."""
-        beside = np.full((self.found.n_key, 2), -1)
-        beside[self.found.key, self.found.turn.astype(np.int64)] = of
+    def on_each_side(self, values: np.ndarray) -> np.ndarray:
+        """Value of `values` for the shell on either side of each triangle; -1 without a shell."""
+        beside = np.full((self.matched.n_key, 2), -1)
+        beside[self.matched.key, self.matched.turn.astype(np.int64)] = values
         return beside
 
     @cached_property
     def _beside(self) -> np.ndarray:
-        return self.on_each_side(self.found.unit)
+        return self.on_each_side(self.matched.unit)
 
     @cached_property
     def _links(self) -> tuple[np.ndarray, np.ndarray]:
@@ -93,7 +93,7 @@ class Around:
         inner = np.flatnonzero((one >= 0) & (other >= 0))
         low, high = np.minimum(one, other)[inner], np.maximum(one, other)[inner]
         codes, code = number_keys(low * self.n_unit + high)
-        link = np.full(self.found.n_key, len(codes))
+        link = np.full(self.matched.n_key, len(codes))
         link[inner] = code
         return np.stack(np.divmod(codes, self.n_unit), axis=1), link
 
@@ -113,11 +113,11 @@ class Around:
         shell, surface, _ = self.on
 
         # the shell on one side lists all surfaces
-        one = np.flatnonzero(self.found.turn[shell])
-        key = self.found.key[shell[one]]
+        turned = np.flatnonzero(self.matched.turn[shell])
+        key = self.matched.key[shell[turned]]
         link = self._links[1][key]
         inner = np.flatnonzero(link < len(self._links[0]))
-        link, key, surface = link[inner], key[inner], surface[one[inner]]
+        link, key, surface = link[inner], key[inner], surface[turned[inner]]
 
         # where surfaces coincide, one may lie on itself: it counts once
         several = np.flatnonzero(self._several[key])
@@ -129,7 +129,7 @@ class Around:
     @cached_property
     def _several(self) -> np.ndarray:
         """Whether several triangles of the facts have the corners of a key."""
-        return np.bincount(self.found.of_patches, minlength=self.found.n_key) > 1
+        return np.bincount(self.matched.of_patches, minlength=self.matched.n_key) > 1
 
     def _times_of(self, surfaces: list[int]) -> np.ndarray:
         """Number of triangles between each pair of neighbours that lie on one of some surfaces."""
@@ -161,13 +161,13 @@ class Around:
         level = [*self.facts.rows_of("horizon"), *self.facts.rows_of("contact")]
         return self._times_of(level)
 
-    def neighbours_except_across(self, one: int, *, level: bool = False) -> np.ndarray:
-        """Pairs of neighbours across a triangle that is not on surface `one`.
+    def neighbours_except_across(self, surface: int, *, level: bool = False) -> np.ndarray:
+        """Pairs of neighbours across a triangle that is not on `surface`.
 
         With `level`, only across horizons and contacts.
         """
-        some = self._level if level else self._all
-        return self._links[0][some > self._times[one]]
+        times = self._level if level else self._all
+        return self._links[0][times > self._times[surface]]
 
     @cached_property
     def touched(self) -> np.ndarray:
@@ -177,29 +177,29 @@ class Around:
         """
         shell, surface, behind = self.on
         out = np.zeros((2, len(self.facts.sources), self.n_unit, 2), dtype=bool)
-        unit, side = self.found.unit[shell], behind.astype(np.int64)
+        unit, side = self.matched.unit[shell], behind.astype(np.int64)
         out[0, surface, unit, side] = True
-        walls = lie_on(self.facts, self.found, self.facts.rows_of("wall"))
-        off = ~walls[self.found.key[shell]]
+        walls = lie_on(self.facts, self.matched, self.facts.rows_of("wall"))
+        off = ~walls[self.matched.key[shell]]
         out[1, surface[off], unit[off], side[off]] = True
         return out
 
-    def seen(self, some: list[int]) -> np.ndarray:
+    def seen(self, surfaces: list[int]) -> np.ndarray:
         """Whether front and back of a fault are reachable without crossing it, bool (n_unit, 2).
 
         Both are reachable from a unit that contains a part of it. A fault may have several
         surfaces: its own, and its virtual wall.
         """
         # regions: units that are connected without passing through the surfaces
-        links = self._links[0][self._all > self._times_of(some)]
+        links = self._links[0][self._all > self._times_of(surfaces)]
         region = join_pairs(links, self.n_unit)
-        seen = _gathered(np.logical_or.reduce(self.touched[0, some]), region)
+        seen = _gathered(np.logical_or.reduce(self.touched[0, surfaces]), region)
         if (seen[:, 0] != seen[:, 1]).any():
-            for one in some:
-                seen[np.isin(region, region[self.holding(one)])] = True
+            for surface in surfaces:
+                seen[np.isin(region, region[self.holding(surface)])] = True
         return seen
 
-    def side_of_horizon(self, one: int, front: int) -> np.ndarray:
+    def side_of_horizon(self, horizon: int, front: int) -> np.ndarray:
         """Side of a horizon that each unit is on: ABOVE, BELOW, or 0 if it is unknown.
 
         The side holds across all other horizons. It holds across faults for stacks of units
@@ -207,18 +207,18 @@ class Around:
 
         Parameters
         ----------
-        one : int
+        horizon : int
         front : int
             The side that its front faces.
         """
         # stacks: units between which only other horizons and contacts lie share a side
-        stack = join_pairs(self.neighbours_except_across(one, level=True), self.n_unit)
-        touched = _gathered(self.touched[1, one], stack)
+        stack = join_pairs(self.neighbours_except_across(horizon, level=True), self.n_unit)
+        touched = _gathered(self.touched[1, horizon], stack)
         side = front * (touched[:, 0].astype(np.int64) - touched[:, 1])
         torn = touched[:, 0] & touched[:, 1]
 
         # stacks that touch neither side take what all stacks across the faults say, if they agree
-        links = self.neighbours_except_across(one)
+        links = self.neighbours_except_across(horizon)
         links = links[~torn[links].any(axis=1)]
         links = np.concatenate([links, links[:, ::-1]])  # from a known unit to an open one
         while True:
@@ -233,14 +233,14 @@ class Around:
 
     def holding(self, one: int) -> np.ndarray:
         """Units that contain a part of a surface which belongs to no shell."""
-        mine = self._bare[self.found.of_patches] & (self.facts.surface_of_triangle == one)
+        mine = self._bare[self.matched.of_patches] & (self.facts.surface_of_triangle == one)
         rows = np.flatnonzero(mine & self.facts.within)
         if len(rows) == 0:
             return np.empty(0, dtype=np.int64)
 
         # one ray from each connected piece is enough: a piece crosses no shell
         _, first, piece = np.unique(self._pieces(rows), return_index=True, return_inverse=True)
-        set_of = np.full(len(self.found.of_patches), -2)
+        set_of = np.full(len(self.matched.of_patches), -2)
         set_of[self._shell_rows] = -1
         set_of[rows] = piece.ravel()
         x, t, element, starts = self.facts.triangles_near(rows[first], set_of > -2)
@@ -248,21 +248,21 @@ class Around:
         side = Rays(x, t).shoot(starts, set_of, set_of < 0)[:, 1]
         side = side[side != NO_HIT]
         row, behind = element[side // 2], side % 2 == 1
-        turn = (self.found.turn_of_patches[row] == behind).astype(np.int64)
-        units = self._beside[self.found.of_patches[row], turn]
+        turn = (self.matched.turn_of_patches[row] == behind).astype(np.int64)
+        units = self._beside[self.matched.of_patches[row], turn]
         return distinct(units[units >= 0])
 
     @cached_property
     def _bare(self) -> np.ndarray:
         """Whether each triangle belongs to no shell."""
-        bare = np.ones(self.found.n_key, dtype=bool)
-        bare[self.found.key] = False
+        bare = np.ones(self.matched.n_key, dtype=bool)
+        bare[self.matched.key] = False
         return bare
 
     @cached_property
     def _shell_rows(self) -> np.ndarray:
         """Triangles of the facts that belong to shells, one per set of corners."""
-        first = first_rows(self.found.of_patches, self.found.n_key)
+        first = first_rows(self.matched.of_patches, self.matched.n_key)
         first[self._bare] = -1
         return first[first >= 0]
 
@@ -270,13 +270,13 @@ class Around:
         """Connected piece of each element: joined by edges that belong to no shell."""
         facts = self.facts
         n = len(facts.local)
-        number = np.full(len(self.found.of_patches), -1)
+        number = np.full(len(self.matched.of_patches), -1)
         number[rows] = np.arange(len(rows))
         is_shell = np.zeros(len(number), dtype=bool)
         is_shell[self._shell_rows] = True
 
-        mine = np.flatnonzero(number[facts.element] >= 0)
-        t, of = facts.triangles[mine], number[facts.element[mine]]
+        rows_here = np.flatnonzero(number[facts.element] >= 0)
+        t, element = facts.triangles[rows_here], number[facts.element[rows_here]]
         used = np.zeros(n, dtype=bool)
         used[t] = True
         beside = facts.triangles[is_shell[facts.element]]
@@ -288,16 +288,16 @@ class Around:
         edges[is_among(edges, distinct(edge_keys(beside, n)))] = -1
         order = np.argsort(edges, kind="stable")
         same = np.flatnonzero((np.diff(edges[order]) == 0) & (edges[order[1:]] >= 0))
-        pairs = of[np.stack([order[same], order[same + 1]], axis=1) // 3]
+        pairs = element[np.stack([order[same], order[same + 1]], axis=1) // 3]
         joined = number[facts.joined]
         joined = joined[(joined >= 0).all(axis=1)]
         return join_pairs(np.concatenate([pairs, joined]), len(rows))
 
 
-def lie_on(facts: Facts, found: Matched, surfaces: list[int]) -> np.ndarray:
+def lie_on(facts: Facts, matched: Matched, surfaces: list[int]) -> np.ndarray:
     """Whether each key is a triangle of one of the surfaces."""
-    out = np.zeros(found.n_key, dtype=bool)
-    out[found.of_patches[np.isin(facts.surface_of_triangle, surfaces)]] = True
+    out = np.zeros(matched.n_key, dtype=bool)
+    out[matched.of_patches[np.isin(facts.surface_of_triangle, surfaces)]] = True
     return out
 
 
@@ -312,7 +312,7 @@ def _gathered(marks: np.ndarray, region: np.ndarray) -> np.ndarray:
 NAME = "unit names match their bounding surfaces"
 
 
-def named(facts: Facts, units: Units, found: Matched, divided: bool) -> Check:
+def named(facts: Facts, units: Units, matched: Matched, divided: bool) -> Check:
     """Zone, block and contact in each name match the bounding surfaces of the unit.
 
     Blocks depend on all units of a zone; sides of faults and horizons depend on all units. These
@@ -328,16 +328,16 @@ def named(facts: Facts, units: Units, found: Matched, divided: bool) -> Check:
     # whether the front of each surface faces up as a whole, by its map area inside the box
     upward, merged = facts.rise >= 0.0, units.unmerged is not None
     if not merged:
-        wrong += [parts[u].name for u in _in_other_zones(facts, parts, found, upward)]
+        wrong += [parts[u].name for u in _in_other_zones(facts, parts, matched, upward)]
 
     # each side of a surface that a unit touches, once
-    around = Around(facts, found, len(parts))
+    around = Around(facts, matched, len(parts))
     fault = list(facts.names)
     for name, rows in _faults(facts).items():
         for row in rows:
             fault[row] = name
-    for one, u, back in np.argwhere(around.touched[0]).tolist():
-        if fault[one] + ("+" if back else "-") in parts[u].fault_sides:
+    for surface, u, back in np.argwhere(around.touched[0]).tolist():
+        if fault[surface] + ("+" if back else "-") in parts[u].fault_sides:
             wrong.append(parts[u].name)
     if divided:
         if not merged:
@@ -345,7 +345,7 @@ def named(facts: Facts, units: Units, found: Matched, divided: bool) -> Check:
         wrong += _in_other_blocks(facts, parts, around)
         wrong += _on_other_sides(facts, parts, around)
     if not merged:
-        wrong += _contacts_apart(facts, parts, found, upward)
+        wrong += _contacts_apart(facts, parts, matched, upward)
         wrong += _offset_at_virtual(facts, parts, around)
     wrong = list(dict.fromkeys(wrong))
     detail = f"zone, block and contact of {len(parts)} units recomputed from their surfaces"
@@ -366,23 +366,23 @@ def _in_other_blocks(facts: Facts, parts: list[Unit], around: Around) -> Iterabl
     number = {block: k for k, block in enumerate(blocks)}
     of_unit = np.array([number[unit.zone, unit.block] for unit in parts], dtype=np.int64)
     zones = list(dict.fromkeys(unit.zone for unit in parts))
-    zone = np.array([zones.index(of) for of, _ in blocks], dtype=np.int64)
-    found, (shell, surface, behind) = around.found, around.on
+    zone = np.array([zones.index(block_of_shell) for block_of_shell, _ in blocks], dtype=np.int64)
+    matched, (shell, surface, behind) = around.matched, around.on
 
     # block in front and behind of each triangle, -1 outside
-    inside = around.on_each_side(of_unit[found.unit])[found.key[shell]]
+    inside = around.on_each_side(of_unit[matched.unit])[matched.key[shell]]
     apart = inside[:, 0] != inside[:, 1]  # others are slits
 
     # (n_surface, n_block, 2): whether a block touches the front, the back of a surface
     touched = np.zeros((len(facts.sources), len(blocks), 2), dtype=bool)
-    of = of_unit[found.unit[shell[apart]]]
-    touched[surface[apart], of, behind[apart].astype(np.int64)] = True
+    block_of_shell = of_unit[matched.unit[shell[apart]]]
+    touched[surface[apart], block_of_shell, behind[apart].astype(np.int64)] = True
     recomputed: list[set[str]] = [set() for _ in blocks]
     faults = _faults(facts)
     for fault, surfaces in faults.items():
         # a fault names a block that has it on one side only, if the zone has such blocks on both
-        mine = np.logical_or.reduce(touched[surfaces])
-        alone = mine & ~mine[:, ::-1]
+        at_fault = np.logical_or.reduce(touched[surfaces])
+        alone = at_fault & ~at_fault[:, ::-1]
         both = np.isin(zone, zone[alone[:, 0]]) & np.isin(zone, zone[alone[:, 1]])
         for block, side in np.argwhere(alone & both[:, None]).tolist():
             recomputed[block].add(fault + "+-"[side])
@@ -456,7 +456,7 @@ def _faults(facts: Facts) -> dict[str, list[int]]:
 
 
 def _in_other_zones(
-    facts: Facts, parts: list[Unit], found: Matched, upward: np.ndarray
+    facts: Facts, parts: list[Unit], matched: Matched, upward: np.ndarray
 ) -> list[int]:
     """Units above a horizon in a zone below it, or the reverse.
 
@@ -465,49 +465,49 @@ def _in_other_zones(
     horizon, and the other surface still bounds the units.
     """
     horizons = facts.rows_of("horizon")
-    zone = np.array([unit.zone_index for unit in parts])[found.unit]
+    zone = np.array([unit.zone_index for unit in parts])[matched.unit]
 
     # zone in front and behind of each set of corners, -1 where no unit is
-    beside = np.full((found.n_key, 2), -1)
-    beside[found.key, found.turn.astype(np.int64)] = zone
+    beside = np.full((matched.n_key, 2), -1)
+    beside[matched.key, matched.turn.astype(np.int64)] = zone
     roles = ("fault", "virtual", "contact")
     others = [row for role in roles for row in facts.rows_of(role)]
-    bound = lie_on(facts, found, others) & (beside[:, 0] == beside[:, 1])
-    bound |= lie_on(facts, found, facts.rows_of("wall"))
-    open_ = np.isin(found.surface, horizons) & (found.row >= 0) & ~bound[found.key]
+    bound = lie_on(facts, matched, others) & (beside[:, 0] == beside[:, 1])
+    bound |= lie_on(facts, matched, facts.rows_of("wall"))
+    open_ = np.isin(matched.surface, horizons) & (matched.row >= 0) & ~bound[matched.key]
     open_ = np.flatnonzero(open_)
 
     # nearly all fit the only surface that they are on, so horizons do not look at them one by one
-    row, level = found.row[open_], np.full(len(facts.sources), -1)
+    row, level = matched.row[open_], np.full(len(facts.sources), -1)
     level[horizons] = np.arange(len(horizons))
-    alone = np.bincount(found.of_patches, minlength=found.n_key)[found.key[open_]] == 1
-    below = (found.turn_of_patches[row] == found.turn[open_]) == upward[found.surface[open_]]
-    open_ = open_[~(alone & (below == (zone[open_] > level[found.surface[open_]])))]
+    alone = np.bincount(matched.of_patches, minlength=matched.n_key)[matched.key[open_]] == 1
+    below = (matched.turn_of_patches[row] == matched.turn[open_]) == upward[matched.surface[open_]]
+    open_ = open_[~(alone & (below == (zone[open_] > level[matched.surface[open_]])))]
     if len(open_) == 0:
         return []
 
     # a triangle stays in `open_` if no horizon on it fits; what remains has no excuse
     order = np.argsort(facts.surface_of_triangle, kind="stable")
     cut = np.searchsorted(facts.surface_of_triangle[order], np.arange(len(facts.sources) + 1))
-    turn = np.zeros(found.n_key, dtype=np.int8)  # 1 or 2 for keys on a horizon
+    turn = np.zeros(matched.n_key, dtype=np.int8)  # 1 or 2 for keys on a horizon
     for rank, i in enumerate(horizons):
         rows = order[cut[i] : cut[i + 1]]
-        turn[found.of_patches[rows]] = 1 + found.turn_of_patches[rows]
-        mine = turn[found.key[open_]]
-        turn[found.of_patches[rows]] = 0
-        below = (mine == 1 + found.turn[open_]) == upward[i]
-        open_ = open_[(mine == 0) | (below != (zone[open_] > rank))]
-    return np.unique(found.unit[open_]).tolist()
+        turn[matched.of_patches[rows]] = 1 + matched.turn_of_patches[rows]
+        turned = turn[matched.key[open_]]
+        turn[matched.of_patches[rows]] = 0
+        below = (turned == 1 + matched.turn[open_]) == upward[i]
+        open_ = open_[(turned == 0) | (below != (zone[open_] > rank))]
+    return np.unique(matched.unit[open_]).tolist()
 
 
 def _offset_at_virtual(facts: Facts, parts: list[Unit], around: Around) -> Iterable[str]:
     """Units that only a virtual wall separates, although zone or block differ."""
     rows = [facts.rows_of(role) for role in ("horizon", "fault", "contact", "wall")]
-    only = lie_on(facts, around.found, facts.rows_of("virtual"))
-    only &= ~lie_on(facts, around.found, [row for some in rows for row in some])
+    only = lie_on(facts, around.matched, facts.rows_of("virtual"))
+    only &= ~lie_on(facts, around.matched, [row for some in rows for row in some])
 
     # the units in front and behind; a wall that ends inside a unit has none
-    beside = around.on_each_side(around.found.unit)[only]
+    beside = around.on_each_side(around.matched.unit)[only]
     beside = beside[(beside >= 0).all(axis=1)]
     for u, v in np.unique(beside, axis=0).tolist():
         one, two = parts[u], parts[v]
@@ -516,19 +516,21 @@ def _offset_at_virtual(facts: Facts, parts: list[Unit], around: Around) -> Itera
 
 
 def _contacts_apart(
-    facts: Facts, parts: list[Unit], found: Matched, upward: np.ndarray
+    facts: Facts, parts: list[Unit], matched: Matched, upward: np.ndarray
 ) -> Iterable[str]:
     """Names of units that a fluid contact separates although their names do not show it."""
-    mine = np.flatnonzero(np.isin(found.surface, facts.rows_of("contact")) & (found.row >= 0))
+    on_contacts = np.flatnonzero(
+        np.isin(matched.surface, facts.rows_of("contact")) & (matched.row >= 0)
+    )
 
     # units below a contact see it from its back, if it faces up
-    below = found.behind[mine] == upward[found.surface[mine]]
-    order = np.lexsort((below, found.key[mine]))  # above, then below
-    mine, below = mine[order], below[order]
+    below = matched.behind[on_contacts] == upward[matched.surface[on_contacts]]
+    order = np.lexsort((below, matched.key[on_contacts]))  # above, then below
+    on_contacts, below = on_contacts[order], below[order]
 
     # neighbours in this order with one key: the units above and below one triangle
-    two = np.flatnonzero(found.key[mine[1:]] == found.key[mine[:-1]])
-    pairs = np.stack([found.unit[mine[two]], found.unit[mine[two + 1]]], axis=1)
+    two = np.flatnonzero(matched.key[on_contacts[1:]] == matched.key[on_contacts[:-1]])
+    pairs = np.stack([matched.unit[on_contacts[two]], matched.unit[on_contacts[two + 1]]], axis=1)
     for u, v in np.unique(pairs, axis=0).tolist():  # above, below
         high, low = parts[u], parts[v]
         same = (high.zone, high.block) == (low.zone, low.block) and high.contact != low.contact

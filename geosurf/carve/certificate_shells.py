@@ -53,29 +53,29 @@ def count_edges(
     # both units of each corner, from 1 on, as one number; 0 where the triangle bounds nothing
     wide = n_unit + 1
     code = np.where(sides[:, 0] != sides[:, 1], (sides + 1) @ [wide, 1], 0)
-    of, corner = np.repeat(code, 3), t.ravel()
+    unit_code, corner = np.repeat(code, 3), t.ravel()
     counts = np.zeros((wide, 3), dtype=np.int64)
 
     # nearly all vertices have one pair of units around them
     around = np.zeros(n_vertex, dtype=np.int64)
-    bounding = np.flatnonzero(of > 0)
-    around[corner[bounding]] = of[bounding]
+    bounding = np.flatnonzero(unit_code > 0)
+    around[corner[bounding]] = unit_code[bounding]
     mixed = np.zeros(n_vertex, dtype=bool)
-    mixed[corner[bounding[of[bounding] != around[corner[bounding]]]]] = True
+    mixed[corner[bounding[unit_code[bounding] != around[corner[bounding]]]]] = True
     alone = around[:n_shared][~mixed[:n_shared]]
     rows = bounding[mixed[corner[bounding]] & (corner[bounding] < n_shared)]
-    pairs = corner[rows] * wide + np.stack(np.divmod(of[rows], wide))
+    pairs = corner[rows] * wide + np.stack(np.divmod(unit_code[rows], wide))
     for unit in (*np.divmod(alone, wide), first_seen(pairs.ravel())[0] % wide):
         counts[:, VERTICES] += np.bincount(unit, minlength=wide)
 
     # nearly all edges have two triangles with the same units, which run through them both ways
     end = t[:, [1, 2, 0]].ravel()
     up = corner < end
-    plain = (of == of[ring]) & (up != up[ring]) & (ring[ring] == np.arange(len(ring)))
+    plain = (unit_code == unit_code[ring]) & (up != up[ring]) & (ring[ring] == np.arange(len(ring)))
     rows = bounding[~plain[bounding]]
     low, high = np.minimum(corner[rows], end[rows]), np.maximum(corner[rows], end[rows])
     rows, edge = rows[low < n_shared], (low * n_vertex + high)[low < n_shared]
-    both = number_keys(edge)[1] * wide + np.stack(np.divmod(of[rows], wide))
+    both = number_keys(edge)[1] * wide + np.stack(np.divmod(unit_code[rows], wide))
     pair, at = number_keys(both.ravel())
     way = np.where(up[rows], 1, -1)
     balance = np.bincount(at, np.concatenate([-way, way]))
@@ -142,20 +142,20 @@ def sizes_of(
         Corners (n, 3, 3) of the triangles of a unit.
     """
     row, first = by_unit(sides, len(units))
-    small, found = surely_exact(patches), {}
+    small, sizes = surely_exact(patches), {}
     for k, name in enumerate(units):
-        mine = row[first[k] : first[k + 1]]
-        way = np.where(sides[mine, 1] == k, 1.0, -1.0)
-        volume = math.fsum((way[:, None] * sums[mine, VOLUME]).ravel().tolist()) / 6.0
-        area = 0.5 * math.fsum(sums[mine, AREA].ravel().tolist())
+        faces = row[first[k] : first[k + 1]]
+        sign = np.where(sides[faces, 1] == k, 1.0, -1.0)
+        volume = math.fsum((sign[:, None] * sums[faces, VOLUME]).ravel().tolist()) / 6.0
+        area = 0.5 * math.fsum(sums[faces, AREA].ravel().tolist())
 
         # sums of prisms are good to a part of the whole box; volumes near that error are exact
         if volume <= small:
             x = corners_of(k).reshape(-1, 3)
             volume = exact_volume(x, np.arange(len(x)).reshape(-1, 3))
-        products, n = sums[mine, PRODUCTS].sum(), int(sums[mine, COUNT].sum())
-        found[name] = Size(volume, area, 16 * EPS * float(products), n)
-    return found
+        products, n = sums[faces, PRODUCTS].sum(), int(sums[faces, COUNT].sum())
+        sizes[name] = Size(volume, area, 16 * EPS * float(products), n)
+    return sizes
 
 
 # ---- shells among the triangles of the patches ----------------------------------------
@@ -254,8 +254,8 @@ def rows_on(
 ) -> np.ndarray:
     """Row with the wanted key and surface among rows with `key` and `surface`; -1 if none has."""
     # nearly all keys have one row
-    found = first_rows(key, n_key)[key_of]
-    found[(found >= 0) & (surface[found] != wanted)] = -1
+    row_of = first_rows(key, n_key)[key_of]
+    row_of[(row_of >= 0) & (surface[row_of] != wanted)] = -1
 
     # where surfaces coincide, keys have several: look these up by key and surface
     times = np.bincount(key, minlength=n_key)
@@ -268,5 +268,5 @@ def rows_on(
         code, rows = code[order], rows[order]
         asked = key_of[several] * n_surface + wanted[several]
         at = np.minimum(np.searchsorted(code, asked), len(code) - 1)
-        found[several] = np.where((code[at] == asked) & (wanted[several] >= 0), rows[at], -1)
-    return found
+        row_of[several] = np.where((code[at] == asked) & (wanted[several] >= 0), rows[at], -1)
+    return row_of

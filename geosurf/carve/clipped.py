@@ -100,12 +100,12 @@ class Clips(Sequence[Clipped]):
     def areas(self, rule: str) -> list[float]:
         """Areas that horizons lost by one rule [m2], from faces: no triangle is listed."""
         patches, cells, turns, horizons = self._from
-        found = []
+        lost_areas = []
         for turn in turns:
             if turn.rule == rule:
                 gone = _gone(turn, *upper_sides(patches, cells, horizons[turn.loser]))
-                found.append(float(cells.sums[gone, AREA].sum()) if len(gone) else 0.0)
-        return found
+                lost_areas.append(float(cells.sums[gone, AREA].sum()) if len(gone) else 0.0)
+        return lost_areas
 
     @cached_property
     def _found(self) -> tuple[Clipped, ...]:
@@ -134,7 +134,7 @@ def _measured(
     patches: Patches, cells: Cells, turns: Sequence[Turn], horizons: list[int]
 ) -> tuple[Clipped, ...]:
     """All that horizons lost, in the order of the turns of the column."""
-    found, full = [], list_faces(cells, _around_lost(cells, turns, horizons))
+    clips, full = [], list_faces(cells, _around_lost(cells, turns, horizons))
     for turn in turns:
         horizon = horizons[turn.loser]
         gone = _gone(turn, *upper_sides(patches, full, horizon))
@@ -147,7 +147,7 @@ def _measured(
         places = [(*_middle(full, shells[i]), volumes[i]) for i in order]
         whole = np.concatenate([np.empty((0, 3), dtype=np.int64), *shells])
         thickness, place = _thickest(full, whole, full.triangles[gone])
-        found.append(
+        clips.append(
             Clipped(
                 patches.names[horizon],
                 patches.names[horizons[turn.winner]],
@@ -159,7 +159,7 @@ def _measured(
                 tuple(places),
             )
         )
-    return tuple(clip for clip in found if clip.area > 0 or clip.volume > 0)
+    return tuple(clip for clip in clips if clip.area > 0 or clip.volume > 0)
 
 
 def _gone(turn: Turn, rows: np.ndarray, sides: np.ndarray) -> np.ndarray:
@@ -198,10 +198,10 @@ def _shells(cells: FullCells, piece: np.ndarray) -> list[np.ndarray]:
     # triangles that see the piece in front of them face inward, and are turned
     inner, outer = (np.flatnonzero((side > 0) & (front != behind)) for side in (front, behind))
     t = np.concatenate([cells.triangles[inner][:, [0, 2, 1]], cells.triangles[outer]])
-    of = np.concatenate([front[inner], behind[outer]])
-    order = np.argsort(of, kind="stable")
-    starts = np.searchsorted(of[order], np.arange(2, piece.max(initial=0) + 1))
-    return np.split(t[order], starts) if len(of) else []
+    piece_of = np.concatenate([front[inner], behind[outer]])
+    order = np.argsort(piece_of, kind="stable")
+    starts = np.searchsorted(piece_of[order], np.arange(2, piece.max(initial=0) + 1))
+    return np.split(t[order], starts) if len(piece_of) else []
 
 
 def _pieces(cells: Cells, lost: np.ndarray) -> np.ndarray:
@@ -240,10 +240,10 @@ def _thickest(
     # on plane triangles the thickest place is at a corner, of an upright wall at either side of it
     feet = x[_distinct(shell, len(x)), :2]
     for beside in (feet.min(axis=0), feet.max(axis=0)):
-        found = cross_columns(x, shell, feet, beside)
+        crossings = cross_columns(x, shell, feet, beside)
         # shells face outward: lines enter through what looks down, and leave through the next one
-        order = np.lexsort((found.way, found.elevation, found.foot))
-        foot, way, z = found.foot[order], found.way[order], found.elevation[order]
+        order = np.lexsort((crossings.way, crossings.elevation, crossings.foot))
+        foot, way, z = crossings.foot[order], crossings.way[order], crossings.elevation[order]
         enters = np.flatnonzero((way[:-1] < 0) & (way[1:] > 0) & (foot[:-1] == foot[1:]))
         if not len(enters):
             continue

@@ -162,14 +162,14 @@ def horizon_sides(patches: Patches, column: Mapping[str, str] | None = None) -> 
 
 
 def outside_of_model(
-    patches: Patches, found: FaultSides, stays: np.ndarray, horizon: str
+    patches: Patches, fault: FaultSides, stays: np.ndarray, horizon: str
 ) -> np.ndarray:
     """Return which triangles of a fault stay outside of the model: those that go on from inside.
 
     Parameters
     ----------
     patches : Patches
-    found : FaultSides
+    fault : FaultSides
     stays : ndarray of bool, shape (n,)
         Which triangles inside the model stay.
     horizon : str
@@ -179,28 +179,28 @@ def outside_of_model(
     -------
     ndarray of bool, shape (n,)
     """
-    outer = np.flatnonzero(~found.inside)
+    outer = np.flatnonzero(~fault.inside)
     if len(outer) == 0:
-        return np.zeros(len(found.rows), dtype=bool)
+        return np.zeros(len(fault.rows), dtype=bool)
 
     # neighbours across an edge that is not on the horizon
-    keys = edge_keys(patches.triangles[found.rows], len(patches.local)).reshape(-1, 3)
+    keys = edge_keys(patches.triangles[fault.rows], len(patches.local)).reshape(-1, 3)
     ends = np.flatnonzero(patches.surface_of_triangle == patches.names.index(horizon))
-    ends = ends[np.isin(patches.triangles[ends], patches.triangles[found.rows]).any(axis=1)]
+    ends = ends[np.isin(patches.triangles[ends], patches.triangles[fault.rows]).any(axis=1)]
     on_horizon = np.isin(keys, edge_keys(patches.triangles[ends], len(patches.local)))
     one, two = pairs_of_equal(keys.ravel(), np.flatnonzero(~on_horizon))
     a, b = one // 3, two // 3
 
     # pieces outside; each takes what the triangles inside say that it hangs on
-    n = len(found.rows)
-    both = ~found.inside[a] & ~found.inside[b]
+    n = len(fault.rows)
+    both = ~fault.inside[a] & ~fault.inside[b]
     piece = join_pairs(np.stack([a[both], b[both]], axis=1), n)
     kept, gone = np.zeros((2, n), dtype=bool)
     for inner, onward in ((a, b), (b, a)):
-        across = found.inside[inner] & ~found.inside[onward]
+        across = fault.inside[inner] & ~fault.inside[onward]
         kept[piece[onward[across & stays[inner]]]] = True
         gone[piece[onward[across & ~stays[inner]]]] = True
-    return ~found.inside & (kept & ~gone)[piece]
+    return ~fault.inside & (kept & ~gone)[piece]
 
 
 # ---- leaks ----------------------------------------
@@ -289,14 +289,14 @@ def rim_of_leak(
     `near` (n, 3), in local coordinates.
     """
     cells = cells.in_full
-    mine = owned_by(cells, surface)
-    mine = mine[torn[cells.cell_of_side[mine]].any(axis=1)]
+    faces = owned_by(cells, surface)
+    faces = faces[torn[cells.cell_of_side[faces]].any(axis=1)]
     t = cells.triangles
 
     # open rim: edges of the surface that no other triangle has
     keys = edge_keys(t, len(patches.local)).reshape(-1, 3)
     every, times = np.unique(keys, return_counts=True)
-    rim = np.intersect1d(np.unique(keys[mine]), every[times == 1])
+    rim = np.intersect1d(np.unique(keys[faces]), every[times == 1])
     if len(rim) == 0:
         return None
     a, b = (patches.local[end] for end in np.divmod(rim, len(patches.local)))
@@ -361,16 +361,16 @@ def _along(corners: np.ndarray, at: np.ndarray, direction: np.ndarray) -> np.nda
 
     T. Moeller, B. Trumbore (1997), Fast, Minimum Storage Ray/Triangle Intersection.
     """
-    one, two = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    p = np.cross(direction, two)
-    size = np.einsum("nc,nc->n", one, p)
+    side, other_side = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    p = np.cross(direction, other_side)
+    size = np.einsum("nc,nc->n", side, p)
     parallel = size == 0.0
     size = np.where(parallel, 1.0, size)
     from_corner = at - corners[:, 0]
     u = np.einsum("nc,nc->n", from_corner, p) / size
-    q = np.cross(from_corner, one)
+    q = np.cross(from_corner, side)
     v = (q @ direction) / size
-    t = np.einsum("nc,nc->n", two, q) / size
+    t = np.einsum("nc,nc->n", other_side, q) / size
     # a ray through an edge may miss both of its triangles by rounding
     slack = 1e-9
     hits = ~parallel & (u >= -slack) & (v >= -slack) & (u + v <= 1.0 + slack) & (t >= 0.0)

@@ -51,16 +51,16 @@ def parse_sides(block: str, faults: Sequence[str]) -> frozenset[str] | None:
 def _parse_sides(block: str, faults: tuple[str, ...]) -> frozenset[str] | None:
     """The same; a moved contact asks for all blocks again."""
     sides = [name + sign for name in faults for sign in "+-"]
-    found = set()
+    parsed = set()
     rest = block.strip()
     while rest:
         fits = [side for side in sides if rest == side or rest.startswith(side + " ")]
         if not fits:
             return None
         longest = max(fits, key=len)
-        found.add(longest)
+        parsed.add(longest)
         rest = rest[len(longest) :].strip()
-    return frozenset(found)
+    return frozenset(parsed)
 
 
 def level_of(patches: Patches, contact: FluidContact) -> int:
@@ -150,16 +150,16 @@ def contacts_of_units(
             )
 
         # and the block must have one of the zones of the entry
-        of = contact.zones or reservoir
-        if not any(_fits(of, sides, z, on) for z, on in zip(zones, fault_sides, strict=True)):
+        in_zones = contact.zones or reservoir
+        if not any(_fits(in_zones, sides, z, on) for z, on in zip(zones, fault_sides, strict=True)):
             remedy = "Leave the zones out" if contact.zones else "Name the zones of the contact"
             raise InputError(
                 f"fluid contact {contact.name!r}: block {contact.block or WHOLE!r} has no unit "
-                f"in {', '.join(of)}. {remedy}, or name a block that has them."
+                f"in {', '.join(in_zones)}. {remedy}, or name a block that has them."
             )
         wanted.append(sides)
     names = list(dict.fromkeys(contact.name for contact in contacts))
-    found: list[list[int]] = []
+    applied: list[list[int]] = []
     for zone, word, on in zip(zones, words, fault_sides, strict=True):
         rows = []
 
@@ -183,8 +183,8 @@ def contacts_of_units(
                 ]
                 raise _undecided(name, [contacts[row] for row in rivals], zone, on)
             rows += best
-        found.append(rows)
-    return found
+        applied.append(rows)
+    return applied
 
 
 def _fits(zones: Sequence[str], sides: frozenset[str], zone: str, on: Sequence[str]) -> bool:
@@ -286,18 +286,18 @@ def split_by_contacts(
 
     # unknown side: the contact has a hole there, and the intervals leak into each other
     for u, rows in enumerate(rows_of_unit):
-        mine = unit_of_cell == u
+        in_unit = unit_of_cell == u
         for row in rows:
-            torn = mine & (side[row] == UNKNOWN)
+            torn = in_unit & (side[row] == UNKNOWN)
             if torn.any():
                 raise_leak(patches, cells, level_of(patches, contacts[row]), torn)
 
         # (n_row, n_cell + 1), from the top down: a cell above a contact is above all lower ones
         above = side[rows] == ABOVE
-        wrong = mine & (above[:-1] & ~above[1:]).any(axis=0)
+        wrong = in_unit & (above[:-1] & ~above[1:]).any(axis=0)
         if wrong.any():
             _raise_out_of_order(patches, cells, wrong, above, [contacts[row] for row in rows])
-        level[mine] = (~above).sum(axis=0)[mine]
+        level[in_unit] = (~above).sum(axis=0)[in_unit]
 
     # unit and level in one number: np.unique then numbers the parts, unit by unit
     n_level = len(contacts) + 1
@@ -396,7 +396,7 @@ class _Wholes:
         faults = list(separators(patches.names, [source.role for source in patches.sources]))
         listed, bounds = list(units.values()), box_of(patches)
         shells = [unit.__dict__["_shell"] for unit in listed]
-        found = units.__dict__["_wholes"] = cls(
+        wholes = units.__dict__["_wholes"] = cls(
             listed, faults,
             [unit.zone for unit in listed],
             [_words(unit.block, faults) for unit in listed],
@@ -404,7 +404,7 @@ class _Wholes:
             [of.heights(row) for of, row in shells],
             _STEPS * float(np.spacing(np.abs(bounds).max())), doubtful_volume(bounds),
         )  # fmt: skip
-        return found
+        return wholes
 
 
 @dataclass(frozen=True)
@@ -469,25 +469,25 @@ def parts_at_levels(
         for k, volume in enumerate(of)
     ]  # fmt: skip
     w, e, s, n, low, high = units.box
-    found = Units(
+    divided = Units(
         parts, (w, e, s, n, low, high), footprint=units.footprint, slivers=units.sliver_settings,
         reservoir=units.reservoir,
     )  # fmt: skip
-    found._regions = units._regions
-    return found
+    divided._regions = units._regions
+    return divided
 
 
 def _splits(
     wholes: _Wholes, contacts: Sequence[FluidContact], origin: float, reservoir: Sequence[str]
 ) -> list[_Split] | None:
     """What contacts do to each unit; None where rounding could decide it."""
-    of = wholes.zones, wholes.words, wholes.on, wholes.faults
+    places = wholes.zones, wholes.words, wholes.on, wholes.faults
     try:
-        applied = contacts_of_units(contacts, *of, reservoir)
+        applied = contacts_of_units(contacts, *places, reservoir)
     except InputError:  # of several blocks to name, `carve_units` names the one it comes to first
         return None
 
-    margin, found = wholes.margin, []
+    margin, splits = wholes.margin, []
     for unit, rows, (lowest, highest) in zip(wholes.units, applied, wholes.ends, strict=True):
         levels = [float(contacts[k].at) - origin for k in rows]
         if any(low >= high - margin for high, low in pairwise(levels)):
@@ -497,8 +497,8 @@ def _splits(
         cuts = [level for level in levels if lowest < level < highest]
         first = sum(level > highest for level in levels)
         row = unit.__dict__["_shell"][1]
-        found.append(_Split(unit, row, [contacts[k].name for k in rows], first, cuts))
-    return found
+        splits.append(_Split(unit, row, [contacts[k].name for k in rows], first, cuts))
+    return splits
 
 
 def _words(block: str, faults: Sequence[str]) -> tuple[str, ...]:
@@ -527,16 +527,16 @@ def _volumes(shells: Shells, splits: Sequence[_Split], doubtful: float) -> list[
         cut = [shells.faces(split.row) for split in splits if level in split.cuts]
         by_level[level] = _beside(shells, distinct(*cut), level)
 
-    found = []
+    volumes_of_parts = []
     for split in splits:
         if not split.cuts:
-            found.append([split.unit.volume])
+            volumes_of_parts.append([split.unit.volume])
             continue
         rows = shells.faces(split.row)
-        way = np.where(shells.sides[rows, 1] == split.row, 1.0, -1.0)[:, None]
-        above = [way * by_level[level][0, rows] for level in split.cuts]
+        sign = np.where(shells.sides[rows, 1] == split.row, 1.0, -1.0)[:, None]
+        above = [sign * by_level[level][0, rows] for level in split.cuts]
         lowest = by_level[split.cuts[-1]]
-        below = way * lowest[1, rows]
+        below = sign * lowest[1, rows]
 
         # what is above each contact, less what is above the one over it; then the lowest part
         sums = [above[0], *(np.hstack([b, -a]) for a, b in pairwise(above)), below]
@@ -544,8 +544,8 @@ def _volumes(shells: Shells, splits: Sequence[_Split], doubtful: float) -> list[
         for volume, part in zip(volumes, sums, strict=True):
             if volume <= doubtful and volume * _SURE <= np.abs(part).sum() / 6.0:
                 return None
-        found.append(volumes)
-    return found
+        volumes_of_parts.append(volumes)
+    return volumes_of_parts
 
 
 def _beside(shells: Shells, faces: np.ndarray, level: float) -> np.ndarray:
@@ -554,14 +554,14 @@ def _beside(shells: Shells, faces: np.ndarray, level: float) -> np.ndarray:
     Faces that the level does not cross follow from the volume below them that is known.
     """
     cells = shells.cells
-    found = np.zeros((2, len(cells.surface_of), 5))
+    volumes = np.zeros((2, len(cells.surface_of), 5))
     low, high = cells.heights[faces].T
     for k, some in enumerate((faces[low >= level], faces[high <= level])):
         shift = 3.0 * (cells.level - level) * cells.sums[some, FLAT]
-        found[k, some] = np.column_stack([cells.sums[some, VOLUME], shift])
+        volumes[k, some] = np.column_stack([cells.sums[some, VOLUME], shift])
 
     rows = np.zeros(len(cells.surface_of), dtype=bool)
     rows[faces[(low < level) & (high > level)]] = True
     for k, part in enumerate(cells.beside_level(rows, level)):
-        found[k, rows, :2] = part[rows]
-    return found
+        volumes[k, rows, :2] = part[rows]
+    return volumes

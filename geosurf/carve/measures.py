@@ -44,27 +44,27 @@ def sums(pieces: Pieces, face: np.ndarray, asked: np.ndarray, level: float) -> n
         triangles that look up, and of those that look down. Where fronts look up, the first of
         these is above 0 and the second below 0.
     """
-    found = np.zeros((len(asked), kernels.N_SUM))
-    found[:, LOWER], found[:, UPPER] = np.inf, -np.inf
+    totals = np.zeros((len(asked), kernels.N_SUM))
+    totals[:, LOWER], totals[:, UPPER] = np.inf, -np.inf
     n, is_asked = len(pieces.triangles), np.append(asked, False)[face]  # the last: no face
     cut = np.searchsorted(pieces.surface, np.arange(len(pieces.sources) + 1)).tolist()
 
     def add(i: int) -> None:
         """Add the triangles of a surface, then its runs."""
         some = slice(cut[i], cut[i + 1])
-        kernels.add_triangles(pieces.x, pieces.triangles[some], face[some], asked, level, found)
+        kernels.add_triangles(pieces.x, pieces.triangles[some], face[some], asked, level, totals)
         strips, lattice = pieces.strips[i], pieces.sources[i].lattice
         if strips is not None and lattice is not None:
-            of = slice(n + pieces.first_run[i], n + pieces.first_run[i + 1])
-            rows = np.flatnonzero(is_asked[of])
+            of_runs = slice(n + pieces.first_run[i], n + pieces.first_run[i + 1])
+            rows = np.flatnonzero(is_asked[of_runs])
             kernels.add_runs(
-                *lattice.coordinates, lattice.places, strips.runs[rows], face[of][rows],
-                pieces.origin, level, found,
+                *lattice.coordinates, lattice.places, strips.runs[rows], face[of_runs][rows],
+                pieces.origin, level, totals,
             )  # fmt: skip
 
     # surfaces have no face in common, so that each is a task
     map_threads(add, [(i,) for i in range(len(pieces.sources))], worth=len(face) > _ELEMENTS)
-    return found
+    return totals
 
 
 # ---- volume ----------------------------------------

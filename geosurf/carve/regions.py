@@ -86,20 +86,22 @@ def propose_regions(units: Units) -> list[Proposal]:
     for faces in (horizon, {pair: rows.tolist() for pair, rows in every.items()}):
         between: Faces = {}
         for pair, rows in faces.items():
-            one, two = sorted(home[k] for k in pair)
-            if one != two and rows:
-                between.setdefault((one, two), []).extend(rows)
+            first, second = sorted(home[k] for k in pair)
+            if first != second and rows:
+                between.setdefault((first, second), []).extend(rows)
         to = homes_of_slivers(between, area, len(blocks), small, range(len(blocks)))
         home = [to[region] for region in home]
         small &= set(home)
 
-    found = []
-    for region in sorted(set(home), key=lambda one: (-nine_digits(size(one)), home.index(one))):
+    proposals = []
+    for region in sorted(
+        set(home), key=lambda first: (-nine_digits(size(first)), home.index(first))
+    ):
         rows = [k for k in range(len(blocks)) if home[k] == region]
         held = {blocks[k]: math.fsum(volume[k]) for k in rows}
         remnants = tuple(blocks[k] for k in rows if before[k] != region)
-        found.append(Proposal(held, remnants, size(region)))
-    return found
+        proposals.append(Proposal(held, remnants, size(region)))
+    return proposals
 
 
 def _shared(
@@ -117,11 +119,11 @@ def _shared(
 def _on_fault(shells: Shells) -> np.ndarray:
     """Whether each face is on a fault or a virtual wall, bool (n_face,)."""
     cells = shells.cells
-    found = np.zeros(len(cells.surface_of), dtype=bool)
+    on_fault = np.zeros(len(cells.surface_of), dtype=bool)
     for i, source in enumerate(cells.patches.sources):
         if source.role in ("fault", "virtual"):
-            found[owned_by(cells, i)] = True
-    return found
+            on_fault[owned_by(cells, i)] = True
+    return on_fault
 
 
 def _matched(blocks: list[tuple[str, str]], horizon: Faces, area: np.ndarray) -> list[int]:
@@ -130,11 +132,11 @@ def _matched(blocks: list[tuple[str, str]], horizon: Faces, area: np.ndarray) ->
     words = {k: {zone: block.partition(" #")[0]} for k, (zone, block) in enumerate(blocks)}
     shared = {pair: rounded_sum(area[rows]) for pair, rows in horizon.items() if rows}
     for pair in sorted(shared, key=lambda pair: (-shared[pair], pair)):
-        one, two = (home[k] for k in pair)
-        alike = all(words[one].get(zone, word) == word for zone, word in words[two].items())
-        if one != two and alike:
-            words[one] |= words.pop(two)
-            home = [one if region == two else region for region in home]
+        first, second = (home[k] for k in pair)
+        alike = all(words[first].get(zone, word) == word for zone, word in words[second].items())
+        if first != second and alike:
+            words[first] |= words.pop(second)
+            home = [first if region == second else region for region in home]
     return home
 
 
@@ -237,12 +239,12 @@ def shared_faces(faces: Faces, home: Sequence[int]) -> dict[int, list[int]]:
     >>> shared_faces({(0, 1): [0, 3], (1, 2): [4]}, [0, 0, 2])
     {0: [0, 3], 1: [0, 3]}
     """
-    found: dict[int, list[int]] = {}
+    shared: dict[int, list[int]] = {}
     for pair, rows in faces.items():
         if home[pair[0]] == home[pair[1]]:
             for u in pair:
-                found.setdefault(u, []).extend(rows)
-    return found
+                shared.setdefault(u, []).extend(rows)
+    return shared
 
 
 def surfaces_of(cells: Cells, faces: Sequence[int]) -> tuple[str, ...]:

@@ -338,7 +338,7 @@ def carve_cells(
     reservoir: Sequence[str] | None,
 ) -> Units:
     """Return the units of `carve_units`; `find` returns the cells, which follow from patches."""
-    horizons, own = (_with_role(patches, role) for role in ("horizon", "fault"))
+    horizons, fault_rows = (_with_role(patches, role) for role in ("horizon", "fault"))
     faults = separators(patches.names, [source.role for source in patches.sources])
     _check_names(patches)
     rules = check_column([patches.names[i] for i in horizons], column)
@@ -374,11 +374,11 @@ def carve_cells(
     # numbers of cells
     named = _Named(patches, zone_names, within, blocks, parts)
     report = {
-        "slits": slits(patches, cells, parts.shells, own),
+        "slits": slits(patches, cells, parts.shells, fault_rows),
         "clipped": clipped_by(patches, cells, turns, horizons),
         "cells": cells.n_cell,
         "without_contact": _uncovered(named, left),
-        "outside": outside_faults(patches, cells, own),
+        "outside": outside_faults(patches, cells, fault_rows),
     }
     settings = sliver_settings(slivers)
     units = _units(named, report, settings)
@@ -396,7 +396,7 @@ def _without_slivers(
     cells, names = parts.shells.cells, list(units)
     number = dict(zip(names, named.order, strict=True))
     faces = faces_between_units(parts.shells.sides)
-    small = [number[one.name] for one in units.slivers]
+    small = [number[sliver.name] for sliver in units.slivers]
     home = homes_of_slivers(faces, cells.sums[:, AREA], len(named.order), small, named.order)
 
     # cells of a sliver take zone, block and contact interval of its new unit
@@ -420,15 +420,15 @@ def _without_slivers(
     still = {name: [position[u] for u in of if u in position] for name, of in left.items()}
     report = {**units.report, "without_contact": _uncovered(renamed, still)}
     merged, inner = [], shared_faces(faces, home)
-    for one in units.slivers:
-        u = number[one.name]
+    for sliver in units.slivers:
+        u = number[sliver.name]
         if home[u] != u:
             shared = inner[u]
             into = renamed.name(int(np.searchsorted(stay, home[u])))
             merged.append(
                 MergedSliver(
-                    one.name, one.volume, into, surfaces_of(cells, shared),
-                    shared_area(cells, shared), one.place,
+                    sliver.name, sliver.volume, into, surfaces_of(cells, shared),
+                    shared_area(cells, shared), sliver.place,
                 )
             )  # fmt: skip
     return _units(renamed, report, units.sliver_settings, merged, units)
@@ -586,12 +586,12 @@ def _check_names(patches: Patches) -> None:
 def _uncovered(named: _Named, left: dict[str, list[int]]) -> dict[str, tuple[str, ...]]:
     """Names of the blocks in zones that each contact does not cover, in order."""
     zone, blocks = named.blocks.zone, named.blocks.names
-    found = {}
+    uncovered = {}
     for name, units in left.items():
         rows = sorted(units, key=lambda u: (zone[u], block_order(blocks[u]), u))
         if rows:
-            found[name] = tuple(unit_name(named.zone_names[zone[u]], blocks[u]) for u in rows)
-    return found
+            uncovered[name] = tuple(unit_name(named.zone_names[zone[u]], blocks[u]) for u in rows)
+    return uncovered
 
 
 def _units(
@@ -605,7 +605,7 @@ def _units(
     patches, parts, order = named.patches, named.parts, named.order
     units = [named.unit(u) for u in order]
     box, footprint, volume = _extent(patches, parts.shells.cells)
-    found = Units(
+    units_of_model = Units(
         [in_crs_of(unit, [patches]) for unit in units],
         box,
         {**report, "thin": thin_units(parts.shells, order, units)},
@@ -618,7 +618,7 @@ def _units(
         unmerged=unmerged,
         reservoir=named.reservoir,
     )
-    return in_crs_of(found, [patches])
+    return in_crs_of(units_of_model, [patches])
 
 
 def _outward_walls(cells: Cells) -> np.ndarray:
@@ -678,27 +678,27 @@ def outside_faults(patches: Patches, cells: Cells, faults: list[int]) -> tuple[s
 
 def thin_units(shells: Shells, order: list[int], units: list[Unit]) -> tuple[Remnant, ...]:
     """Return units thinner than the rounding error of their vertices, in order."""
-    found = []
+    thin = []
     for u, unit in zip(order, units, strict=True):
         if u in shells.thin:
-            found.append(Remnant(unit.name, unit.volume, unit.middle))
-    return tuple(found)
+            thin.append(Remnant(unit.name, unit.volume, unit.middle))
+    return tuple(thin)
 
 
 def slits(patches: Patches, cells: Cells, shells: Shells, faults: list[int]) -> dict[str, float]:
     """Return the area [m2] of each fault with one unit on both sides."""
     # one unit on both sides, and it is not the outside
     slit = (shells.sides[:, 0] == shells.sides[:, 1]) & (shells.sides[:, 0] >= 0)
-    found = {}
+    slit_rows = {}
     for i in faults:
-        mine = owned_by(cells, i)
-        found[i] = mine[slit[mine]]
+        faces = owned_by(cells, i)
+        slit_rows[i] = faces[slit[faces]]
 
     # only these are measured, and all at once: most models have none
-    wanted = [rows for rows in found.values() if len(rows)]
+    wanted = [rows for rows in slit_rows.values() if len(rows)]
     if not wanted:
         return {}
     areas = cells.sums[np.concatenate(wanted), AREA]
     parts = np.split(areas, np.cumsum([len(rows) for rows in wanted])[:-1])
-    names = [patches.names[i] for i in faults if len(found[i])]
+    names = [patches.names[i] for i in faults if len(slit_rows[i])]
     return {n: math.fsum(part.ravel().tolist()) for n, part in zip(names, parts, strict=True)}

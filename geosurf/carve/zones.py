@@ -73,20 +73,20 @@ def _own_sides(cells: Cells, surface: int) -> tuple[np.ndarray, np.ndarray, np.n
     # faces of its own, then those where it coincides with an earlier surface
     first = np.flatnonzero(cells.surface_of == surface)
     shared = [
-        (face, way)
+        (face, turn)
         for face, listed in cells.also.items()
-        for other, way in listed
+        for other, turn in listed
         if other == surface
     ]
     faces, ways = np.array(shared, dtype=np.int64).reshape(-1, 2).T
-    mine = np.concatenate([first, faces])
-    way = np.concatenate([np.ones(len(first), dtype=np.int64), ways])
+    owned = np.concatenate([first, faces])
+    turn = np.concatenate([np.ones(len(first), dtype=np.int64), ways])
 
     # rising by face, so that the order of surfaces does not matter; then seen from its own front
-    order = np.lexsort((way, mine))
-    mine, way = mine[order], way[order]
-    sides = cells.cell_of_side[mine]
-    return mine, way, np.where(way[:, None] > 0, sides, sides[:, ::-1])
+    order = np.lexsort((turn, owned))
+    owned, turn = owned[order], turn[order]
+    sides = cells.cell_of_side[owned]
+    return owned, turn, np.where(turn[:, None] > 0, sides, sides[:, ::-1])
 
 
 def distinct_pairs(pairs: np.ndarray, n_cell: int) -> np.ndarray:
@@ -128,7 +128,7 @@ def signatures(patches: Patches, cells: Cells, level: Sequence[int]) -> np.ndarr
     GeometryError
         If a surface is not in the box, or not inside the walls.
     """
-    found = np.zeros((len(level), cells.n_cell + 1), dtype=np.int64)
+    signature = np.zeros((len(level), cells.n_cell + 1), dtype=np.int64)
     between = faces_between(cells)
     flat = np.zeros(len(cells.surface_of), dtype=bool)
     for surface in level:
@@ -165,8 +165,8 @@ def signatures(patches: Patches, cells: Cells, level: Sequence[int]) -> np.ndarr
             side[list(known)] = list(known.values())
             _spread(side, links)
             _agree(side, links, across)
-        found[k] = side
-    return found
+        signature[k] = side
+    return signature
 
 
 def _not_reached(patches: Patches, surface: int) -> GeometryError:
@@ -251,12 +251,12 @@ def _agree(values: np.ndarray, links: np.ndarray, across: np.ndarray) -> None:
         # a stack takes a side only if no neighbour has the other one
         high, low = np.zeros((2, len(values)), dtype=bool)
         high[taker[values[giver] > 0]] = low[taker[values[giver] < 0]] = True
-        told = np.where(high & ~low, ABOVE, np.where(low & ~high, BELOW, UNKNOWN))[stack]
-        new = (values == 0) & (told != 0)
+        agreed = np.where(high & ~low, ABOVE, np.where(low & ~high, BELOW, UNKNOWN))[stack]
+        new = (values == 0) & (agreed != 0)
         new[0] = False
         if not new.any():
             return
-        values[new] = told[new]
+        values[new] = agreed[new]
 
 
 # ---- cells without any piece of a horizon: on which side of it they lie, by where it would be ----
@@ -295,21 +295,25 @@ def sides_by_sectors(
     if not sectors or not unknown.any():
         return {}
     full = cells.in_full
-    touched = {name: _touched_zones(patches, full, name) for one in sectors for name in one.faults}
-    found = {}
+    touched = {
+        name: _touched_zones(patches, full, name) for sector in sectors for name in sector.faults
+    }
+    decided = {}
     for cell in np.flatnonzero(unknown).tolist():
         rows = (full.cell_of_side == cell).any(axis=1)
         corners = full.x[np.unique(full.triangles[rows])] + patches.origin
         far = [
-            corners[:, 2] - one.at(corners[:, :2]) for one in sectors if _is_in(cell, one, touched)
+            corners[:, 2] - sector.at(corners[:, :2])
+            for sector in sectors
+            if _is_in(cell, sector, touched)
         ]
         if not far:
             continue
         away = np.concatenate(far)
         above, below = bool((away > ROUNDING).any()), bool((away < -ROUNDING).any())
         if above != below:
-            found[cell] = 1 if above else -1
-    return found
+            decided[cell] = 1 if above else -1
+    return decided
 
 
 def _touched_zones(patches: Patches, full: Cells, name: str) -> np.ndarray:
@@ -425,7 +429,7 @@ def sides_of_units(
         By name of the fault. A fault with a way around it (it dies inside the model, or ends at
         another fault) has sides only where it separates units of a zone.
     """
-    found = [set(word) for word in words]
+    sides_by_unit = [set(word) for word in words]
 
     # a merged unit is one space: a way leads through the fault that parted it before
     cell = np.arange(1, cells.n_cell + 1)
@@ -435,10 +439,10 @@ def sides_of_units(
     count = np.bincount(pair_of_face[pair_of_face >= 0], minlength=len(pairs))
     for fault, surfaces in faults.items():
         of = [own_sides(cells, i) for i in surfaces]
-        mine, sides = (np.concatenate([one[k] for one in of]) for k in (0, 2))
+        faces, sides = (np.concatenate([one[k] for one in of]) for k in (0, 2))
 
         # all faces but those of the fault: cells that they link are one region
-        own = pair_of_face[np.unique(mine)]
+        own = pair_of_face[np.unique(faces)]
         left = count - np.bincount(own[own >= 0], minlength=len(pairs))
         region = join_pairs(np.concatenate([pairs[left > 0], within]), cells.n_cell + 1)
         seen = np.zeros((2, cells.n_cell + 1), dtype=bool)  # from its front, from its back
@@ -450,10 +454,12 @@ def sides_of_units(
             alone = seen[side] & ~seen[1 - side]
             for u in np.unique(unit_of_cell[1:][alone[region[1:]]]).tolist():
                 if u >= 0:
-                    found[u].add(fault + sign)
+                    sides_by_unit[u].add(fault + sign)
     # by name first: F1 and F01 have one key
-    rank = {side: k for k, side in enumerate(sorted(sorted(set().union(*found)), key=in_words))}
-    return [tuple(sorted(sides, key=rank.__getitem__)) for sides in found]
+    rank = {
+        side: k for k, side in enumerate(sorted(sorted(set().union(*sides_by_unit)), key=in_words))
+    }
+    return [tuple(sorted(sides, key=rank.__getitem__)) for sides in sides_by_unit]
 
 
 def name_blocks(

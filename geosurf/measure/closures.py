@@ -227,11 +227,11 @@ class Tree:
         """End a part at a node, unless it holds no more there than what it consists of."""
         if part.met > self.z[node]:
             crest, basins = int(self.order[part.crest]), list(part.basins)
-            found = Closure(crest, node, kind, surface, start, basins, part.closed)
+            closure = Closure(crest, node, kind, surface, start, basins, part.closed)
             if not part.closed:
-                self.leaf[part.summit] = found
-            self.closures.append(found)
-            part.closed = [found]
+                self.leaf[part.summit] = closure
+            self.closures.append(closure)
+            part.closed = [closure]
 
     def _meet(self, low: int, high: int, kind: int, surface: int) -> None:
         """Two parts meet, or a part meets what is open: closures end, small parts join others."""
@@ -360,16 +360,20 @@ def _exits(
     roof, out = rock.nodes(rock.kind == ROOF), rock.passes[rock.passes[:, 1] < 0]
     ends = [(out[:, 0], LEAK, out[:, 2])]
     looks_up = area_in_map(rock.x, rock.t) > 0.0
-    for of, kind in ((WALL, EDGE), (HORIZON, ENDED), (FAULT, LEAK)):
-        for i in np.unique(rock.surface[rock.kind == of]).tolist():
-            if of == WALL or (i in is_open if of == FAULT else i not in seals):
-                mine = (rock.kind == of) & (rock.surface == i)
-                at = roof & rock.nodes(mine)
-                if of == HORIZON:
-                    at = (roof & rock.nodes(mine & looks_up)) | (bare & rock.nodes(mine))
-                ends.append((np.flatnonzero(at), kind, np.full(at.sum(), -1 if of == WALL else i)))
+    for role, kind in ((WALL, EDGE), (HORIZON, ENDED), (FAULT, LEAK)):
+        for i in np.unique(rock.surface[rock.kind == role]).tolist():
+            if role == WALL or (i in is_open if role == FAULT else i not in seals):
+                of_surface = (rock.kind == role) & (rock.surface == i)
+                at = roof & rock.nodes(of_surface)
+                if role == HORIZON:
+                    at = (roof & rock.nodes(of_surface & looks_up)) | (
+                        bare & rock.nodes(of_surface)
+                    )
+                ends.append(
+                    (np.flatnonzero(at), kind, np.full(at.sum(), -1 if role == WALL else i))
+                )
     columns = [(at, np.full(len(at), -1), np.full(len(at), kind), i) for at, kind, i in ends]
-    return np.concatenate([np.column_stack(of) for of in columns])
+    return np.concatenate([np.column_stack(role) for role in columns])
 
 
 def clipped(x: np.ndarray, t: np.ndarray, level: float) -> tuple[np.ndarray, np.ndarray]:
@@ -387,19 +391,21 @@ def clipped(x: np.ndarray, t: np.ndarray, level: float) -> tuple[np.ndarray, np.
     x = x[used]
     above = x[t, 2] > level
     count = above.sum(axis=1)
-    whole, one, two = (t[count == k] for k in (3, 1, 2))
+    whole, tips, flanks = (t[count == k] for k in (3, 1, 2))
 
     # the corner that is alone comes first
-    one = np.take_along_axis(one, (above[count == 1].argmax(axis=1)[:, None] + range(3)) % 3, 1)
-    two = np.take_along_axis(two, (above[count == 2].argmin(axis=1)[:, None] + range(3)) % 3, 1)
-    cut = np.concatenate([one[:, [0, 1]], one[:, [0, 2]], two[:, [0, 1]], two[:, [0, 2]]])
+    tips = np.take_along_axis(tips, (above[count == 1].argmax(axis=1)[:, None] + range(3)) % 3, 1)
+    flanks = np.take_along_axis(
+        flanks, (above[count == 2].argmin(axis=1)[:, None] + range(3)) % 3, 1
+    )
+    cut = np.concatenate([tips[:, [0, 1]], tips[:, [0, 2]], flanks[:, [0, 1]], flanks[:, [0, 2]]])
     key, at = np.unique(np.sort(cut, axis=1) @ [len(x), 1], return_inverse=True)
     i, j = np.divmod(key, len(x))  # one point for each edge that is cut
     share = (level - x[i, 2]) / (x[j, 2] - x[i, 2])
     points = x[i] + share[:, None] * (x[j] - x[i])
     points[:, 2] = level
-    p, q, r, s = np.split(at.ravel() + len(x), np.cumsum([len(one), len(one), len(two)]))
-    parts = ([one[:, 0], p, q], [two[:, 1], two[:, 2], s], [two[:, 1], s, r])
+    p, q, r, s = np.split(at.ravel() + len(x), np.cumsum([len(tips), len(tips), len(flanks)]))
+    parts = ([tips[:, 0], p, q], [flanks[:, 1], flanks[:, 2], s], [flanks[:, 1], s, r])
     return np.concatenate([x, points]), np.concatenate([whole, *(np.stack(k, 1) for k in parts)])
 
 
@@ -457,7 +463,7 @@ class _Table:
             for part in c.parts:
                 whole[part] = c
                 numbers[c] = sorted(numbers.get(c, []) + numbers[part])
-        name = {c: f"{horizon} {'+'.join(map(str, of))}" for c, of in numbers.items()}
+        name = {c: f"{horizon} {'+'.join(map(str, surface))}" for c, surface in numbers.items()}
         rock, z, world = tree.rock, tree.z, tree.rock.x + self.origin
         roof = rock.kind == ROOF
         unit_of = np.full(len(z), -1)
@@ -485,16 +491,18 @@ class _Table:
             ])  # fmt: skip
 
             # the highest leak on each fault where none of its parts leaks
-            found = {c.surface: (c.spill, -1)} if c.kind == LEAK else {}
+            leaks_of = {c.surface: (c.spill, -1)} if c.kind == LEAK else {}
             node = rock.passes[:, 0]
             at = np.flatnonzero(within[node] & (z[node] >= level))
             at = at[np.argsort(-tree.rank[node[at]], kind="stable")]
-            found |= {of: (spot, zone) for spot, _, of, zone in rock.passes[at].tolist()}
+            leaks_of |= {
+                surface: (spot, zone) for spot, _, surface, zone in rock.passes[at].tolist()
+            }
             known = set().union(*(leaky[part] for part in c.parts))
-            leaky[c] = known | set(found)
+            leaky[c] = known | set(leaks_of)
             self.leaks += [
-                [name[c], self.names[of], *world[spot].tolist(), self.zones.get(zone, "")]
-                for of, (spot, zone) in sorted(found.items()) if of not in known
+                [name[c], self.names[surface], *world[spot].tolist(), self.zones.get(zone, "")]
+                for surface, (spot, zone) in sorted(leaks_of.items()) if surface not in known
             ]  # fmt: skip
 
     def dataset(self, **attrs: Any) -> xarray.Dataset:
@@ -504,15 +512,15 @@ class _Table:
             "line_closure": ([of for *_, of in self.lines], {"long_name": "closure of each line"}),
         }
         axes = {axis: ("m", axis) for axis in COORDINATES}
-        found = ragged([line for line, *_ in self.lines], axes, labels, attrs)
+        table = ragged([line for line, *_ in self.lines], axes, labels, attrs)
         for dim, rows, columns in (
             ("closure", self.closures, {"closure": ("", "closure"), **_CLOSURE}),
             ("leak", self.leaks, _LEAK),
         ):
             for k, (key, (unit, words)) in enumerate(columns.items()):
                 values = np.array([row[k] for row in rows], dtype=float if unit else object)
-                found[key] = (dim, values, meaning(words, unit))
-        return found
+                table[key] = (dim, values, meaning(words, unit))
+        return table
 
 
 # ---- fill ----------------------------------------
@@ -520,7 +528,7 @@ class _Table:
 
 
 def warnings_of_spill(
-    found: xarray.Dataset, patches: Patches, units: Units, contacts: Sequence[FluidContact]
+    closures: xarray.Dataset, patches: Patches, units: Units, contacts: Sequence[FluidContact]
 ) -> Iterator[GeosurfWarning]:
     """Yield a warning for each closure whose lowest fluid contact lies below its level.
 
@@ -528,36 +536,36 @@ def warnings_of_spill(
     """
     of_place = {(unit.zone, unit.block): unit for unit in units.values()}
     inner = {unit.zone_index for unit in units.values() if unit.zone in units.reservoir}
-    for row in np.flatnonzero(found.part_of.values == "").tolist():
-        one = {str(key): found[key].values[row] for key in ("closure", *_CLOSURE)}
-        unit = of_place[one["zone"], one["block"]]
+    for row in np.flatnonzero(closures.part_of.values == "").tolist():
+        closure = {str(key): closures[key].values[row] for key in ("closure", *_CLOSURE)}
+        unit = of_place[closure["zone"], closure["block"]]
         fits = [
             contact for contact in contacts
             if unit.contact and (not contact.zones or unit.zone in contact.zones)
             and set(contact.block.split()) <= set(unit.fault_sides)
         ]  # fmt: skip
-        if not fits or level_of(patches, row_of(patches, one["horizon"], "horizon")) in inner:
+        if not fits or level_of(patches, row_of(patches, closure["horizon"], "horizon")) in inner:
             continue
 
         # of entries for the lowest contact, the one for most sides of faults
         lowest = (contact for contact in fits if contact.name == fits[-1].name)
-        contact = max(lowest, key=lambda one: (bool(one.zones), len(one.block.split())))
+        contact = max(lowest, key=lambda closure: (bool(closure.zones), len(closure.block.split())))
         top = contact.at
         if not is_number(top):
             source = patches.sources[row_of(patches, contact.surface, "contact")]
             top = source.vertices[:, 2].max()
-        if top < one["level"] and one["spill_kind"] != "none":
-            spot = [one[f"spill_{axis}"] for axis in COORDINATES]
+        if top < closure["level"] and closure["spill_kind"] != "none":
+            spot = [closure[f"spill_{axis}"] for axis in COORDINATES]
             why = {
                 "saddle": "it spills over a saddle there", "edge": "the model ends there",
-                "fault": f"fault {one['spill_at']!r} leaks there",
-                "horizon": f"it ends on horizon {one['spill_at']!r} there",
-            }[one["spill_kind"]]  # fmt: skip
+                "fault": f"fault {closure['spill_at']!r} leaks there",
+                "horizon": f"it ends on horizon {closure['spill_at']!r} there",
+            }[closure["spill_kind"]]  # fmt: skip
             yield GeosurfWarning(
                 "spill", contact.name,
-                f"Fluid contact {contact.name!r} lies {length_text(one['level'] - top)} below the "
-                f"spill point of closure {one['closure']!r} at {place(spot)}: {why} (faults: "
-                f"{found.attrs['faults']}).",
+                f"Fluid contact {contact.name!r} lies {length_text(closure['level'] - top)} below "
+                f"the spill point of closure {closure['closure']!r} at {place(spot)}: {why} "
+                f"(faults: {closures.attrs['faults']}).",
                 "Raise the contact, enlarge the model, or state which faults hold: "
                 "scene.closures(faults={'F1': 'open', 'elsewhere': 'sealing'}).",
                 spot,

@@ -63,16 +63,16 @@ def columns_through(
 
     # only moved to the origin of the model: the crossing itself is decided in local coordinates
     feet = points[:, :2] - patches.origin[:2]
-    found = cross_columns(patches.local, patches.triangles[rows], feet)
+    crossings = cross_columns(patches.local, patches.triangles[rows], feet)
 
     # by point, then from the bottom up; triangles that coincide come in the order of their rows
-    order = np.lexsort((found.triangle, found.elevation, found.foot))
-    triangle = rows[found.triangle[order]]
+    order = np.lexsort((crossings.triangle, crossings.elevation, crossings.foot))
+    triangle = rows[crossings.triangle[order]]
     return Columns(
-        found.foot[order],
+        crossings.foot[order],
         triangle,
-        found.way[order],
-        found.elevation[order] + patches.origin[2],
+        crossings.way[order],
+        crossings.elevation[order] + patches.origin[2],
         patches.surface_of_triangle[triangle],
     )
 
@@ -110,10 +110,10 @@ def residuals(surface: TriSurface, points: np.ndarray) -> np.ndarray:
     """
     x = surface.vertices - points[0]
     feet = points - points[0]
-    found = cross_columns(x, surface.triangles, feet[:, :2])
-    off = feet[found.foot, 2] - found.elevation
+    crossings = cross_columns(x, surface.triangles, feet[:, :2])
+    off = feet[crossings.foot, 2] - crossings.elevation
     nearest = np.full(len(points), np.nan)
     # the smallest distance is written last
     order = np.argsort(-np.abs(off), kind="stable")
-    nearest[found.foot[order]] = off[order]
+    nearest[crossings.foot[order]] = off[order]
     return nearest

@@ -90,21 +90,21 @@ def contact_chains(fault: Faces, side: int) -> dict[str, list[np.ndarray]]:
         Rows of `Faces.x`, see `chains_of`; from the top down where several contacts count.
     """
     # as above, with units instead of zones
-    edges, one, two = fault.edges_between(side, np.arange(len(fault.listed)))
-    found: dict[str, list[np.ndarray]] = {}
+    edges, above, below = fault.edges_between(side, np.arange(len(fault.listed)))
+    edges_of: dict[str, list[np.ndarray]] = {}
 
     # of all pairs of units side by side, those of one zone and block differ in contacts alone: the
     # contacts that lie above one of them and not above the other part the two
-    for a, b in np.unique(np.stack([one, two], axis=1), axis=0).tolist():
+    for a, b in np.unique(np.stack([above, below], axis=1), axis=0).tolist():
         upper, lower = fault.listed[a], fault.listed[b]
         if (upper.zone, upper.block) == (lower.zone, lower.block):
             for name in set(upper.beneath) ^ set(lower.beneath):
-                found.setdefault(name, []).append(edges[(one == a) & (two == b)])
+                edges_of.setdefault(name, []).append(edges[(above == a) & (below == b)])
 
     # contacts from the top down: units are listed from the top down, and `beneath` as well
     order = dict.fromkeys(name for unit in fault.listed for name in unit.beneath)
-    names = sorted(found, key=list(order).index)
-    return {name: chains_of(np.concatenate(found[name]), fault.x) for name in names}
+    names = sorted(edges_of, key=list(order).index)
+    return {name: chains_of(np.concatenate(edges_of[name]), fault.x) for name in names}
 
 
 def wall_lines(
@@ -225,8 +225,8 @@ def _rings(fault: Faces, level: int, edges: np.ndarray) -> list[np.ndarray]:
     `level` and `edges` are those of the horizon, see `edges_of`.
     """
     zones, rows, first = fault.zone_pairs
-    found = []
-    for down, way in ((PLUS, 1), (MINUS, -1)):
+    rims = []
+    for down, step in ((PLUS, 1), (MINUS, -1)):
         # triangles of the pairs of zones that the horizon lies between, and no others
         pairs = np.flatnonzero((zones[:, down] <= level) & (zones[:, 1 - down] > level)).tolist()
         torn = [rows[first[k] : first[k + 1]] for k in pairs]
@@ -237,8 +237,8 @@ def _rings(fault: Faces, level: int, edges: np.ndarray) -> list[np.ndarray]:
             low, high = np.minimum(ring, onward), np.maximum(ring, onward)
             keys = fault.point[low] * POINTS + fault.point[high]
             if is_among(keys, edges).any():  # otherwise others, which clip it, are torn there
-                found.append(ring[::way])
-    return found
+                rims.append(ring[::step])
+    return rims
 
 
 def _half_length(x: np.ndarray) -> float:
@@ -308,12 +308,12 @@ def juxtaposition_table(patches: Patches, units: Units, fault: str) -> xarray.Da
 
     # the same columns for both sides; contacts only if some unit has one
     for k, (side, words) in enumerate(_SIDE_WORDS.items()):
-        mine = [listed[u] for u in pairs[:, k].tolist()]
+        on_side = [listed[u] for u in pairs[:, k].tolist()]
         for label in ("name", "zone", "block", "contact"):
             if label == "contact" and not any(unit.contact for unit in listed):
                 continue
             key = "unit" if label == "name" else label
-            values = np.array([getattr(unit, label) for unit in mine], dtype=object)
+            values = np.array([getattr(unit, label) for unit in on_side], dtype=object)
             coords[f"{key}_{side}"] = ("pair", values, {"long_name": f"{key} on {words}"})
     kind = np.array([_kind(listed, a, b) for a, b in pairs.tolist()], dtype=object)
     coords["kind"] = ("pair", kind, {"long_name": "how the two zones lie"})
@@ -424,7 +424,7 @@ def allan_diagram(patches: Patches, units: Units, fault: str) -> xarray.Dataset:
         world = p + faces.origin
         lines.append(np.column_stack([faces.along(p), world[:, 2], world[:, :2]]))
     words = ("kind", "side", "label", "zone", "closed")
-    told = {
+    meanings = {
         "kind": "what the line is: zone, juxtaposition, cut-off or contact",
         "side": "side of the fault",
         "label": "unit, pair of units, horizon, or fluid contact",
@@ -432,7 +432,8 @@ def allan_diagram(patches: Patches, units: Units, fault: str) -> xarray.Dataset:
         "closed": "whether the line is a ring",
     }
     labels = {
-        key: ([row[k + 1] for row in rows], {"long_name": told[key]}) for k, key in enumerate(words)
+        key: ([row[k + 1] for row in rows], {"long_name": meanings[key]})
+        for k, key in enumerate(words)
     }
 
     # right-hand rule: the strike is 90 degrees to the left of the dip direction

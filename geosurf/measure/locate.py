@@ -444,7 +444,7 @@ def _listed(corners: np.ndarray, step: np.ndarray) -> Listed:
     """Triangles (n, 3, 3) without those that are upright: these have no shadow."""
     rows = np.arange(3 * len(corners), dtype=np.int64).reshape(-1, 3)
     facing = signs_of_turns(corners.reshape(-1, 3)[:, :2], rows)
-    some = np.flatnonzero(facing)
+    sloping = np.flatnonzero(facing)
     # a front that looks up has the unit behind it below
-    corners, facing = corners[some], facing[some]
-    return Listed(corners, facing, step[some] * facing, digits_of(corners))
+    corners, facing = corners[sloping], facing[sloping]
+    return Listed(corners, facing, step[sloping] * facing, digits_of(corners))

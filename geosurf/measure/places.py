@@ -125,17 +125,17 @@ def places_of(where: Any, cell: Any, box: tuple[float, ...]) -> Places:
     except ValueError as error:
         raise InputError(f"places: {error}. {HOW}.") from error
     if where is None:
-        found = _cells(cell, box)
+        places = _cells(cell, box)
     elif foreign is not None:
-        found = _of_array(foreign)
+        places = _of_array(foreign)
     elif hasattr(where, "coords") and hasattr(where, "dims"):
-        found = _of_xarray(where)
+        places = _of_xarray(where)
     elif isinstance(where, Mapping) or hasattr(where, "columns"):
-        found = _of_table(where)
+        places = _of_table(where)
     else:
-        found = _of_array(where)
-    _check_finite(found)
-    return found
+        places = _of_array(where)
+    _check_finite(places)
+    return places
 
 
 def _cells(cell: Any, box: tuple[float, ...]) -> Places:
@@ -220,27 +220,27 @@ def _of_xarray(where: Any) -> Places:
         )
 
     # in metres and positive up, whatever they declare
-    found = []
+    axes = []
     for name in COORDINATES:
-        one = xarray.DataArray(known[name]).drop_vars([*known[name].coords], errors="ignore")
-        values = metres_of(one, f"{name!r} of the places")
+        coord = xarray.DataArray(known[name]).drop_vars([*known[name].coords], errors="ignore")
+        values = metres_of(coord, f"{name!r} of the places")
         if name == "elevation":
-            values = values * elevation_sign(one.attrs.get("positive", "up"), "the places")
-        found.append(one.copy(data=values + 0.0))
+            values = values * elevation_sign(coord.attrs.get("positive", "up"), "the places")
+        axes.append(coord.copy(data=values + 0.0))
 
     # levels lead, rows and columns follow, as grids have them
-    xarray.align(*found, join="exact")
-    order = list(dict.fromkeys(d for one in found[::-1] for d in one.dims))
+    xarray.align(*axes, join="exact")
+    order = list(dict.fromkeys(d for coord in axes[::-1] for d in coord.dims))
     if set(order) >= set(HORIZON_DIMS):
         order = [d for d in order if d not in HORIZON_DIMS] + list(HORIZON_DIMS)
-    shape = tuple(next(one.sizes[d] for one in found if d in one.dims) for d in order)
+    shape = tuple(next(coord.sizes[d] for coord in axes if d in coord.dims) for d in order)
     coords = {
-        name: (one.dims, one.values, _attrs(name))
-        for name, one in zip(COORDINATES, found, strict=True)
+        name: (coord.dims, coord.values, _attrs(name))
+        for name, coord in zip(COORDINATES, axes, strict=True)
     }
     arrays = []
-    for one in found:
-        wide = one.expand_dims([d for d in order if d not in one.dims])
+    for coord in axes:
+        wide = coord.expand_dims([d for d in order if d not in coord.dims])
         arrays.append(wide.transpose(*order).values)
     x, y, z = arrays
     return Places(tuple(map(str, order)), shape, (x, y, z), coords)
@@ -371,34 +371,34 @@ def sample_units(
 
 def _of_all(places: Places, ask: Callable[[np.ndarray], np.ndarray], dtype: Any) -> np.ndarray:
     """What is asked of each place; parts in threads, each writes its own rows."""
-    found = np.empty(places.size, dtype=dtype)
+    answers = np.empty(places.size, dtype=dtype)
 
     def work(rows: slice, points: Callable[[], np.ndarray]) -> None:
-        found[rows] = ask(points())
+        answers[rows] = ask(points())
 
     parts = list(places.parts(AT_ONCE))
     map_threads(work, parts, worth=len(parts) > 1)
-    return found
+    return answers
 
 
 def _of_grid(places: Places, locator: Locator) -> np.ndarray:
     """The same for a grid, line by line: a thirtieth of the time of as many points."""
     feet, levels = places.lines()
     order = np.argsort(levels, kind="stable")
-    found = np.empty((len(levels), len(feet)), dtype=np.int32)
+    unit_rows = np.empty((len(levels), len(feet)), dtype=np.int32)
     each = max(AT_ONCE // len(levels), 1)
 
     def work(first: int) -> None:
         rows = slice(first, first + each)
-        found[order, rows] = locator.find_on_lines(feet[rows], levels[order]).T
+        unit_rows[order, rows] = locator.find_on_lines(feet[rows], levels[order]).T
 
     parts = [(first,) for first in range(0, len(feet), each)]
     map_threads(work, parts, worth=len(parts) > 1)
-    return found
+    return unit_rows
 
 
 def _labels(
-    units: Units, found: np.ndarray, dims: tuple[str, ...], *, codes: bool = False
+    units: Units, unit_rows: np.ndarray, dims: tuple[str, ...], *, codes: bool = False
 ) -> dict[str, Any]:
     """One variable for each kind of name that tells units apart, from their rows."""
     data: dict[str, Any] = {}
@@ -407,14 +407,16 @@ def _labels(
         if name in ("region", "contact") and not any(words):
             continue
         if codes:
-            data[name] = (dims, *_codes(found, words, meaning))
+            data[name] = (dims, *_codes(unit_rows, words, meaning))
         else:  # the last one is what -1 stands for: outside
-            names = np.array([*words, ""], dtype=object)[found]
+            names = np.array([*words, ""], dtype=object)[unit_rows]
             data[name] = (dims, names, {"long_name": meaning})
     return data
 
 
-def _codes(found: np.ndarray, words: list[str], meaning: str) -> tuple[np.ndarray, dict[str, Any]]:
+def _codes(
+    unit_rows: np.ndarray, words: list[str], meaning: str
+) -> tuple[np.ndarray, dict[str, Any]]:
     """Codes at all places, and their attributes."""
     known = list(dict.fromkeys(words))
     number = {word: k for k, word in enumerate(known)}
@@ -428,7 +430,7 @@ def _codes(found: np.ndarray, words: list[str], meaning: str) -> tuple[np.ndarra
         "outside": np.int32(-1),
     }
     # units have names of their own, so that their rows are the codes
-    return found if len(known) == len(words) else values[found], attrs
+    return unit_rows if len(known) == len(words) else values[unit_rows], attrs
 
 
 # ---- well intervals ----------------------------------------
@@ -480,12 +482,12 @@ def well_intervals(
     crossings = _crossings(local, boundaries, longest)
     ends = np.unique(np.concatenate([np.arange(len(points)), crossings]))
     middle = 0.5 * (ends[1:] + ends[:-1])
-    found = locator.find(_at(middle, points))
+    unit_rows = locator.find(_at(middle, points))
 
     # neighbours in one unit are one interval
-    new = np.append(True, found[1:] != found[:-1])
+    new = np.append(True, unit_rows[1:] != unit_rows[:-1])
     first, last = ends[:-1][new], np.append(ends[:-1][new][1:], ends[-1])
-    which = found[new]
+    which = unit_rows[new]
     both = np.stack([first, last], axis=1)
     places = _at(both.ravel(), points).reshape(-1, 2, 3)
     dims = ("interval", "end")
@@ -525,12 +527,12 @@ def intervals_of_wells(
     InputError
         For a path that cannot be used; the message names the well.
     """
-    found = []
+    tables = []
     for name, path in wells.items():
-        one = _named(name, well_intervals, units, path, None, locator, boundaries)
-        label = np.full(one.sizes["interval"], name, dtype=object)
-        found.append(one.assign(well=("interval", label, {"long_name": "well"})))
-    table = xarray.concat(found, "interval", combine_attrs="override")
+        intervals = _named(name, well_intervals, units, path, None, locator, boundaries)
+        label = np.full(intervals.sizes["interval"], name, dtype=object)
+        tables.append(intervals.assign(well=("interval", label, {"long_name": "well"})))
+    table = xarray.concat(tables, "interval", combine_attrs="override")
     return table[["well", *(key for key in table.data_vars if key != "well")]]
 
 
@@ -658,25 +660,25 @@ def _pieces(points: np.ndarray, most: float) -> Iterator[tuple[int, tuple[np.nda
 
 def _crossings(points: np.ndarray, boundaries: Boundaries, most: float) -> np.ndarray:
     """Places where the path may pass through a triangle, in no order."""
-    found = [np.empty(0)]
+    places = [np.empty(0)]
     for row, box in _pieces(points, most):
         p, q = points[row : row + 2]
-        found.append(row + _shares(p, q - p, boundaries.near(*box)))
-    return np.concatenate(found)
+        places.append(row + _shares(p, q - p, boundaries.near(*box)))
+    return np.concatenate(places)
 
 
-def _shares(p: np.ndarray, way: np.ndarray, corners: np.ndarray) -> np.ndarray:
+def _shares(p: np.ndarray, direction: np.ndarray, corners: np.ndarray) -> np.ndarray:
     """Shares of the way from p at which it passes triangles (n, 3, 3); a little beside counts."""
     a = corners[:, 0]
     u, v = corners[:, 1] - a, corners[:, 2] - a
     normal = np.cross(u, v)
-    fall = normal @ way
+    fall = normal @ direction
     area = (normal**2).sum(axis=1)
 
     # a piece along a triangle passes its neighbours, or nothing changes
     with np.errstate(divide="ignore", invalid="ignore"):
         share = ((a - p) * normal).sum(axis=1) / fall
-        at = p + share[:, None] * way - a
+        at = p + share[:, None] * direction - a
         second = (np.cross(at, v) * normal).sum(axis=1) / area
         third = (np.cross(u, at) * normal).sum(axis=1) / area
         inside = (second >= -SLIP) & (third >= -SLIP) & (second + third <= 1.0 + SLIP)

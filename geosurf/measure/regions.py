@@ -46,7 +46,7 @@ def regions_by_name(
         If a name stands for no region, or two names stand for one: names split nothing.
     """
     ask = _Asked(patches, units, _rows_of_units(units, proposals), len(proposals))
-    found: dict[int, str] = {}
+    names: dict[int, str] = {}
     for name, value in given.items():
         if isinstance(value, np.ndarray):
             rows, where = ask.in_polygon(value), "in the polygon"
@@ -61,14 +61,14 @@ def regions_by_name(
                 "print(scene.regions)."
             )
         for k in rows:
-            if k in found:
+            if k in names:
                 raise InputError(
-                    f"regions: {found[k]!r} and {name!r} name one region, with "
+                    f"regions: {names[k]!r} and {name!r} name one region, with "
                     f"{_blocks(proposals[k])}: no fault parts them, and names split nothing. Leave "
                     "one out, or continue a fault between them: compartments=['F1']."
                 )
-            found[k] = name
-    return found
+            names[k] = name
+    return names
 
 
 def region_labels(patches: Patches, units: Units, horizon: str) -> dict[str, np.ndarray]:
@@ -92,7 +92,7 @@ def region_labels(patches: Patches, units: Units, horizon: str) -> dict[str, np.
     down = area_in_map(faces.x, faces.triangles) < 0.0
     below = faces.sides[np.arange(len(down)), np.where(down, 0, 1)]
     names = np.array([*(unit.region for unit in units.values()), ""], dtype=object)[below]
-    found = {}
+    labels = {}
     for name in units.regions:
         t = faces.triangles[names == name]
         if len(t):
@@ -100,8 +100,8 @@ def region_labels(patches: Patches, units: Units, horizon: str) -> dict[str, np.
             middles = faces.x[t].mean(axis=1)
             rim = np.concatenate([faces.x[ends[:, 0]], faces.x[ends].mean(axis=1)])
             away = KDTree(rim[:, :2]).query(middles[:, :2])[0]
-            found[name] = middles[[int(np.argmax(away))]] + faces.origin
-    return found
+            labels[name] = middles[[int(np.argmax(away))]] + faces.origin
+    return labels
 
 
 N_FOOT, N_LEVEL = 64, 32  # along each side of a map, and from bottom to top
@@ -139,7 +139,7 @@ def region_map(units: Units, proposals: Sequence[Proposal], box: tuple[float, ..
     return region[locator_of(units).find_on_lines(feet, levels)].astype(np.int16)
 
 
-def overlap(one: np.ndarray, other: np.ndarray, size: tuple[int, int]) -> np.ndarray:
+def overlap(first: np.ndarray, second: np.ndarray, size: tuple[int, int]) -> np.ndarray:
     """How much each region of one map has in common with each of another, as a rank.
 
     Places in the map count, each for the thickest region there; where these are as many, as for a
@@ -151,8 +151,8 @@ def overlap(one: np.ndarray, other: np.ndarray, size: tuple[int, int]) -> np.nda
     >>> overlap(one, np.where(one < 0, -1, 1 - one), (2, 2)).tolist()
     [[0, 13], [13, 0]]
     """
-    on_map = _in_common(_thickest(one, size[0]), _thickest(other, size[1]), size)
-    return (one.size + 1) * on_map + _in_common(one.ravel(), other.ravel(), size)
+    on_map = _in_common(_thickest(first, size[0]), _thickest(second, size[1]), size)
+    return (first.size + 1) * on_map + _in_common(first.ravel(), second.ravel(), size)
 
 
 def _thickest(found: np.ndarray, n: int) -> np.ndarray:
@@ -161,10 +161,10 @@ def _thickest(found: np.ndarray, n: int) -> np.ndarray:
     return np.where(count.any(axis=1), count.argmax(axis=1), -1)
 
 
-def _in_common(one: np.ndarray, other: np.ndarray, size: tuple[int, int]) -> np.ndarray:
+def _in_common(first: np.ndarray, second: np.ndarray, size: tuple[int, int]) -> np.ndarray:
     """Number of places that have row i in one list and row j in the other."""
-    both = (one >= 0) & (other >= 0)
-    code = one[both].astype(np.int64) * size[1] + other[both]
+    both = (first >= 0) & (second >= 0)
+    code = first[both].astype(np.int64) * size[1] + second[both]
     return np.bincount(code, minlength=size[0] * size[1]).reshape(size)
 
 

@@ -108,14 +108,14 @@ def roofs_of(patches: Patches, units: Units, horizon: str | None = None) -> list
     """
     check_model(patches, units)
     rows = [i for i in sorted(units.rows_inside) if patches.sources[i].role == "horizon"]
-    found = [patches.names[i] for i in rows if rock_below(units, level_of(patches, i))[0]]
+    roofs = [patches.names[i] for i in rows if rock_below(units, level_of(patches, i))[0]]
     if horizon is None:
-        return found
+        return roofs
     row_inside(patches, units, horizon, "horizon")
-    if horizon not in found:
+    if horizon not in roofs:
         raise InputError(
             f"horizon {horizon!r} has no zone of the reservoir directly below, so nothing is "
-            f"closed there. Ask for one of {found}, or name that zone in reservoir=."
+            f"closed there. Ask for one of {roofs}, or name that zone in reservoir=."
         )
     return [horizon]
 
@@ -150,7 +150,7 @@ def bounded_rock(
     core = np.flatnonzero(element < len(pieces.triangles))
     row_of = np.empty(len(pieces.triangles), dtype=np.int64)
     row_of[element[core]] = core
-    twin, first = (row_of[of] for of in pieces.coinciding)
+    twin, first = (row_of[passed_to] for passed_to in pieces.coinciding)
 
     def on(rows: Sequence[int]) -> np.ndarray:
         """Whether each triangle, or one that coincides with it, is of some surfaces."""
@@ -193,27 +193,27 @@ def bounded_rock(
     )
     other = number[part[leaks], 1 - side[leaks]]
     there = np.where((other >= 0)[:, None], nodes[other], -1)
-    of = np.stack([surface[part[leaks]], across[leaks]], axis=1)
+    passed_to = np.stack([surface[part[leaks]], across[leaks]], axis=1)
     turned = np.where((side == 0)[:, None], nodes[:, ::-1], nodes)
     rock = Rock(
         patches.local[point], turned, kind[part], surface[part], sides[part, side],
-        np.column_stack([nodes[leaks].ravel(), there.ravel(), np.repeat(of, 3, axis=0)]),
+        np.column_stack([nodes[leaks].ravel(), there.ravel(), np.repeat(passed_to, 3, axis=0)]),
         np.empty((0, 2), dtype=np.int64),
     )  # fmt: skip
     for row, seal in passed.items():
         if seal is not None:
-            mine = np.flatnonzero(of[:, 0] == row)
-            which = part[leaks[mine]]
+            at_fault_row = np.flatnonzero(passed_to[:, 0] == row)
+            which = part[leaks[at_fault_row]]
             leaky, place = seal.leaks(patches.local[t[which]], sides[which])
-            mine = mine[leaky]
-            top = rock.x[nodes[leaks[mine]], 2].argmax(axis=1)
-            ends = np.stack([nodes[leaks[mine], top], there[mine, top]])
-            rock = _with_leaks(rock, row, place, ends, of[mine])
+            at_fault_row = at_fault_row[leaky]
+            top = rock.x[nodes[leaks[at_fault_row]], 2].argmax(axis=1)
+            ends = np.stack([nodes[leaks[at_fault_row], top], there[at_fault_row, top]])
+            rock = _with_leaks(rock, row, place, ends, passed_to[at_fault_row])
     return rock
 
 
 def _with_leaks(
-    rock: Rock, fault: int, place: np.ndarray, ends: np.ndarray, of: np.ndarray
+    rock: Rock, fault: int, place: np.ndarray, ends: np.ndarray, beyond: np.ndarray
 ) -> Rock:
     """Let a fault be passed at the highest leak of each triangle only, from a node on each wall.
 
@@ -228,7 +228,7 @@ def _with_leaks(
     return replace(
         rock,
         x=np.concatenate([rock.x, place, place[facing]]),
-        passes=np.concatenate([others, np.column_stack([node, across, of])]),
+        passes=np.concatenate([others, np.column_stack([node, across, beyond])]),
         links=np.concatenate([rock.links, *links]),
     )
 
@@ -248,7 +248,7 @@ def _fans(x: np.ndarray, t: np.ndarray, inside: np.ndarray, is_fault: np.ndarray
 
     # around an edge that no fault has, all see the same rock, each from the side where rock is
     plain = pairs_of_equal(key, np.flatnonzero(~at))
-    seen = [ends[of] + 3 * (of // 3 + inside[of // 3, 1])[:, None] for of in plain]
+    seen = [ends[halves] + 3 * (halves // 3 + inside[halves // 3, 1])[:, None] for halves in plain]
     pairs = [np.stack(seen, axis=2).reshape(-1, 2)]
 
     # at a fault, in the order of their angles: each sees the next one
@@ -256,13 +256,13 @@ def _fans(x: np.ndarray, t: np.ndarray, inside: np.ndarray, is_fault: np.ndarray
     start, seams, first = _in_order(x, t, faults[np.unique(key[faults], return_index=True)[1]])
     onward = np.arange(1, len(seams) + 1)
     onward[start[1:] - 1] = start[:-1]
-    (one, bit), (two, side) = np.divmod(seams, 2), np.divmod(seams[onward], 2)
-    rock = np.flatnonzero(inside[one, 1 - bit] & inside[two, side])
+    (before, bit), (after, side) = np.divmod(seams, 2), np.divmod(seams[onward], 2)
+    rock = np.flatnonzero(inside[before, 1 - bit] & inside[after, side])
     at_ends = corners[ends[np.repeat(first, np.diff(start))[rock]]]
     for k in range(2):
         faced = [
-            6 * of + 3 * which + (t[of] == at_ends[:, k, None]).argmax(axis=1)
-            for of, which in ((one[rock], 1 - bit[rock]), (two[rock], side[rock]))
+            6 * halves + 3 * which + (t[halves] == at_ends[:, k, None]).argmax(axis=1)
+            for halves, which in ((before[rock], 1 - bit[rock]), (after[rock], side[rock]))
         ]
         pairs.append(np.stack(faced, axis=1))
     return join_pairs(np.concatenate(pairs), 6 * len(t)).reshape(-1, 2, 3)
@@ -277,10 +277,10 @@ def _in_order(
     m = w = np.empty(0, dtype=np.int64)
     while True:
         start, seams = np.empty(len(first) + 1, np.int64), np.empty(len(px), np.int64)
-        found = sort_seams(x, t, ring, first, part, every, px, pt, m, w, start, seams)
-        if found == DONE:
+        failed = sort_seams(x, t, ring, first, part, every, px, pt, m, w, start, seams)
+        if failed == DONE:
             return start, seams[: start[-1]], first
-        if found == NEEDS_EXACT:
+        if failed == NEEDS_EXACT:
             m, w = frame_of(px)
         else:  # rounding has put two triangles into one half-plane: nothing is joined there
-            first = first[first != found]
+            first = first[first != failed]

@@ -94,22 +94,22 @@ def mean_in_zones(table: Any, scene: Any) -> dict[str, float]:
     sums: dict[str, np.ndarray] = {}
     intervals = scene.well_intervals(table)
     for row in range(intervals.sizes["interval"]):
-        one = intervals.isel(interval=row)
-        mine = names == one.well.item()
-        depth, curve = md[mine].astype(float), values[mine].astype(float)
+        interval = intervals.isel(interval=row)
+        of_well = names == interval.well.item()
+        depth, curve = md[of_well].astype(float), values[of_well].astype(float)
         if not (np.diff(depth) > 0.0).all() or ((curve < 0.0) | (curve > 1.0)).any():
             raise InputError(
-                f"well {one.well.item()!r}: give md that rises, and vshale from 0 to 1."
+                f"well {interval.well.item()!r}: give md that rises, and vshale from 0 to 1."
             )
 
         # the ends of the interval are samples, too: each piece is in one zone and straight
-        (start, end), (top, base) = one.md.values, one.elevation.values
+        (start, end), (top, base) = interval.md.values, interval.elevation.values
         at = np.unique(np.clip([*depth, start, end], start, end))
         ends = np.interp(at, depth, curve, left=np.nan, right=np.nan)
         middle = 0.5 * (ends[1:] + ends[:-1])
         step = np.where(np.isnan(middle), 0.0, np.diff(at)) * abs(top - base) / (end - start)
         total = np.array([step @ np.nan_to_num(middle), step.sum()])
-        sums[str(one.zone.item())] = sums.get(str(one.zone.item()), 0.0) + total
+        sums[str(interval.zone.item())] = sums.get(str(interval.zone.item()), 0.0) + total
     return {zone: float(area / length) for zone, (area, length) in sums.items() if length > 0.0}
 
 
@@ -275,12 +275,12 @@ def _of_pairs(
     data: Mapping[str, Any], pair: np.ndarray, weight: np.ndarray, n: int
 ) -> dict[str, Any]:
     """Means and extremes of each pair of units."""
-    found: dict[str, Any] = {}
+    columns: dict[str, Any] = {}
     for key in ("sgr", "throw"):
         values, attrs = np.nan_to_num(data[key][1].mean(axis=1)), data[key][2]
         with np.errstate(invalid="ignore", divide="ignore"):
             mean = sums_by_group(pair, weight * values, n) / sums_by_group(pair, weight, n)
-        found[f"mean_{key}"] = "pair", mean, {**attrs, "long_name": f"mean {attrs['long_name']}"}
+        columns[f"mean_{key}"] = "pair", mean, {**attrs, "long_name": f"mean {attrs['long_name']}"}
     for key, choose, word in (
         ("sgr", np.fmin, "min"), ("sgr", np.fmax, "max"), ("csp", np.fmin, "min"),
         ("threshold_pressure", np.fmin, "min"), ("column_height", np.fmin, "min"),
@@ -291,19 +291,19 @@ def _of_pairs(
             held = np.full(n, np.nan)
             choose.at(held, np.repeat(pair, 3), values.ravel())
             words = {**attrs, "long_name": f"{word}. {attrs['long_name']}"}
-            found[f"{word}_{key}"] = "pair", held, words
-    return found
+            columns[f"{word}_{key}"] = "pair", held, words
+    return columns
 
 
-def warnings_of_seal(found: xarray.Dataset) -> Iterator[GeosurfWarning]:
+def warnings_of_seal(seal: xarray.Dataset) -> Iterator[GeosurfWarning]:
     """Yield what was assumed, if it counts."""
-    fault, beside = str(found.attrs["fault"]), found.juxtaposition.values != JUXTAPOSED[0]
-    whole = float(found.area.values[beside].sum())
+    fault, beside = str(seal.attrs["fault"]), seal.juxtaposition.values != JUXTAPOSED[0]
+    whole = float(seal.area.values[beside].sum())
     for key, effect in (
         ("assumed_area", "rests on cut-offs continued beyond their ends with their mean slope"),
         ("unknown_area", "has no shale gouge ratio: a horizon does not reach the fault there"),
     ):
-        area = float(found[key].values[beside].sum())
+        area = float(seal[key].values[beside].sum())
         if area > MANY * whole:
             yield GeosurfWarning(
                 "seal", fault,

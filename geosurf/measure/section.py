@@ -283,10 +283,10 @@ def check_line(line: Any) -> np.ndarray:
 
 def _corner_between(points: np.ndarray) -> int:
     """Row of a point that a straight line between the ends misses, or runs back from; else 0."""
-    way = points[-1] - points[0]
-    length = math.hypot(*way)
-    along = (points - points[0]) @ (way / length) if length else np.zeros(len(points))
-    on_line = points[0] + np.clip(along, 0.0, length)[:, None] * (way / (length or 1.0))
+    direction = points[-1] - points[0]
+    length = math.hypot(*direction)
+    along = (points - points[0]) @ (direction / length) if length else np.zeros(len(points))
+    on_line = points[0] + np.clip(along, 0.0, length)[:, None] * (direction / (length or 1.0))
     off = np.hypot(*(points - on_line).T)
     if off.max() > STRAIGHT:
         return int(off.argmax())
@@ -311,7 +311,7 @@ class _Leg:
         back: what is behind a front that looks out lies to the left of it.
         """
         # exact: a vertex on the plane counts as left of it, so that no line passes through one
-        used, mine = np.unique(triangles, return_inverse=True)
+        used, corners = np.unique(triangles, return_inverse=True)
         x = local[used]
         ends = np.stack([self.a, self.b]) - origin[:2]
 
@@ -320,7 +320,7 @@ class _Leg:
         points = np.concatenate([ends, x[:, :2]])
         rows = np.stack([np.zeros(len(x)), np.ones(len(x)), np.arange(len(x)) + 2.0], axis=1)
         left = signs_of_turns(points, rows.astype(np.int64)) >= 0
-        faces = mine.reshape(-1, 3)
+        faces = corners.reshape(-1, 3)
 
         # triangles with vertices on both sides; all others are not met
         faces = faces[left[faces].any(axis=1) & ~left[faces].all(axis=1)]
@@ -359,7 +359,7 @@ class _Leg:
 
 def _rings(units: Units, leg: _Leg) -> list[Any]:
     """Rings around the parts of units in the plane of a leg, between its ends."""
-    found = []
+    rings = []
     for unit in units.values():
         segments, points = leg.crossed(unit.local, unit.origin, unit.triangles)
 
@@ -374,13 +374,13 @@ def _rings(units: Units, leg: _Leg) -> list[Any]:
             # rings are closed on the whole plane first, then cut at the ends of the leg
             part = _clipped(points[ring], leg.length)
             if len(part) > 2:
-                found.append((leg.placed(part), words, area_of_ring(part)))
-    return found
+                rings.append((leg.placed(part), words, area_of_ring(part)))
+    return rings
 
 
 def _lines(patches: Patches, units: Units, leg: _Leg) -> list[Any]:
     """Lines of surfaces where they bound units, and of faults inside one, too."""
-    found = []
+    lines = []
     front, back = units.sides.T
     inside = (front >= 0) | (back >= 0)
     for i, source in enumerate(patches.sources):
@@ -389,12 +389,12 @@ def _lines(patches: Patches, units: Units, leg: _Leg) -> list[Any]:
 
         # horizons and contacts bound units; a fault may end inside one and is still drawn
         shown = inside if source.role == "fault" else inside & (front != back)
-        mine = np.flatnonzero(shown & (patches.surface_of_triangle == i))
+        rows = np.flatnonzero(shown & (patches.surface_of_triangle == i))
         name = source.name
-        if source.role == "contact" and len(mine):
-            name = _contact_between(units, *units.sides[mine[0]].tolist()) or name
-        mine = patches.triangles[mine]
-        segments, points = leg.crossed(patches.local, patches.origin, mine)
+        if source.role == "contact" and len(rows):
+            name = _contact_between(units, *units.sides[rows[0]].tolist()) or name
+        rows = patches.triangles[rows]
+        segments, points = leg.crossed(patches.local, patches.origin, rows)
 
         # `chains_of` sorts by place in space: sections have no third coordinate
         x = np.column_stack([points, np.zeros(len(points))])
@@ -402,16 +402,16 @@ def _lines(patches: Patches, units: Units, leg: _Leg) -> list[Any]:
         for chain in chains_of(edges[edges[:, 0] != edges[:, 1]], x):
             for part in _within(points[chain], leg.length):
                 words = (source.role, name, "", "", "", "", 0)
-                found.append((leg.placed(part), words, 0.0))
-    return found
+                lines.append((leg.placed(part), words, 0.0))
+    return lines
 
 
-def _contact_between(units: Units, one: int, two: int) -> str:
+def _contact_between(units: Units, first: int, second: int) -> str:
     """Name of the contact between two units; that of its surface says where it counts, too."""
-    if min(one, two) < 0:
+    if min(first, second) < 0:
         return ""
     listed = list(units.values())
-    above, below = sorted((listed[one].beneath, listed[two].beneath), key=len)
+    above, below = sorted((listed[first].beneath, listed[second].beneath), key=len)
     return below[-1] if len(below) > len(above) else ""
 
 

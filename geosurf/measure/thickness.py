@@ -139,16 +139,16 @@ def thickness_map(
     rows = [row_of[unit.name] for unit in chosen]
     cosine = np.ones((len(blocks), len(nodes.feet))) if kind == "isopach" else None
     lines: list[_Lines] = [_Lines() for _ in chosen]
-    for some, found in passages(units, rows, nodes.feet, middle):
-        feet = nodes.feet[some]
-        for k, (unit, of_unit) in enumerate(zip(chosen, found, strict=True)):
+    for part, passages_of in passages(units, rows, nodes.feet, middle):
+        feet = nodes.feet[part]
+        for k, (unit, of_unit) in enumerate(zip(chosen, passages_of, strict=True)):
             _check_balance(unit, of_unit, feet)
-            lines[k].add(some, of_unit)
+            lines[k].add(part, of_unit)
         if cosine is None:
             continue
         for i, block in enumerate(blocks):
-            mine = [(u, p) for u, p in zip(chosen, found, strict=True) if u.block == block]
-            cosine[i, some] = _cosine(mine, len(feet), horizons)
+            mine = [(u, p) for u, p in zip(chosen, passages_of, strict=True) if u.block == block]
+            cosine[i, part] = _cosine(mine, len(feet), horizons)
     for i, block in enumerate(blocks):
         of_block = [k for k, unit in enumerate(chosen) if unit.block == block]
         values[i] = _block([lines[k] for k in of_block], len(nodes.feet))
@@ -183,13 +183,13 @@ def units_of_zone(units: Units, zone: str, contact: str | None = None) -> list[U
     """Units of a zone, and of one contact interval if asked, or an InputError with the names."""
     zones = list(dict.fromkeys(unit.zone for unit in units.values()))
     check_name(zone, zones, f"unknown zone {zone!r}. Zones are")
-    found = [unit for unit in units.values() if unit.zone == zone]
+    in_zone = [unit for unit in units.values() if unit.zone == zone]
     if contact is None:
-        return found
-    known = sorted({unit.contact for unit in found if unit.contact})
+        return in_zone
+    known = sorted({unit.contact for unit in in_zone if unit.contact})
     refusal = f"zone {zone!r} has no contact interval {contact!r}. Its intervals are"
     check_name(contact, known, refusal)
-    return [unit for unit in found if unit.contact == contact]
+    return [unit for unit in in_zone if unit.contact == contact]
 
 
 def nodes_of(grid: Any, box: tuple[float, ...]) -> Nodes:
@@ -277,24 +277,24 @@ class _Lines:
     def __init__(self) -> None:
         self.parts: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
 
-    def add(self, some: np.ndarray | slice, found: Passages) -> None:
+    def add(self, feet: np.ndarray | slice, through: Passages) -> None:
         """Add those of some feet."""
-        foot = found.foot + (some.start or 0) if isinstance(some, slice) else some[found.foot]
-        self.parts.append((foot.astype(np.int32), found.way.astype(np.int8), found.elevation))
+        foot = through.foot + (feet.start or 0) if isinstance(feet, slice) else feet[through.foot]
+        self.parts.append((foot.astype(np.int32), through.way.astype(np.int8), through.elevation))
 
     def by_foot(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Foot, way and elevation of all, foot by foot: sums have the order of a single group."""
-        foot, way, elevation = (np.concatenate(of) for of in zip(*self.parts, strict=True))
+        foot, sign, elevation = (np.concatenate(of) for of in zip(*self.parts, strict=True))
         self.parts.clear()
         order = np.argsort(foot, kind="stable")
-        return foot[order], way[order], elevation[order]
+        return foot[order], sign[order], elevation[order]
 
 
 def _block(lines: Sequence[_Lines], n_foot: int) -> np.ndarray:
     """Thickness at the feet of some units that do not overlap; NaN where there is none."""
     total, seen = np.zeros(n_foot), np.zeros(n_foot, dtype=bool)
     for of_unit in lines:
-        foot, way, elevation = of_unit.by_foot()
+        foot, sign, elevation = of_unit.by_foot()
         if not len(foot):
             continue
 
@@ -302,7 +302,7 @@ def _block(lines: Sequence[_Lines], n_foot: int) -> np.ndarray:
         level = np.round(elevation.mean())
 
         # each line leaves through the top (+) and enters through the base (-): the sum is thickness
-        total += np.bincount(foot, way * (elevation - level), minlength=n_foot)
+        total += np.bincount(foot, sign * (elevation - level), minlength=n_foot)
         seen[foot] = True
     return np.where(seen, total, np.nan)
 
@@ -319,24 +319,26 @@ def _check_balance(unit: Unit, found: Passages, feet: np.ndarray) -> None:
         )
 
 
-def _cosine(mine: Sequence[tuple[Unit, Passages]], n: int, horizons: Sequence[str]) -> np.ndarray:
+def _cosine(
+    by_unit: Sequence[tuple[Unit, Passages]], n: int, horizons: Sequence[str]
+) -> np.ndarray:
     """Cosine of the dip of bedding at each foot: the highest way in, or else the lowest way out."""
     best = np.full(n, np.nan)
-    for way in (-1, 1):  # ways out first: ways in count more
+    for sign in (-1, 1):  # ways out first: ways in count more
         height, cosine = np.full(n, np.inf), np.full(n, np.nan)
-        for unit, found in mine:
-            bedding = np.isin(unit.surface_names, horizons)[found.surface]
-            rows = np.flatnonzero(bedding & (found.way == way))
-            rows = rows[np.argsort(way * found.elevation[rows], kind="stable")]
+        for unit, through in by_unit:
+            bedding = np.isin(unit.surface_names, horizons)[through.surface]
+            rows = np.flatnonzero(bedding & (through.way == sign))
+            rows = rows[np.argsort(sign * through.elevation[rows], kind="stable")]
 
             # of each foot the last row stays: the highest way in, the lowest way out
             last = np.full(n, -1, dtype=np.int64)
-            last[found.foot[rows]] = np.arange(len(rows))
+            last[through.foot[rows]] = np.arange(len(rows))
             at = np.flatnonzero(last >= 0)
-            depth = -way * found.elevation[rows[last[at]]]
+            depth = -sign * through.elevation[rows[last[at]]]
             better = depth < height[at]
             at = at[better]
-            a, b, c = np.moveaxis(found.corners[rows[last[at]]], 1, 0)
+            a, b, c = np.moveaxis(through.corners[rows[last[at]]], 1, 0)
             normal = np.cross(b - a, c - a)
             height[at] = depth[better]
             cosine[at] = np.abs(normal[:, 2]) / np.linalg.norm(normal, axis=1)
@@ -442,12 +444,12 @@ def passages(
     near = _on_triangles(pieces, sides, wanted, local, middle)
     number = np.full(len(feet), -1)
     for low in range(0, max(len(feet), 1), AT_ONCE):
-        some = slice(low, low + AT_ONCE)
-        number[some] = np.arange(len(feet[some]))
+        part = slice(low, low + AT_ONCE)
+        number[part] = np.arange(len(feet[part]))
         of = _among(near, number)
-        number[some] = -1
-        met = _joined([of, *_on_grids(pieces, sides, wanted, local[some], middle)])
-        yield some, [_of_unit(met, u, local[some]) for u in rows]
+        number[part] = -1
+        met = _joined([of, *_on_grids(pieces, sides, wanted, local[part], middle)])
+        yield part, [_of_unit(met, u, local[part]) for u in rows]
 
 
 def _among(met: _Met, number: np.ndarray) -> _Met:
@@ -460,10 +462,10 @@ def _among(met: _Met, number: np.ndarray) -> _Met:
 def _of_shell(unit: Unit, feet: np.ndarray, middle: np.ndarray) -> Passages:
     """Passages of the listed triangles of a unit."""
     local = feet - unit.origin[:2]
-    found = cross_columns(unit.local, unit.triangles, local, middle - unit.origin[:2])
-    corners = unit.local[unit.triangles[found.triangle]]
-    surface = unit.surface_of_triangle[found.triangle]
-    return Passages(found.foot, found.way, found.elevation, corners, surface)
+    crossings = cross_columns(unit.local, unit.triangles, local, middle - unit.origin[:2])
+    corners = unit.local[unit.triangles[crossings.triangle]]
+    surface = unit.surface_of_triangle[crossings.triangle]
+    return Passages(crossings.foot, crossings.way, crossings.elevation, corners, surface)
 
 
 def _on_triangles(
@@ -479,7 +481,7 @@ def _on_grids(
     pieces: Pieces, sides: np.ndarray, wanted: np.ndarray, feet: np.ndarray, middle: np.ndarray
 ) -> list[_Met]:
     """Lines through runs, one surface after the other."""
-    n_core, found = len(pieces.triangles), []
+    n_core, met = len(pieces.triangles), []
     for i, (source, strips) in enumerate(zip(pieces.sources, pieces.strips, strict=True)):
         lattice = source.lattice
         first = n_core + int(pieces.first_run[i])
@@ -492,7 +494,7 @@ def _on_grids(
             keys, run = strips.keys_of(runs)
             corners = corners_of(lattice, keys, pieces.origin)
             of = np.full(len(keys), i), sides[first + run]
-            found.append(_Met.of(corners, *of, feet, middle))
+            met.append(_Met.of(corners, *of, feet, middle))
             continue
 
         # runs that bound none of the units are left out
@@ -502,8 +504,8 @@ def _on_grids(
         foot = np.flatnonzero(is_wanted[run])
         corners = corners_of(lattice, keys[foot], pieces.origin)
         way = np.full(len(foot), 1 if lattice.right_handed != lattice.turned else -1)
-        found.append(_Met(foot, way, corners, np.full(len(foot), i), sides[first + run[foot]]))
-    return found
+        met.append(_Met(foot, way, corners, np.full(len(foot), i), sides[first + run[foot]]))
+    return met
 
 
 def _joined(parts: list[_Met]) -> _Met:
@@ -536,10 +538,10 @@ def _from_lowest(corners: np.ndarray) -> np.ndarray:
 
     def before(a: np.ndarray, b: np.ndarray) -> np.ndarray:
         """Whether corners a come before corners b."""
-        found = a[:, 2] < b[:, 2]
+        comes_before = a[:, 2] < b[:, 2]
         for k in (1, 0):
-            found = (a[:, k] < b[:, k]) | ((a[:, k] == b[:, k]) & found)
-        return found
+            comes_before = (a[:, k] < b[:, k]) | ((a[:, k] == b[:, k]) & comes_before)
+        return comes_before
 
     n = np.arange(len(corners))
     first = np.where(before(corners[:, 1], corners[:, 0]), 1, 0)
@@ -577,7 +579,7 @@ def horizon_on_grid(
     np.maximum.at(values, met.foot, met.elevation + faces.origin[2])
     count = np.bincount(met.foot, minlength=len(values))
     attrs = {"units": "m", "positive": "up", "long_name": f"elevation of {horizon}"}
-    found = xarray.DataArray(
+    on_grid = xarray.DataArray(
         np.where(count > 0, values, np.nan).reshape(nodes.shape),
         nodes.coords, nodes.dims, horizon, attrs,
     )  # fmt: skip
@@ -589,7 +591,7 @@ def horizon_on_grid(
     a, b = faces.x[ends[on_fault[ends].all(axis=1)]].transpose(1, 0, 2)
     length, doubled = float(np.linalg.norm(b - a, axis=1).sum()), int((count > 1).sum())
     if not length and not doubled:
-        return found, None
+        return on_grid, None
     lost = (
         f"The grid of horizon {horizon!r} has no walls at faults: along {length_text(length)} of "
         "cut-offs it ends or slopes within one cell of them. "
@@ -597,6 +599,6 @@ def horizon_on_grid(
         f"value; {counted(doubled, 'node')} where the horizon is doubled, as at reverse faults, "
         "have the upper elevation."
     )
-    found.attrs["lost"] = lost
+    on_grid.attrs["lost"] = lost
     remedy = "Write scene.patches.surface(name) to keep the walls, or give smaller cells: grid=25."
-    return found, GeosurfWarning("grid", horizon, lost, remedy)
+    return on_grid, GeosurfWarning("grid", horizon, lost, remedy)

@@ -378,8 +378,8 @@ def _compared(
     # faults that the vertical line meets, from the bottom up, as the crossings are sorted
     faults = [j for j, i in enumerate(surface) if patches.sources[i].role == "fault"]
     of_fault = [patches.names[i] for i in surface[faults]]
-    mine = surface == horizons[tops.horizons[k]]
-    values = z[mine & borders[at]]
+    of_horizon = surface == horizons[tops.horizons[k]]
+    values = z[of_horizon & borders[at]]
 
     # one value or several: compare with the nearest and name a fault that lies between, since then
     # top and horizon are in different blocks
@@ -390,7 +390,7 @@ def _compared(
         return _Row(status, model, block, between, len(values))
 
     # the horizon is there but borders nothing, or no fault could have left a gap
-    if mine.any() or not len(faults):
+    if of_horizon.any() or not len(faults):
         return _Row(ABSENT, block=block)
     nearest = of_fault[int(np.abs(z[faults] - picked).argmin())]
     return _Row(GAP, block=block, fault=nearest)

@@ -101,9 +101,9 @@ def _zones_beside(
     here, there = pairs_of_equal(keys, np.arange(len(keys)))
     zone = np.array([*(zones.index(unit.zone) for unit in units.values()), -1])
     sides = zone[units.sides[there - n]]
-    found = np.full((n, 2), -1)
+    beside = np.full((n, 2), -1)
     inside = (sides >= 0).all(axis=1)
-    found[here[inside]] = sides[inside]
+    beside[here[inside]] = sides[inside]
 
     # from there outwards, to neighbours across edges that no other surface has
     keys = edge_keys(split.triangles, len(split.local))
@@ -112,10 +112,10 @@ def _zones_beside(
     same = split.surface_of_triangle[a] == split.surface_of_triangle[b]
     a, b = np.concatenate([a[same], b[same]]), np.concatenate([b[same], a[same]])
     while True:
-        outward = (found[a, 0] >= 0) & (found[b, 0] < 0)
+        outward = (beside[a, 0] >= 0) & (beside[b, 0] < 0)
         if not outward.any():
-            return found
-        found[b[outward]] = found[a[outward]]
+            return beside
+        beside[b[outward]] = beside[a[outward]]
         a, b = a[~outward], b[~outward]
 
 
@@ -226,11 +226,11 @@ def crossings_of(mesh: Mesh, groups: tuple[int, ...], feet: np.ndarray) -> Cross
     rows = np.flatnonzero(is_boundary & (mesh.facing != 0))
     t = mesh.triangles[rows]
     feet = np.ascontiguousarray(feet)
-    found = cross_columns(mesh.local, t, feet)
-    order = np.lexsort((found.triangle, -found.elevation, found.foot))
-    foot, triangle = found.foot[order], found.triangle[order]
+    crossings = cross_columns(mesh.local, t, feet)
+    order = np.lexsort((crossings.triangle, -crossings.elevation, crossings.foot))
+    foot, triangle = crossings.foot[order], crossings.triangle[order]
     weights = shares_at(mesh.local[t[triangle]], feet[foot])
-    return Crossings(foot, t[triangle], weights, below[rows[triangle]], found.elevation[order])
+    return Crossings(foot, t[triangle], weights, below[rows[triangle]], crossings.elevation[order])
 
 
 def starts_of(mesh: Mesh, groups: tuple[int, ...], averages: tuple[int, ...]) -> Starts:
@@ -239,13 +239,13 @@ def starts_of(mesh: Mesh, groups: tuple[int, ...], averages: tuple[int, ...]) ->
     `averages` are zones that have the average velocity to the horizon below them.
     """
     n = len(mesh.local)
-    found = crossings_of(mesh, groups, mesh.local[:, :2])
+    above = crossings_of(mesh, groups, mesh.local[:, :2])
     # triangles of the vertex itself are not above it
-    counts = (found.up > mesh.local[found.foot, 2]) & (found.corners != found.foot[:, None]).all(
+    counts = (above.up > mesh.local[above.foot, 2]) & (above.corners != above.foot[:, None]).all(
         axis=1
     )
-    found = found.some(np.flatnonzero(counts))
-    last = found.some(np.flatnonzero(np.diff(found.foot, append=n)))  # the lowest one
+    above = above.some(np.flatnonzero(counts))
+    last = above.some(np.flatnonzero(np.diff(above.foot, append=n)))  # the lowest one
     corners, weights = np.full((n, 3), -1), np.zeros((n, 3))
     zone = np.zeros(n, dtype=np.int64)
     corners[last.foot], weights[last.foot], zone[last.foot] = last.corners, last.weights, last.below
@@ -328,40 +328,42 @@ class TimeDepth(Noun):
         rows = np.arange(n)
         s, d, zone = seconds[rows, at], depth[rows, at], zones[rows, at]
         s_end, d_end = seconds[rows, at + 1], depth[rows, at + 1]
-        found = points.copy()
+        converted = points.copy()
         for number, law in enumerate(velocity.laws):
-            mine = np.flatnonzero(zone == number)
-            if not len(mine):
+            in_zone = np.flatnonzero(zone == number)
+            if not len(in_zone):
                 continue
-            v0, k, ends = law.v0.at(points[mine, :2]), law.k, np.isfinite(s_end[mine])
-            start, below = d[mine], np.where(ends, s_end[mine], s[mine])
-            full = deeper(v0, k, start, below - s[mine]) - start
+            v0, k, ends = law.v0.at(points[in_zone, :2]), law.k, np.isfinite(s_end[in_zone])
+            start, below = d[in_zone], np.where(ends, s_end[in_zone], s[in_zone])
+            full = deeper(v0, k, start, below - s[in_zone]) - start
             with np.errstate(all="ignore"):
-                stretch = np.where(ends & (full > 0), (d_end[mine] - start) / full, 1.0)
+                stretch = np.where(ends & (full > 0), (d_end[in_zone] - start) / full, 1.0)
                 if to_depth:
-                    way = deeper(v0, k, start, given[mine] - s[mine]) - start
-                    found[mine, 2] = velocity.datum - (start + stretch * way)
+                    thickness = deeper(v0, k, start, given[in_zone] - s[in_zone]) - start
+                    converted[in_zone, 2] = velocity.datum - (start + stretch * thickness)
                 else:
-                    way = np.where(stretch > 0, (given[mine] - start) / stretch, 0.0)
-                    found[mine, 2] = -(s[mine] + later(v0, k, start, start + way)) / self.second
-        return found
+                    thickness = np.where(stretch > 0, (given[in_zone] - start) / stretch, 0.0)
+                    converted[in_zone, 2] = (
+                        -(s[in_zone] + later(v0, k, start, start + thickness)) / self.second
+                    )
+        return converted
 
-    def _along(self, found: Crossings, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _along(self, crossings: Crossings, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Seconds, depth and zone below, at all boundaries of lines (n, most), from the top down.
 
         The datum leads; infinite values follow the last boundary. What lies above a boundary that
         comes before it is as low as that.
         """
-        place = np.arange(len(found.foot)) - np.searchsorted(found.foot, found.foot) + 1
+        place = np.arange(len(crossings.foot)) - np.searchsorted(crossings.foot, crossings.foot) + 1
         most = int(place.max(initial=0)) + 2
         seconds, depth = (np.full((n, most), np.inf) for _ in range(2))
         zone = np.zeros((n, most), dtype=np.int64)
         for values, out in ((self.seconds, seconds), (self.depth, depth)):
-            out[found.foot, place] = (found.weights * values[found.corners]).sum(axis=1)
+            out[crossings.foot, place] = (crossings.weights * values[crossings.corners]).sum(axis=1)
             # the datum is above all: also above what is higher than it
             out[:, 0] = np.minimum(out[:, 1], 0.0)
             np.maximum.accumulate(out, axis=1, out=out)
-        zone[found.foot, place] = found.below
+        zone[crossings.foot, place] = crossings.below
         return seconds, depth, zone
 
 
@@ -392,16 +394,16 @@ def shadowed(
     if len(set(groups)) < 2 or not len(t):
         return none
     feet = np.ascontiguousarray(points[:, :2])
-    found = cross_columns(mesh.local, t, feet, mesh.local[t.ravel(), :2].mean(axis=0))
-    away = found.elevation - points[found.foot, 2]
+    crossings = cross_columns(mesh.local, t, feet, mesh.local[t.ravel(), :2].mean(axis=0))
+    away = crossings.elevation - points[crossings.foot, 2]
     highest = np.full(len(points), -np.inf)
     boundaries = crossings_of(mesh, groups, feet)
     np.maximum.at(highest, boundaries.foot, boundaries.up)
-    is_other = highest[found.foot] >= found.elevation
+    is_other = highest[crossings.foot] >= crossings.elevation
     near = np.flatnonzero((away > 0.0) & is_other)
-    near = near[np.lexsort((found.triangle[near], away[near], found.foot[near]))]
-    rows, first = np.unique(found.foot[near], return_index=True)
-    corners = t[found.triangle[near[first]]]
+    near = near[np.lexsort((crossings.triangle[near], away[near], crossings.foot[near]))]
+    rows, first = np.unique(crossings.foot[near], return_index=True)
+    corners = t[crossings.triangle[near[first]]]
     return rows, corners, shares_at(mesh.local[corners], feet[rows])
 
 
@@ -429,18 +431,18 @@ def velocities_at_wells(
     locator, boundaries = locator_of(units), boundaries_of(patches, units)
     for rows in shots.values():
         path = np.column_stack([rows[:, :2], -rows[:, 3]])
-        found = well_intervals(units, path, rows[:, 2], locator, boundaries)
-        names = found.zone.values.tolist()
-        md, up = found.md.values, found.elevation.values
+        intervals = well_intervals(units, path, rows[:, 2], locator, boundaries)
+        names = intervals.zone.values.tolist()
+        md, up = intervals.md.values, intervals.elevation.values
         inside = [k for k, name in enumerate(names) if name]
         for zone in dict.fromkeys(names[k] for k in inside):
-            mine = np.array([k for k in inside if names[k] == zone])
+            in_zone = np.array([k for k in inside if names[k] == zone])
             if zone == zones[0]:  # the model begins below the datum
-                mine = np.arange(mine[-1] + 1)
-            way, time = np.ptp(md[mine], axis=1).sum(), np.ptp(up[mine], axis=1).sum()
+                in_zone = np.arange(in_zone[-1] + 1)
+            thickness, time = np.ptp(md[in_zone], axis=1).sum(), np.ptp(up[in_zone], axis=1).sum()
             if time >= THINNEST:
-                x, y = (float(found[axis].values[mine].mean()) for axis in COORDINATES[:2])
-                found_at.setdefault(zone, []).append((x, y, way / (time * second)))
+                x, y = (float(intervals[axis].values[in_zone].mean()) for axis in COORDINATES[:2])
+                found_at.setdefault(zone, []).append((x, y, thickness / (time * second)))
     return {k: (np.array(v)[:, :2], np.array(v)[:, 2]) for k, v in found_at.items()}
 
 
@@ -459,11 +461,11 @@ def levels_of(starts: Starts) -> list[np.ndarray]:
     of_anchor = np.where(starts.anchor[:, None] < 0, -1, starts.corners[starts.anchor])
     needs = np.concatenate([starts.corners, of_anchor, starts.anchor[:, None]], axis=1)
     for _ in range(MOST_LEVELS):
-        found = level[needs].max(axis=1) + 1
-        if (found == level[:n]).all():
-            order = np.argsort(found, kind="stable")
-            return np.split(order, np.flatnonzero(np.diff(found[order])) + 1)
-        level[:n] = found
+        next_level = level[needs].max(axis=1) + 1
+        if (next_level == level[:n]).all():
+            order = np.argsort(next_level, kind="stable")
+            return np.split(order, np.flatnonzero(np.diff(next_level[order])) + 1)
+        level[:n] = next_level
     raise GeometryError(
         "parts of the model lie above each other in a ring, so that no vertical line can be "
         "followed from the top down. Leave the faults out that overlap there."

@@ -178,7 +178,7 @@ def checkshots_of(given: Any) -> dict[str, np.ndarray]:
             f"checkshots need the columns {', '.join(COLUMNS)}, of numbers but for the first "
             f"({error})."
         ) from error
-    found = {}
+    shots = {}
     for well in dict.fromkeys(columns[0].tolist()):
         rows = numbers[columns[0] == well]
         rows = rows[np.argsort(rows[:, 3], kind="stable")]
@@ -188,8 +188,8 @@ def checkshots_of(given: Any) -> dict[str, np.ndarray]:
                 "Leave out the checkshots or tops that repeat or fall. Depths are positive down, "
                 "elevations of tops positive up."
             )
-        found[str(well)] = rows
-    return found
+        shots[str(well)] = rows
+    return shots
 
 
 def from_datum(well: str, rows: np.ndarray, datum: float) -> np.ndarray:
@@ -208,20 +208,20 @@ def from_datum(well: str, rows: np.ndarray, datum: float) -> np.ndarray:
 def deeper(v0: np.ndarray, k: Any, depth: np.ndarray, seconds: np.ndarray) -> np.ndarray:
     """Depth [m] some seconds below a depth: v = v0 + k z along the vertical."""
     with np.errstate(all="ignore"):
-        found: np.ndarray = depth + np.where(
+        below: np.ndarray = depth + np.where(
             np.equal(k, 0.0), v0 * seconds, (v0 + k * depth) * np.expm1(k * seconds) / k
         )
-    return found
+    return below
 
 
 def later(v0: np.ndarray, k: Any, depth: np.ndarray, below: np.ndarray) -> np.ndarray:
     """Seconds from a depth to another one: the inverse of `deeper`."""
     with np.errstate(all="ignore"):
-        way = below - depth
-        found: np.ndarray = np.where(
-            np.equal(k, 0.0), way / v0, np.log1p(k * way / (v0 + k * depth)) / k
+        thickness = below - depth
+        seconds: np.ndarray = np.where(
+            np.equal(k, 0.0), thickness / v0, np.log1p(k * thickness / (v0 + k * depth)) / k
         )
-    return found
+    return seconds
 
 
 @dataclass(frozen=True, eq=False)

@@ -73,12 +73,12 @@ class Factor:
         if not isinstance(value, Mapping):
             return cls(name, {frozenset(): check(value, name)})
         entries: dict[frozenset[str], Any] = {}
-        for key, one in value.items():
+        for key, entry in value.items():
             words = frozenset(map(str, key if isinstance(key, tuple) else (key,)))
             words -= {ELSEWHERE}
             if words in entries:
                 raise InputError(f"{name} has two entries for {_listed(words)}. Remove one.")
-            entries[words] = check(one, f"{name} for {_listed(words)}")
+            entries[words] = check(entry, f"{name} for {_listed(words)}")
         return cls(name, entries)
 
     def refuse_unknown(self, known: Sequence[str]) -> None:
@@ -248,10 +248,10 @@ def fluids_in_place(
     rule = fluids_rule(fluids)
     refuse_unknown_words(units, factors, rule)
     part = units.included(include)
-    of, values = amounts_of(part, factors, rule, system)
+    fluid_names, values = amounts_of(part, factors, rule, system)
     columns = columns_of(len(factors), system)
     data = {key: ("unit", values[:, k], attrs) for k, (key, attrs) in enumerate(columns.items())}
-    column = np.array(of, dtype=object)
+    column = np.array(fluid_names, dtype=object)
     crs = {} if units.crs is None else {"crs": units.crs}
     return xarray.Dataset(data, part.volumes.coords, crs).assign_coords(fluid=("unit", column))
 
@@ -290,20 +290,20 @@ def amounts_of(
 
     Columns that lack a value are NaN: of units outside the reservoir nothing has to be given.
     """
-    values, of = np.zeros((len(units), len(COLUMNS))), []
+    values, fluids = np.zeros((len(units), len(COLUMNS))), []
     # one word for all fluids is for the reservoir
     named = Factor(rule.name, {words: fluid for words, fluid in rule.entries.items() if words})
     for row, unit in enumerate(units.values()):
         words, inside = _words_of(unit), unit.zone in units.reservoir
-        of.append(fluid_of(unit, words, rule if inside else named))
-        chain = _chain(unit, factors, words | {of[row]} - {""}, of[row], complete=inside)
+        fluids.append(fluid_of(unit, words, rule if inside else named))
+        chain = _chain(unit, factors, words | {fluids[row]} - {""}, fluids[row], complete=inside)
         values[row, : len(chain) + 1] = unit.volume, *_in_steps(unit, chain)
         if len(chain) < len(factors):
             values[row, len(chain) + 1 :] = np.nan
-        if of[row] == "gas":
+        if fluids[row] == "gas":
             values[row, 4:] = 0.0, values[row, 4]
     sizes = [SIZES[attrs["units"]] for attrs in columns_of(len(factors), system).values()]
-    return of, values[:, : len(sizes)] / np.array(sizes)
+    return fluids, values[:, : len(sizes)] / np.array(sizes)
 
 
 def _chain(
@@ -346,17 +346,24 @@ def _changed(value: Any, change: Callable[[Any], Any]) -> Any:
 
 def _in_steps(unit: Unit, chain: Sequence[Any]) -> list[float]:
     """The volume of a unit times the first factors, the first two, and so on."""
-    maps = {name: one for name, one in zip(ARGUMENTS, chain, strict=False) if not is_number(one)}
+    maps = {
+        name: factor
+        for name, factor in zip(ARGUMENTS, chain, strict=False)
+        if not is_number(factor)
+    }
     wanted = [unit.volume, *(integrals(unit, maps) if maps else ())]
-    n_map = np.cumsum([not is_number(one) for one in chain])
-    numbers = np.cumprod([one if is_number(one) else 1.0 for one in chain])
-    return [wanted[k] * of for k, of in zip(n_map, numbers.tolist(), strict=True)]
+    n_map = np.cumsum([not is_number(factor) for factor in chain])
+    numbers = np.cumprod([factor if is_number(factor) else 1.0 for factor in chain])
+    return [wanted[k] * number for k, number in zip(n_map, numbers.tolist(), strict=True)]
 
 
-def totals_in_words(found: xarray.Dataset) -> str:
+def totals_in_words(volumes: xarray.Dataset) -> str:
     """Return what units hold in all, with units of measure."""
-    in_place = [found[key] for key in ("stoiip", "giip") if key in found and found[key].sum()]
-    totals = ((one.attrs, float(one.sum()) / 1e6) for one in in_place or [found[list(found)[-1]]])
+    in_place = [volumes[key] for key in ("stoiip", "giip") if key in volumes and volumes[key].sum()]
+    totals = (
+        (column.attrs, float(column.sum()) / 1e6)
+        for column in in_place or [volumes[list(volumes)[-1]]]
+    )
     words = (f"{of['long_name']} {number_text(sum_)} million {of['units']}" for of, sum_ in totals)
     return ", ".join(words).replace("m3", "m³")
 
@@ -427,7 +434,7 @@ def integrals(unit: Unit, maps: Mapping[str, Lattice]) -> list[float]:
     InputError
         If a map does not cover the unit, or is curvilinear.
     """
-    cells = [MapCells.of(one, unit.origin, name) for name, one in maps.items()]
+    cells = [MapCells.of(property_map, unit.origin, name) for name, property_map in maps.items()]
     points, weights = _gauss(len(maps))
     corners = unit.local[unit.triangles]
     corners[..., 2] -= 0.5 * (corners[..., 2].min() + corners[..., 2].max())
@@ -441,8 +448,8 @@ def integrals(unit: Unit, maps: Mapping[str, Lattice]) -> list[float]:
         size = 0.5 * _flat(triangles)
         places = points @ triangles
         product = places[..., 2] * weights
-        for m, one in enumerate(cells):
-            value, lacking = one.at(of_cell[piece, 2 * m : 2 * m + 2], places)
+        for m, property_map in enumerate(cells):
+            value, lacking = property_map.at(of_cell[piece, 2 * m : 2 * m + 2], places)
             missing = np.where(lacking, size, 0.0).clip(0.0)
             if missing.any():
                 area, at = lost.get(m, (0.0, places[missing.argmax()].mean(axis=0)))
@@ -456,7 +463,7 @@ def integrals(unit: Unit, maps: Mapping[str, Lattice]) -> list[float]:
                 f"{unit.name!r}, such as at {place(at[:2] + unit.origin[:2])}. Fill or enlarge it "
                 "there, or give this unit a number."
             )
-    return [math.fsum(one) for one in sums]
+    return [math.fsum(property_map) for property_map in sums]
 
 
 def _flat(triangles: np.ndarray) -> np.ndarray:
@@ -486,18 +493,18 @@ def _pieces(
     """
     corners = corners[_flat(corners) != 0.0]
     count = np.ones(len(corners), dtype=np.int64)
-    for one in cells:
-        for axis, lines in enumerate(one.axes):
-            h = one.along(axis, corners)
+    for grid in cells:
+        for axis, lines in enumerate(grid.axes):
+            h = grid.along(axis, corners)
             first, last = (np.searchsorted(lines, end) for end in (h.min(axis=1), h.max(axis=1)))
             count *= 1 + last - first
     total = np.cumsum(count)
     ends = np.searchsorted(total, np.arange(0, total[-1] if len(total) else 0, AT_ONCE), "right")
     for first, last in zip(ends, [*ends[1:], len(corners)], strict=True):
         polygons, of_cell = corners[first:last], np.empty((last - first, 0), dtype=np.int64)
-        for one in cells:
-            for axis, lines in enumerate(one.axes):
-                polygons, row, strip = _split(polygons, one.along(axis, polygons), lines)
+        for grid in cells:
+            for axis, lines in enumerate(grid.axes):
+                polygons, row, strip = _split(polygons, grid.along(axis, polygons), lines)
                 of_cell = np.column_stack([of_cell[row], strip - 1])
         for k in range(0, len(polygons), AT_ONCE):
             yield polygons[k : k + AT_ONCE], of_cell[k : k + AT_ONCE]
@@ -516,11 +523,13 @@ def _split(
     row, strip = ranges(low, high - low + 1)
     parts = np.concatenate([x, h[..., None]], axis=2)[row]
     for side, level, cut in ((1.0, strip - 1, strip > low[row]), (-1.0, strip, strip < high[row])):
-        some = np.flatnonzero(cut)
-        halves = _half(parts[some], side * (parts[some, :, -1] - lines[level[some], None]))
+        cut_rows = np.flatnonzero(cut)
+        halves = _half(
+            parts[cut_rows], side * (parts[cut_rows, :, -1] - lines[level[cut_rows], None])
+        )
         width = max(halves.shape[1], parts.shape[1])
         parts = _widened(parts, width)
-        parts[some] = _widened(halves, width)
+        parts[cut_rows] = _widened(halves, width)
     return parts[..., :-1], row, strip
 
 

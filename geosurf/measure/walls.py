@@ -87,34 +87,34 @@ class Walls:
         inner = (faces.zones[there] > 0) & (faces.zones[there] < self.n_horizon)
         owners = np.unique(self.block[there[inner]] if inner.any() else self.block[there]).tolist()
         s = faces.along(faces.x[ends].reshape(-1, 3)).reshape(-1, 2)
-        owned = {of: (blocks == of).any(axis=1) for of in owners}
-        for of, mine in owned.items():
-            if mine.any():
-                self.reach[side, of] = float(s[mine].min()), float(s[mine].max())
+        owned = {block: (blocks == block).any(axis=1) for block in owners}
+        for block, beside in owned.items():
+            if beside.any():
+                self.reach[side, block] = float(s[beside].min()), float(s[beside].max())
 
         # cut-offs between over- and underburden are of the blocks next to them
         alone = ~np.any([*owned.values(), np.zeros(len(ends), dtype=bool)], axis=0)
         next_to = self.owners(side, np.full(len(ends), -1), s.mean(axis=1))
-        found = {}
-        for of, mine in owned.items():
-            if (side, of) in self.reach:
-                rows = np.flatnonzero(mine | (alone & (next_to == of)))
-                found[of] = [
+        lines = {}
+        for block, beside in owned.items():
+            if (side, block) in self.reach:
+                rows = np.flatnonzero(beside | (alone & (next_to == block)))
+                lines[block] = [
                     self._line(ends[rows], s[rows], (zones[rows, 0] <= k) & (zones[rows, 1] > k))
                     for k in range(self.n_horizon)
                 ]
-        return found
+        return lines
 
     def owners(self, side: int, blocks: np.ndarray, s: np.ndarray) -> np.ndarray:
         """Blocks whose lines count on a wall: the same, or those next to it along strike."""
-        found, least = np.full(len(s), -1), np.full(len(s), np.inf)
-        for (on, of), (low, high) in self.reach.items():
+        owning, least = np.full(len(s), -1), np.full(len(s), np.inf)
+        for (on, block), (low, high) in self.reach.items():
             if on == side:
                 beyond = np.where(
-                    blocks == of, -1.0, np.maximum(np.maximum(low - s, s - high), 0.0)
+                    blocks == block, -1.0, np.maximum(np.maximum(low - s, s - high), 0.0)
                 )
-                found, least = np.where(beyond < least, of, found), np.minimum(beyond, least)
-        return found
+                owning, least = np.where(beyond < least, block, owning), np.minimum(beyond, least)
+        return owning
 
     def _line(self, ends: np.ndarray, s: np.ndarray, chosen: np.ndarray) -> Line | None:
         """The line between what lies above a horizon and below it; None where there is none."""
@@ -135,13 +135,13 @@ class Walls:
     @cached_property
     def slopes(self) -> list[float]:
         """Mean slope of each horizon along strike, of all its lines on this fault."""
-        found = []
+        by_horizon = []
         for level in range(self.n_horizon):
             lines = [of[level] for wall in self.lines for of in wall.values()]
             parts = [[of - of.mean() for of in line] for line in lines if line is not None]
             below = sum(float(s @ s) for s, _ in parts)
-            found.append(sum(float(s @ z) for s, z in parts) / below if below > 0.0 else 0.0)
-        return found
+            by_horizon.append(sum(float(s @ z) for s, z in parts) / below if below > 0.0 else 0.0)
+        return by_horizon
 
     def levels(self, side: int, block: int, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Elevation of each horizon on a wall (n, n_horizon), NaN for none; which are assumed."""
@@ -170,15 +170,15 @@ class Walls:
         """
         n, s, z = len(points), self.faces.along(points), points[:, 2]
         sgr, throw = np.full((n, 2), np.nan), np.full((n, 2), np.nan)
-        found = Slipped(sgr, throw, np.full(n, np.nan), np.zeros(n, dtype=bool))
+        slips = Slipped(sgr, throw, np.full(n, np.nan), np.zeros(n, dtype=bool))
         both = [self.owners(side, blocks[:, side], s) for side in (PLUS, MINUS)]
         key = np.where(np.minimum(*both) < 0, -1, both[0] * len(self.blocks) + both[1])
         for pair in np.unique(key[key >= 0]).tolist():
             plus, minus = divmod(pair, len(self.blocks))
             rows = np.flatnonzero(key == pair)
             walls = [self.levels(PLUS, plus, s[rows]), self.levels(MINUS, minus, s[rows])]
-            self._compare(found, rows, z[rows], zones[rows], walls)
-        return found
+            self._compare(slips, rows, z[rows], zones[rows], walls)
+        return slips
 
     def at_corners(self, corners: np.ndarray, sides: np.ndarray) -> Slipped:
         """The same at corners of triangles (n, 3, 3) with their units (n, 2)."""
@@ -226,7 +226,7 @@ class Walls:
         return self.at_corners(corners, sides).ratio.reshape(-1, 3)
 
     def _compare(
-        self, found: Slipped, rows: np.ndarray, z: np.ndarray, zones: np.ndarray, walls: list[Any]
+        self, slipped: Slipped, rows: np.ndarray, z: np.ndarray, zones: np.ndarray, walls: list[Any]
     ) -> None:
         """Fill in rows of what was found: each wall against the other."""
         ends = np.full((len(rows), 1), np.inf)
@@ -250,11 +250,11 @@ class Walls:
             shale = np.where(part > 0.0, part * self.vshale, 0.0).sum(axis=1)
             alike = 0.5 * self.vshale[zones].sum(axis=1)  # where nothing has slipped
             with np.errstate(invalid="ignore", divide="ignore"):
-                found.sgr[rows, side] = np.where(total > 0.0, shale / total, alike)
-            found.sgr[rows[np.isnan(total)], side] = np.nan
-            found.throw[rows, side] = (z - far) if side == PLUS else (far - z)
-        found.csp[rows] = self._smear(z, zones, tops, bases)
-        found.assumed[rows] = (walls[0][1] | walls[1][1]).any(axis=1)
+                slipped.sgr[rows, side] = np.where(total > 0.0, shale / total, alike)
+            slipped.sgr[rows[np.isnan(total)], side] = np.nan
+            slipped.throw[rows, side] = (z - far) if side == PLUS else (far - z)
+        slipped.csp[rows] = self._smear(z, zones, tops, bases)
+        slipped.assumed[rows] = (walls[0][1] | walls[1][1]).any(axis=1)
 
     def _smear(
         self, z: np.ndarray, zones: np.ndarray, tops: list[Any], bases: list[Any]
@@ -326,7 +326,7 @@ def _same_layer(
         share = np.where(thick > 0.0, np.clip((top - z) / thick, 0.0, 1.0), 0.5)
         by_share = its_top - share * (its_top - its_base)
         below, above = its_top - (top - z), its_base + (z - base)
-    found = np.where(np.isfinite(its_top) & np.isfinite(top), below, above)
+    level = np.where(np.isfinite(its_top) & np.isfinite(top), below, above)
     both = np.isfinite(thick) & np.isfinite(its_top - its_base)
-    found = np.where(both, by_share, found)
-    return np.where(np.isfinite(found), found, np.nan)
+    level = np.where(both, by_share, level)
+    return np.where(np.isfinite(level), level, np.nan)
