@@ -223,10 +223,10 @@ def issue(warning: GeosurfWarning) -> None:
 
 def pass_on(warning: GeosurfWarning) -> bool:
     """Hand a warning to whoever collects them, and return whether anybody does."""
-    found = _collector.get()
-    if found is not None:
-        found.append(warning)
-    return found is not None
+    collector = _collector.get()
+    if collector is not None:
+        collector.append(warning)
+    return collector is not None
 
 
 @contextmanager
@@ -238,10 +238,10 @@ def collected() -> Iterator[list[GeosurfWarning]]:
     list of GeosurfWarning
         Grows while the block runs.
     """
-    found: list[GeosurfWarning] = []
-    token = _collector.set(found)
+    warnings_collected: list[GeosurfWarning] = []
+    token = _collector.set(warnings_collected)
     try:
-        yield found
+        yield warnings_collected
     finally:
         _collector.reset(token)
 

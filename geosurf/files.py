@@ -72,25 +72,25 @@ def read_own(path: str | os.PathLike[str], largest: int) -> bytes:
     # Everything is asked of the open file: between a test of its name and reading, the file behind
     # the name could change.
     with os.fdopen(handle, "rb") as file:
-        found = os.fstat(handle)
-        if not stat.S_ISREG(found.st_mode):
+        state = os.fstat(handle)
+        if not stat.S_ISREG(state.st_mode):
             raise OSError(errno.EINVAL, "it is not a plain file")
-        why = why_not_ours(found) if hasattr(os, "getuid") else ""
+        why = why_not_ours(state) if hasattr(os, "getuid") else ""
         if why:
             raise PermissionError(errno.EPERM, f"it {why}")
-        if found.st_size > largest:
+        if state.st_size > largest:
             raise OSError(errno.EFBIG, f"it has more than {largest >> 20} MB")
         # Never more than was allowed, even if the file is growing.
         return file.read(largest)
 
 
-def why_not_ours(found: os.stat_result) -> str:
+def why_not_ours(state: os.stat_result) -> str:
     """Return why other users could have written something; root always could."""
     # Files of root are accepted: root could do anything in any case.
-    if found.st_uid not in (os.geteuid(), 0):
-        return f"belongs to another user ({found.st_uid})"
-    if found.st_mode & _OTHERS_WRITE:
-        return f"can be written by others (mode {stat.S_IMODE(found.st_mode):03o})"
+    if state.st_uid not in (os.geteuid(), 0):
+        return f"belongs to another user ({state.st_uid})"
+    if state.st_mode & _OTHERS_WRITE:
+        return f"can be written by others (mode {stat.S_IMODE(state.st_mode):03o})"
     return ""
 
 

@@ -86,9 +86,9 @@ def _words(branch: ast.If) -> set[str]:
 def _public(body: list[ast.stmt]) -> dict[str, str]:
     """Names that are imported as themselves, and their modules."""
     return {
-        one.name: str(line.module)
+        name.name: str(line.module)
         for line in body
         if isinstance(line, ast.ImportFrom)
-        for one in line.names
-        if one.asname == one.name
+        for name in line.names
+        if name.asname == name.name
     }

@@ -475,13 +475,13 @@ def convert_points(
         "lies above the datum, as all others do. Times and depths are positive up: change the "
         "sign of what grows downwards.",
     )  # fmt: skip
-    found = pair.convert(places, to_depth)
+    in_other_domain = pair.convert(places, to_depth)
     _refuse(
-        places, ~np.isfinite(found[:, 2]), shown,
+        places, ~np.isfinite(in_other_domain[:, 2]), shown,
         f"has no {'depth' if to_depth else 'time'} by the velocity v0 + k z of its zone. Leave "
         "such places out.",
     )  # fmt: skip
-    return found
+    return in_other_domain
 
 
 def _refuse(places: np.ndarray, wrong: np.ndarray, shown: str | None, why: str) -> None:
