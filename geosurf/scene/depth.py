@@ -22,7 +22,7 @@ from geosurf.conventions.axes import COORDINATES, is_time_unit, points_in, verti
 from geosurf.conventions.checks import are_points
 from geosurf.conventions.crs import crs_of
 from geosurf.conventions.text import length_text, place
-from geosurf.errors import GeosurfWarning, InputError
+from geosurf.errors import GeosurfWarning, InputError, warn_of
 from geosurf.kernels.search.columns import cross_columns
 from geosurf.measure.places import points_of_array
 from geosurf.measure.throw import FOUND, STATUSES, UNKNOWN, well_misfit
@@ -451,7 +451,7 @@ def convert_points(
     Raises
     ------
     InputError
-        For a place outside of the model, or without a depth or time by its velocity.
+        If all places lie above the datum, or one has no depth or time by its velocity.
     """
     _need_velocity(inputs)
     if inputs.time is None:
@@ -464,11 +464,18 @@ def convert_points(
     x, feet = pair.mesh.local[:, :2], places[:, :2] - pair.mesh.origin[:2]
     inner = feet + SLACK * (0.5 * (x.min(axis=0) + x.max(axis=0)) - feet)
     known = cross_columns(pair.mesh.local, pair.mesh.triangles, inner).foot
-    _refuse(
-        places, ~np.isin(np.arange(len(places)), known), shown,
-        "lies outside of the horizons, where velocities are not known. Leave such places out, or "
-        "continue the horizons: gs.extend_horizon(horizon, distance=...).",
-    )  # fmt: skip
+    outside = np.flatnonzero(~np.isin(np.arange(len(places)), known))
+    if len(outside):
+        with vertical_axis(shown):
+            warn_of(
+                "velocity", "places",
+                f"Outside of the horizons: {counted(len(outside), 'place')} of {len(places)}, "
+                f"the first at {place(places[outside[0]])}. The velocity of "
+                f"{pair.velocity.zones[0]!r} counts there from the datum down.",
+                "Leave them out, or continue the horizons: "
+                "gs.extend_horizon(horizon, distance=...).",
+                tuple(places[outside[0]].tolist()),
+            )  # fmt: skip
     above = places[:, 2] > (0.0 if to_depth else pair.velocity.datum)
     _refuse(
         places, above & above.all(), shown,

@@ -442,8 +442,13 @@ class Scene:
         Raises
         ------
         InputError
-            If the scene has no velocity, or was not given in time. If a place lies outside of the
-            horizons, or all places lie above the datum, or the velocity gives no finite depth.
+            If the scene has no velocity, or was not given in time. If all places lie above the
+            datum, or the velocity gives no finite depth.
+
+        Warns
+        -----
+        GeosurfWarning
+            If places lie outside of the horizons, where the velocity of the first zone counts.
         """
         return convert_points(self._inputs, lambda: self._in_time, points, True)
 
