@@ -689,9 +689,10 @@ class Store:
                 self._entries.popitem(last=False)
                 self.n_dropped += 1
 
-            # results may make arrays later; count again now and then, at a cost that averages out
+            # results may make arrays later; count again now and then, at a cost that averages out;
+            # after small ones, pairs of surfaces, a larger one asks for the memory soon
             self._since_count += grows
-            if most_memory_so_far() >= self.budget:
+            if grows and most_memory_so_far() >= self.budget:
                 self._keep_within_budget(self._since_count > len(self._entries) // 2 + 8)
 
     def _keep_within_budget(self, anew: bool) -> int:

@@ -6,11 +6,14 @@ import hashlib
 import sys
 
 import numpy as np
+import pytest
 
 from geosurf import TriSurface, build_walls, carve_units, intersect_surfaces, rebuild_surfaces
 from tests.kernels.families import FAMILIES, PREDICATES, kernel_signs, true_signs, tuples
 from tests.processes import told_by
 from tests.strategies import grid, sheet
+
+pytestmark = pytest.mark.long  # of the compile machinery: an edit of kernels, not of the model
 
 
 def short_form() -> str:
