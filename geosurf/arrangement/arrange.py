@@ -169,10 +169,10 @@ def _closed_up(parts: list[_Part]) -> list[np.ndarray]:
         rows = [getattr(part, name)[: part.count] for part in parts]
         whole, end = rows[0].base, 0
         assert whole is not None
-        for of_part in rows:
+        for part_rows in rows:
             if end:
-                whole[end : end + len(of_part)] = of_part
-            end += len(of_part)
+                whole[end : end + len(part_rows)] = part_rows
+            end += len(part_rows)
         columns.append((whole, end))
     for part in parts:  # they look into what is shortened
         part.x = part.d = part.children = part.parents = _NOTHING

@@ -105,12 +105,12 @@ class KnownPairs:
     ) -> None:
         """Store how candidates meet, in their order, unless it is known or too much."""
         start = 0
-        for of_pair in candidates:
-            stop = start + len(of_pair.rows)
-            is_new = of_pair.known is None or of_pair.known.slip != slip
-            if is_new and len(of_pair.rows) <= MOST:
-                known = Known(of_pair.rows, of_pair.cost, slip, codes[start:stop].copy())
-                self.put(self._key(of_pair.i, of_pair.j, options), known)
+        for pair in candidates:
+            stop = start + len(pair.rows)
+            is_new = pair.known is None or pair.known.slip != slip
+            if is_new and len(pair.rows) <= MOST:
+                known = Known(pair.rows, pair.cost, slip, codes[start:stop].copy())
+                self.put(self._key(pair.i, pair.j, options), known)
             start = stop
 
     def _key(self, i: int, j: int, options: tuple[Hashable, ...]) -> Hashable:

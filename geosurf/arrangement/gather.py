@@ -61,22 +61,22 @@ class Faces:
         t = self.t.take(faces, axis=0)
         in_use = np.zeros(len(self.x), dtype=bool)
         in_use[t] = True
-        used, of_vertex = np.flatnonzero(in_use), np.cumsum(in_use) - 1
+        used, new_number = np.flatnonzero(in_use), np.cumsum(in_use) - 1
         nodes = []
-        for of_surface, ids in self.nodes:
+        for surface_nodes, ids in self.nodes:
             rows_in_use = np.flatnonzero(in_use.take(ids))
-            kept_ids = of_vertex.take(ids.take(rows_in_use))
-            nodes.append((of_surface.take(rows_in_use), kept_ids))
+            kept_ids = new_number.take(ids.take(rows_in_use))
+            nodes.append((surface_nodes.take(rows_in_use), kept_ids))
         surface, key = self.surface.take(faces), self.key.take(faces)
         # `take` is many times as fast as an index in brackets where rows are short
-        return Faces(self.x.take(used, axis=0), of_vertex[t], surface, key, nodes)
+        return Faces(self.x.take(used, axis=0), new_number[t], surface, key, nodes)
 
 
 def gather(
     surfaces: Sequence[TriSurface], candidates: Sequence[Candidates], origin: np.ndarray
 ) -> tuple[Faces, np.ndarray]:
     """Faces in candidate pairs, and the pairs: rows of two faces."""
-    n_pair = sum(len(of_pair.rows) for of_pair in candidates)
+    n_pair = sum(len(pair.rows) for pair in candidates)
     if lack_of_room(n_pair * PAIR) is not None:
         raise refusal(n_pair, [surface.name for surface in surfaces])
 
@@ -84,12 +84,12 @@ def gather(
     # use, then nodes of these, each numbered from 0 in its surface; then numbers in all.
     columns: list[list[_Column]] = [[] for _ in surfaces]
     start = 0
-    for of_pair in candidates:
-        columns[of_pair.i].append((start, 0, of_pair.rows))
-        columns[of_pair.j].append((start, 1, of_pair.rows))
-        start += len(of_pair.rows)
+    for pair in candidates:
+        columns[pair.i].append((start, 0, pair.rows))
+        columns[pair.j].append((start, 1, pair.rows))
+        start += len(pair.rows)
     worth = n_pair > _PAIRS_IN_THREADS
-    numbered = map_threads(_number_faces, [(of_surface,) for of_surface in columns], worth)
+    numbered = map_threads(_number_faces, [(entries,) for entries in columns], worth)
 
     cut = np.cumsum([0] + [len(key) for key, _ in numbered])
     t = np.empty((cut[-1], 3), dtype=np.int64)
@@ -100,7 +100,7 @@ def gather(
         worth,
     )
 
-    first = np.cumsum([0] + [len(of_surface) for of_surface in nodes])
+    first = np.cumsum([0] + [len(entries) for entries in nodes])
     places = np.empty((first[-1], 3))
     pairs = np.empty((n_pair, 2), dtype=np.int64)
     tasks = [
@@ -181,10 +181,10 @@ def settle(
     codes = np.empty(len(pairs), dtype=np.int64)
     is_new = np.ones(len(pairs), dtype=bool)
     start = 0
-    for of_pair in candidates:
-        stop = start + len(of_pair.rows)
-        if of_pair.known is not None and of_pair.known.slip == slip:
-            codes[start:stop], is_new[start:stop] = of_pair.known.codes, False
+    for pair in candidates:
+        stop = start + len(pair.rows)
+        if pair.known is not None and pair.known.slip == slip:
+            codes[start:stop], is_new[start:stop] = pair.known.codes, False
         start = stop
 
     waiting = np.flatnonzero(is_new)

@@ -46,11 +46,11 @@ def pairs_of_two(
     """
     first, second = lattices
     if first is not None and second is not None:
-        of_lattices: Any = trees
+        lattice_trees: Any = trees
         if first.shares_map(second):
-            return pairs_of_one_map((first, second), of_lattices)
-        if are_alike((first, second), of_lattices):
-            return pairs_of_grids((first, second), of_lattices, origin)
+            return pairs_of_one_map((first, second), lattice_trees)
+        if are_alike((first, second), lattice_trees):
+            return pairs_of_grids((first, second), lattice_trees, origin)
     return candidate_pairs(*trees)
 
 

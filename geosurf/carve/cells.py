@@ -637,7 +637,7 @@ def place_floating(
     at = np.minimum(np.searchsorted(floating, piece), len(floating) - 1)
     floats = floating[at] == piece
     # labels of all sides but the outer ones of floating pieces
-    of_others = shell[~(np.repeat(floats, 2) & (shell == np.repeat(label[at], 2)))]
+    other_shells = shell[~(np.repeat(floats, 2) & (shell == np.repeat(label[at], 2)))]
     start, outside, united = label, -1, np.empty((0, 2), dtype=np.int64)
     while True:
         beyond = holding == NO_HIT
@@ -651,7 +651,7 @@ def place_floating(
         # pieces whose shells only see each other are one group; the next rays start from its
         # members and pass through all of it
         alone, member = np.unique(root[label], return_index=True)
-        member = member[~np.isin(alone, root[of_others])]
+        member = member[~np.isin(alone, root[other_shells])]
         if len(member) == 0:
             return root[shell]
         group = piece.copy()

@@ -201,9 +201,9 @@ def candidates(facts: Facts, groups: list[Group]) -> tuple[np.ndarray, np.ndarra
     has the triangles of each surface that are listed.
     """
     lattices, origin = facts.lattices, facts.patches.origin
-    corners, of_corners = [np.empty((0, 3, 3))], [np.empty(0, dtype=np.int64)]
+    corners, surfaces = [np.empty((0, 3, 3))], [np.empty(0, dtype=np.int64)]
     if not lattices:
-        return corners[0], of_corners[0]
+        return corners[0], surfaces[0]
 
     # triangles in runs that are not listed count; others are compared one by one anyway
     free = [runs.free for runs in lattices]
@@ -243,8 +243,8 @@ def candidates(facts: Facts, groups: list[Group]) -> tuple[np.ndarray, np.ndarra
     for runs, of_free, near_others in zip(lattices, free, hit, strict=True):
         keys = np.flatnonzero(near_others & of_free)
         corners.append(runs.corners(keys, origin))
-        of_corners.append(np.full(len(keys), runs.surface))
-    return np.concatenate(corners), np.concatenate(of_corners)
+        surfaces.append(np.full(len(keys), runs.surface))
+    return np.concatenate(corners), np.concatenate(surfaces)
 
 
 def _tree_of(lattice: Lattice, origin: np.ndarray) -> Tree:

@@ -228,10 +228,10 @@ class Facts:
         shell = np.flatnonzero((sides == unit).any(axis=1) & (sides[:, 0] != sides[:, 1]))
         listed = shell[shell < len(self.pieces.triangles)]
         corners, elements = [self.pieces.x[self.pieces.triangles[listed]]], [listed]
-        for of_lattice in self.lattices:
-            keys, row = of_lattice.strips.keys_of(of_lattice.rows_of(shell))
-            corners.append(of_lattice.corners(keys, self.patches.origin))
-            elements.append(of_lattice.first + row)
+        for lattice_runs in self.lattices:
+            keys, row = lattice_runs.strips.keys_of(lattice_runs.rows_of(shell))
+            corners.append(lattice_runs.corners(keys, self.patches.origin))
+            elements.append(lattice_runs.first + row)
         every, inward = np.concatenate(corners), sides[np.concatenate(elements), 0] == unit
         every[inward] = every[inward][:, [0, 2, 1]]
         return every
@@ -246,10 +246,10 @@ class Facts:
         """
         listed = elements[elements < len(self.pieces.triangles)]
         corners = [self.pieces.x[self.pieces.triangles[listed]]]
-        for of_lattice in self.lattices:
-            runs = of_lattice.strips.runs[of_lattice.rows_of(elements)]
-            keys = lowest_keys(of_lattice.strips.places, runs)
-            corners.append(of_lattice.corners(keys, self.patches.origin))
+        for lattice_runs in self.lattices:
+            runs = lattice_runs.strips.runs[lattice_runs.rows_of(elements)]
+            keys = lowest_keys(lattice_runs.strips.places, runs)
+            corners.append(lattice_runs.corners(keys, self.patches.origin))
         return np.concatenate(corners)
 
     def triangles_near(
@@ -303,15 +303,15 @@ class Facts:
         is_near &= wanted[first_run:]
         world = boxes + np.tile(self.patches.origin, 2)
         region = Boxes(world[:, :2] - _SLIP, world[:, 3:5] + _SLIP)
-        for of_lattice in self.lattices:
-            first = of_lattice.first - first_run
-            of_runs = is_near[first : first + len(of_lattice.strips.runs)]
-            if of_runs.any():
-                cells = region.cells(of_lattice.lattice)
+        for lattice_runs in self.lattices:
+            first = lattice_runs.first - first_run
+            near_runs = is_near[first : first + len(lattice_runs.strips.runs)]
+            if near_runs.any():
+                cells = region.cells(lattice_runs.lattice)
                 keys = np.stack([2 * cells, 2 * cells + 1], axis=1).ravel()
-                run = of_lattice.run_of(keys)
-                rows = np.flatnonzero((run >= 0) & of_runs[run])
-                yield of_lattice, keys[rows], of_lattice.first + run[rows]
+                run = lattice_runs.run_of(keys)
+                rows = np.flatnonzero((run >= 0) & near_runs[run])
+                yield lattice_runs, keys[rows], lattice_runs.first + run[rows]
 
     def new_triangles(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Rows of listed triangles that are not copies of their input triangle, and its corners.

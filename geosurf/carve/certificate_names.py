@@ -364,18 +364,18 @@ def _in_other_blocks(facts: Facts, parts: list[Unit], around: Around) -> Iterabl
 
     # blocks instead of units: contacts split units, not blocks
     number = {block: k for k, block in enumerate(blocks)}
-    of_unit = np.array([number[unit.zone, unit.block] for unit in parts], dtype=np.int64)
+    block_of_unit = np.array([number[unit.zone, unit.block] for unit in parts], dtype=np.int64)
     zones = list(dict.fromkeys(unit.zone for unit in parts))
     zone = np.array([zones.index(block_of_shell) for block_of_shell, _ in blocks], dtype=np.int64)
     matched, (shell, surface, behind) = around.matched, around.on
 
     # block in front and behind of each triangle, -1 outside
-    inside = around.on_each_side(of_unit[matched.unit])[matched.key[shell]]
+    inside = around.on_each_side(block_of_unit[matched.unit])[matched.key[shell]]
     apart = inside[:, 0] != inside[:, 1]  # others are slits
 
     # (n_surface, n_block, 2): whether a block touches the front, the back of a surface
     touched = np.zeros((len(facts.sources), len(blocks), 2), dtype=bool)
-    block_of_shell = of_unit[matched.unit[shell[apart]]]
+    block_of_shell = block_of_unit[matched.unit[shell[apart]]]
     touched[surface[apart], block_of_shell, behind[apart].astype(np.int64)] = True
     recomputed: list[set[str]] = [set() for _ in blocks]
     faults = _faults(facts)
@@ -387,7 +387,7 @@ def _in_other_blocks(facts: Facts, parts: list[Unit], around: Around) -> Iterabl
         for block, side in np.argwhere(alone & both[:, None]).tolist():
             recomputed[block].add(fault + "+-"[side])
     stated = [_stated_sides(block, tuple(faults)) for _, block in blocks]
-    for unit, k in zip(parts, of_unit.tolist(), strict=True):
+    for unit, k in zip(parts, block_of_unit.tolist(), strict=True):
         if stated[k] != recomputed[k]:
             yield unit.name
 

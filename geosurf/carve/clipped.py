@@ -52,14 +52,14 @@ def list_faces(cells: Cells, wanted: np.ndarray) -> FullCells:
     for i, strips in enumerate(pieces.strips):
         rows = np.arange(cut[i], cut[i + 1])
         rows = rows[is_wanted[cells.face_of_element[rows]]]
-        keys, of_run = _NONE, _NONE
+        keys, run = _NONE, _NONE
         if strips is not None:
             first = int(pieces.first_run[i])
             all_runs = slice(n_triangle + first, n_triangle + first + len(strips.runs))
             some = np.flatnonzero(is_wanted[cells.face_of_element[all_runs]])
-            keys, of_run = strips.keys_of(some)
-            of_run = of_run + first
-        chosen.append((rows, keys, of_run))
+            keys, run = strips.keys_of(some)
+            run = run + first
+        chosen.append((rows, keys, run))
 
     listed = list_triangles(pieces, chosen)
     face = cells.face_of_element[listed.element]

@@ -75,10 +75,10 @@ class HorizonSides:
         below = (known & (side == BELOW)).any(axis=1)
         unknown = (known & (side == UNKNOWN)).any(axis=1)
 
-        of_horizon = np.zeros(len(cells.surface_of), dtype=bool)
+        on_horizon = np.zeros(len(cells.surface_of), dtype=bool)
         for name in self.horizons:
-            of_horizon[owned_by(cells, patches.names.index(name))] = True
-        within = of_horizon[face] & (face >= 0) & above & below
+            on_horizon[owned_by(cells, patches.names.index(name))] = True
+        within = on_horizon[face] & (face >= 0) & above & below
         return FaultSides(rows, known.any(axis=1), above, below, unknown, within)
 
     def open_rim(

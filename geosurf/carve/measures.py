@@ -55,10 +55,10 @@ def sums(pieces: Pieces, face: np.ndarray, asked: np.ndarray, level: float) -> n
         kernels.add_triangles(pieces.x, pieces.triangles[some], face[some], asked, level, totals)
         strips, lattice = pieces.strips[i], pieces.sources[i].lattice
         if strips is not None and lattice is not None:
-            of_runs = slice(n + pieces.first_run[i], n + pieces.first_run[i + 1])
-            rows = np.flatnonzero(is_asked[of_runs])
+            run_rows = slice(n + pieces.first_run[i], n + pieces.first_run[i + 1])
+            rows = np.flatnonzero(is_asked[run_rows])
             kernels.add_runs(
-                *lattice.coordinates, lattice.places, strips.runs[rows], face[of_runs][rows],
+                *lattice.coordinates, lattice.places, strips.runs[rows], face[run_rows][rows],
                 pieces.origin, level, totals,
             )  # fmt: skip
 

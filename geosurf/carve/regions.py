@@ -47,20 +47,20 @@ def propose_regions(units: Units) -> list[Proposal]:
     """
     listed = list(units.values())
     ends = 0, max((unit.zone_index for unit in listed), default=0)
-    of_unit = [
+    block_of_unit = [
         (unit.zone, unit.block)
         if unit.zone in units.reservoir or unit.zone_index not in ends
         else None
         for unit in listed
     ]
-    blocks = [block for block in dict.fromkeys(of_unit) if block is not None]
+    blocks = [block for block in dict.fromkeys(block_of_unit) if block is not None]
     if not blocks:
         return []
 
     # faces between blocks: all of them, and those on a horizon that no fault has as well
     shells: Shells = listed[0].__dict__["_shell"][0]
     number = np.full(len(listed) + 1, -1)
-    for unit, block in zip(listed, of_unit, strict=True):
+    for unit, block in zip(listed, block_of_unit, strict=True):
         if block is not None:
             number[unit.__dict__["_shell"][1]] = blocks.index(block)
     every, area = _shared(shells, number[shells.sides])
@@ -70,7 +70,7 @@ def propose_regions(units: Units) -> list[Proposal]:
     # regions that are too small become parts of others
     volume: list[list[float]] = [[] for _ in blocks]
     inside: list[list[float]] = [[] for _ in blocks]
-    for unit, block in zip(listed, of_unit, strict=True):
+    for unit, block in zip(listed, block_of_unit, strict=True):
         if block is not None:
             k = blocks.index(block)
             volume[k].append(unit.volume)

@@ -200,11 +200,11 @@ def warnings_of_order(
             return
     for clip in clips:
         share = min(clip.area / units.footprint, 1.0)
-        of_zone = {clip.horizon, clip.by} & set(zones or ())
-        if clip.rule != CONFORMABLE or share < (_ZONE_MOST if of_zone else _MOST):
+        made_zones = {clip.horizon, clip.by} & set(zones or ())
+        if clip.rule != CONFORMABLE or share < (_ZONE_MOST if made_zones else _MOST):
             continue
         where = "everywhere" if share > 0.995 else f"on {100 * share:.0f} % of the area"
-        if zones and of_zone:
+        if zones and made_zones:
             yield _warning_of_room(clip, zones, where)
             continue
         yield GeosurfWarning(
@@ -482,10 +482,10 @@ def _blocks_of(
     patches: Patches, cells: Cells, unit_of_cell: np.ndarray, zone: np.ndarray, faults: Faults
 ) -> _Blocks:
     """Name the blocks of units, given the unit and the zone of each cell."""
-    shells, of_unit, words, names = _named_blocks(cells, unit_of_cell, zone, faults)
+    shells, zone_of_unit, words, names = _named_blocks(cells, unit_of_cell, zone, faults)
     sides = _FaultSides(cells, unit_of_cell, faults, words)
     within = _without_virtual(patches, cells, unit_of_cell, zone, faults)
-    return _Blocks(unit_of_cell, of_unit, names, words, sides, shells, within)
+    return _Blocks(unit_of_cell, zone_of_unit, names, words, sides, shells, within)
 
 
 def _named_blocks(
@@ -493,10 +493,15 @@ def _named_blocks(
 ) -> tuple[Shells, np.ndarray, list[tuple[str, ...]], list[str]]:
     """Shells, zones, sides of faults that set them apart, and names of the blocks of cells."""
     shells = shells_of(cells, unit_of_cell)
-    of_unit = np.zeros(len(shells.volumes), dtype=np.int64)
-    of_unit[unit_of_cell[1:]] = zone[1:]
-    words = fault_sides(cells, unit_of_cell, of_unit, faults)
-    return shells, of_unit, words, name_blocks(words, of_unit, shells.volumes, shells.corner)
+    zone_of_unit = np.zeros(len(shells.volumes), dtype=np.int64)
+    zone_of_unit[unit_of_cell[1:]] = zone[1:]
+    words = fault_sides(cells, unit_of_cell, zone_of_unit, faults)
+    return (
+        shells,
+        zone_of_unit,
+        words,
+        name_blocks(words, zone_of_unit, shells.volumes, shells.corner),
+    )
 
 
 def _without_virtual(

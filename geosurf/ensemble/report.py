@@ -532,12 +532,12 @@ def map_chart(result: xarray.Dataset, layer: str) -> Figure:
 
 def juxtaposition_chart(pairs: xarray.Dataset, fault: str) -> Figure:
     """Return the probability that zones face each other across a fault, as a matrix of zones."""
-    of_fault = pairs.isel(pair=np.flatnonzero(pairs.fault.values == fault))
-    sides = [of_fault[key].values.tolist() for key in ("zone_plus", "zone_minus")]
+    fault_pairs = pairs.isel(pair=np.flatnonzero(pairs.fault.values == fault))
+    sides = [fault_pairs[key].values.tolist() for key in ("zone_plus", "zone_minus")]
     # in the order of the base case, which is that of the column
     zones = list(dict.fromkeys([zone for pair in zip(*sides, strict=True) for zone in pair]))
     share = np.zeros((len(zones), len(zones)))
-    for hanging, foot, value in zip(*sides, of_fault.probability.values.tolist(), strict=True):
+    for hanging, foot, value in zip(*sides, fault_pairs.probability.values.tolist(), strict=True):
         share[zones.index(hanging), zones.index(foot)] = value
     figure = new_figure(3.6 + 0.9 * len(zones), 1.9 + 0.5 * len(zones))
     axes = figure.subplots()

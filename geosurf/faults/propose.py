@@ -283,12 +283,12 @@ def _find_not_open(
         for fault in faults
     }
     for cut in (cut for cuts in met.values() for cut in cuts):
-        of_fault = not_open[cut.fault.name]
+        parts = not_open[cut.fault.name]
         low, high = cut.beside.edges.T
-        of_fault.edges = np.union1d(of_fault.edges, low * n_vertex + high)
+        parts.edges = np.union1d(parts.edges, low * n_vertex + high)
         if (cut.fault.name, cut.main.name) in drops:
             beyond = cut.beside.beside[:, 1 if cut.front else 0] | cut.beside.within
-            of_fault.triangles |= beyond[cut.beside.piece]
+            parts.triangles |= beyond[cut.beside.piece]
     return not_open
 
 

@@ -301,8 +301,8 @@ def fault_multipliers(
     row, flow, *values = np.concatenate([np.empty((5, 0)), *tables], axis=1)
     row = row.astype(np.int64)
     multiplier, sgr, throw = (_mean(row, of, flow, len(cell)) for of in values)
-    of_fault = _mean(fault[row], values[0], flow, len(grid.fault_names))
-    multiplier = np.where(np.isnan(multiplier), of_fault[fault], multiplier)
+    mean_of_fault = _mean(fault[row], values[0], flow, len(grid.fault_names))
+    multiplier = np.where(np.isnan(multiplier), mean_of_fault[fault], multiplier)
     kk, jj, ii = np.unravel_index(cell, grid.actnum.shape)
     words = np.array(grid.fault_names, dtype=object)
     data: dict[str, Any] = {
@@ -311,14 +311,14 @@ def fault_multipliers(
     }
     for name, index in (("i", ii), ("j", jj), ("k", kk)):
         data[name] = ("face", index + 1, {"long_name": f"{name.upper()} of the cell, from 1"})
-    for name, of_faces, unit, meaning in (
+    for name, values_of_faces, unit, meaning in (
         ("multiplier", multiplier, "1", "transmissibility multiplier"),
         ("sgr", sgr, "1", "shale gouge ratio"),
         ("throw", throw, "m", "throw, above 0 where the hanging wall is down"),
     ):
-        data[name] = "face", of_faces, {"units": unit, "long_name": meaning}
+        data[name] = "face", values_of_faces, {"units": unit, "long_name": meaning}
     attrs = {"units": "1", "long_name": "multiplier of all faces of a fault: the same flow"}
-    data["fault_multiplier"] = ("fault_name", of_fault, attrs)
+    data["fault_multiplier"] = ("fault_name", mean_of_fault, attrs)
     shape = {"nz": grid.shape[0], "ny": grid.shape[1], "nx": grid.shape[2]}
     return xr.Dataset(data, {"fault_name": words}, {"by": by, **shape})
 
@@ -406,10 +406,10 @@ def _parts(
 ) -> tuple[Parts, Slipped]:
     """Parts of the faces of cells on one fault, and what has slipped past them."""
     part = Parts(*map(np.concatenate, zip(*_between_columns(grid, axis, cells), strict=True)))
-    of_zone = np.array([zones.index(zone) for zone in grid.zone_names])
+    zone_number = np.array([zones.index(zone) for zone in grid.zone_names])
     blocks = [walls.blocks.index(name) if name in walls.blocks else -1 for name in grid.block_names]
     both = np.stack([part.cell, part.other], axis=1)
-    zone, block = of_zone[grid.zone.ravel()[both]], np.array(blocks)[grid.block.ravel()[both]]
+    zone, block = zone_number[grid.zone.ravel()[both]], np.array(blocks)[grid.block.ravel()[both]]
 
     # which cell lies on side +: their blocks say so, or else the side that the fault dips to
     plus, minus = (

@@ -380,10 +380,10 @@ def units_of_cells(
     out, heights = [], []
     for k, zone in enumerate(zones):
         # the middle line where it meets the zone, else that which meets most of it
-        of_line = thick[:, k].reshape(-1, PER_COLUMN)
-        best = np.where(of_line[:, -1] > 0.0, PER_COLUMN - 1, of_line.argmax(axis=1))
-        column = np.arange(len(of_line))
-        line, meets = column * PER_COLUMN + best, of_line[column, best] > 0.0
+        line_thickness = thick[:, k].reshape(-1, PER_COLUMN)
+        best = np.where(line_thickness[:, -1] > 0.0, PER_COLUMN - 1, line_thickness.argmax(axis=1))
+        column = np.arange(len(line_thickness))
+        line, meets = column * PER_COLUMN + best, line_thickness[column, best] > 0.0
 
         # pieces of the zone from the top down, each up to a share of the whole length
         rows = np.flatnonzero(pieces.zone == zone)
@@ -477,13 +477,13 @@ def _at_blocks(parted: list[list[np.ndarray]], block: np.ndarray) -> None:
     pairs = [np.minimum(a, b) * n_block + np.maximum(a, b) for a, b in ends]
     other = [(a != b) & (np.minimum(a, b) >= 0) for a, b in ends]
     count = np.zeros((len(parted[0]), n_block * n_block), dtype=np.int64)
-    for of_fault, pair, differ in zip(parted, pairs, other, strict=True):
-        for fault, apart in enumerate(of_fault):
+    for parted_by_fault, pair, differ in zip(parted, pairs, other, strict=True):
+        for fault, apart in enumerate(parted_by_fault):
             count[fault] += np.bincount(pair[apart & differ], minlength=n_block * n_block)
     owner = np.where(count.any(axis=0), count.argmax(axis=0), -1)
-    for of_fault, pair, differ in zip(parted, pairs, other, strict=True):
-        missed = differ & ~np.any(of_fault, axis=0)
-        for fault, apart in enumerate(of_fault):
+    for parted_by_fault, pair, differ in zip(parted, pairs, other, strict=True):
+        missed = differ & ~np.any(parted_by_fault, axis=0)
+        for fault, apart in enumerate(parted_by_fault):
             apart |= missed & (owner[np.where(missed, pair, 0)] == fault)
 
 

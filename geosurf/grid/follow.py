@@ -531,10 +531,10 @@ def _of_columns(grid: CornerPointGrid, values: np.ndarray) -> np.ndarray:
     zone = np.array([grid.zone_names.index(name) for name, _ in grid.unit_names])
     out = np.zeros((*grid.shape[1:], len(grid.zone_names), 1, 1))
     for k in range(len(grid.zone_names)):
-        of_unit = [(grid.unit == u).sum(axis=0) for u in np.flatnonzero(zone == k)]
-        if of_unit:
-            most = np.argmax(of_unit, axis=0)
-            out[:, :, k, 0, 0] = np.where(np.any(of_unit, axis=0), values[zone == k][most], 0.0)
+        counts = [(grid.unit == u).sum(axis=0) for u in np.flatnonzero(zone == k)]
+        if counts:
+            most = np.argmax(counts, axis=0)
+            out[:, :, k, 0, 0] = np.where(np.any(counts, axis=0), values[zone == k][most], 0.0)
     return out
 
 

@@ -170,14 +170,14 @@ def _of_one(contacts: Contacts, children: Children, n: int) -> _Common:
 def _of_two(contacts: Contacts, children: Children, n: int) -> _Common:
     """What two surfaces have in common."""
     # Numbers of pieces are comparable, since both surfaces are in one list.
-    corners_one, of_one = arranged_faces(contacts, children, 0)
-    corners_two, of_two = arranged_faces(contacts, children, 1)
+    corners_one, faces_one = arranged_faces(contacts, children, 0)
+    corners_two, faces_two = arranged_faces(contacts, children, 1)
     corners, number = _distinct(np.concatenate([corners_one, corners_two]), n)
     piece_one, piece_two = np.split(number, [len(corners_one)])
 
     shared = np.zeros(len(corners), dtype=bool)
     shared[np.intersect1d(piece_one, piece_two)] = True
-    _assert_shared(contacts, (of_one, piece_one), (of_two, piece_two))
+    _assert_shared(contacts, (faces_one, piece_one), (faces_two, piece_two))
 
     # Edges and points that occur in both.
     both = [corners[np.unique(piece)] for piece in (piece_one, piece_two)]

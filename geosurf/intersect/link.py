@@ -425,11 +425,11 @@ def _groups(
         corner.append((contacts.surface_of_face[face] * (n_surface + 1), face, point))
 
     # A point counts only in groups that hold a segment, and only if it is a stop of its own pair.
-    of_pair, face, point = map(np.concatenate, zip(*corner, strict=True))
-    key = of_pair * n_face + face
+    contact_pair, face, point = map(np.concatenate, zip(*corner, strict=True))
+    key = contact_pair * n_face + face
     at = np.minimum(np.searchsorted(groups, key), len(groups) - 1)
     known = (groups[at] == key) & (point >= 0)
-    known[known] = is_among(of_pair[known] * n + point[known], distinct(stops))
+    known[known] = is_among(contact_pair[known] * n + point[known], distinct(stops))
     points = _without(at[known] * n + point[known], _NONE)
 
     # Keys are decoded to rows (group, segment) and (group, point).

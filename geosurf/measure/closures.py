@@ -363,11 +363,11 @@ def _exits(
     for role, kind in ((WALL, EDGE), (HORIZON, ENDED), (FAULT, LEAK)):
         for i in np.unique(rock.surface[rock.kind == role]).tolist():
             if role == WALL or (i in is_open if role == FAULT else i not in seals):
-                of_surface = (rock.kind == role) & (rock.surface == i)
-                at = roof & rock.nodes(of_surface)
+                on_surface = (rock.kind == role) & (rock.surface == i)
+                at = roof & rock.nodes(on_surface)
                 if role == HORIZON:
-                    at = (roof & rock.nodes(of_surface & looks_up)) | (
-                        bare & rock.nodes(of_surface)
+                    at = (roof & rock.nodes(on_surface & looks_up)) | (
+                        bare & rock.nodes(on_surface)
                     )
                 ends.append(
                     (np.flatnonzero(at), kind, np.full(at.sum(), -1 if role == WALL else i))
@@ -534,11 +534,11 @@ def warnings_of_spill(
 
     Not for parts of other closures, nor for horizons inside the reservoir.
     """
-    of_place = {(unit.zone, unit.block): unit for unit in units.values()}
+    unit_at = {(unit.zone, unit.block): unit for unit in units.values()}
     inner = {unit.zone_index for unit in units.values() if unit.zone in units.reservoir}
     for row in np.flatnonzero(closures.part_of.values == "").tolist():
         closure = {str(key): closures[key].values[row] for key in ("closure", *_CLOSURE)}
-        unit = of_place[closure["zone"], closure["block"]]
+        unit = unit_at[closure["zone"], closure["block"]]
         fits = [
             contact for contact in contacts
             if unit.contact and (not contact.zones or unit.zone in contact.zones)

@@ -123,12 +123,12 @@ class Faces:
         return tuple(self.edges_between(side, self.zones) for side in (PLUS, MINUS))
 
     def edges_between(
-        self, side: int, of_unit: np.ndarray
+        self, side: int, number_of_unit: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Edges between units with different numbers on one side, and the lower and higher one."""
         n = len(self.x)
         rows = np.flatnonzero(self.sides[:, side] >= 0)
-        beside = np.repeat(of_unit[self.sides[rows, side]], 3)
+        beside = np.repeat(number_of_unit[self.sides[rows, side]], 3)
         key, edge = np.unique(edge_keys(self.triangles[rows], n), return_inverse=True)
         upper, lower = np.full(len(key), len(self.listed)), np.full(len(key), -1)
         np.minimum.at(upper, edge, beside)

@@ -365,14 +365,14 @@ def locator_of(units: Units) -> Locator:
         if strips is None or source.lattice is None:
             continue
         first = len(pieces.triangles) + int(pieces.first_run[i])
-        of_run = sides[first : first + len(strips.runs)]
+        run_sides = sides[first : first + len(strips.runs)]
         if cell_guess(source.lattice, pieces.origin) is None:
-            lists.append(_run_triangles(source.lattice, strips, of_run, pieces.origin))
+            lists.append(_run_triangles(source.lattice, strips, run_sides, pieces.origin))
         else:
             # a front that looks up has the unit behind it below: it does where triangles turn as
             # columns, rows and up do
             front_up = source.lattice.right_handed != source.lattice.turned
-            step = (of_run[:, 1] - of_run[:, 0]) * (1 if front_up else -1)
+            step = (run_sides[:, 1] - run_sides[:, 0]) * (1 if front_up else -1)
             _put(maps, source.lattice, _spread(source.lattice, strips, step))
 
     groups = tuple(_grids(of, pieces.origin) for of in maps)

@@ -52,9 +52,9 @@ def vshale_of(scene: Any, given: Any) -> dict[str, float]:
     """
     zones = names_of_zones(scene.horizon_names)
     entries = dict(given) if isinstance(given, Mapping) else {ELSEWHERE: given}
-    of_wells: dict[str, float] = {}
+    well_means: dict[str, float] = {}
     if (table := entries.pop(WELLS, None)) is not None:
-        of_wells = mean_in_zones(table, scene)
+        well_means = mean_in_zones(table, scene)
     for name, value in entries.items():
         known = (*zones, WELLS, ELSEWHERE)
         check_name(name, known, f"vshale has an entry for {name!r}. Zones are")
@@ -64,7 +64,7 @@ def vshale_of(scene: Any, given: Any) -> dict[str, float]:
                 "differs: vshale={'Top/Base': 0.2, 'elsewhere': 0.7}."
             )
     other = entries.get(ELSEWHERE, math.nan)
-    return {zone: float(entries.get(zone, of_wells.get(zone, other))) for zone in zones}
+    return {zone: float(entries.get(zone, well_means.get(zone, other))) for zone in zones}
 
 
 def mean_in_zones(table: Any, scene: Any) -> dict[str, float]:

@@ -377,22 +377,22 @@ def _compared(
 
     # faults that the vertical line meets, from the bottom up, as the crossings are sorted
     faults = [j for j, i in enumerate(surface) if patches.sources[i].role == "fault"]
-    of_fault = [patches.names[i] for i in surface[faults]]
-    of_horizon = surface == horizons[tops.horizons[k]]
-    values = z[of_horizon & borders[at]]
+    fault_names = [patches.names[i] for i in surface[faults]]
+    on_horizon = surface == horizons[tops.horizons[k]]
+    values = z[on_horizon & borders[at]]
 
     # one value or several: compare with the nearest and name a fault that lies between, since then
     # top and horizon are in different blocks
     if len(values):
         model = float(values[nearest_first(values, picked)[0]])
-        between = fault_between(z[faults], of_fault, picked, model)
+        between = fault_between(z[faults], fault_names, picked, model)
         status = FOUND if len(values) == 1 else SEVERAL
         return _Row(status, model, block, between, len(values))
 
     # the horizon is there but borders nothing, or no fault could have left a gap
-    if of_horizon.any() or not len(faults):
+    if on_horizon.any() or not len(faults):
         return _Row(ABSENT, block=block)
-    nearest = of_fault[int(np.abs(z[faults] - picked).argmin())]
+    nearest = fault_names[int(np.abs(z[faults] - picked).argmin())]
     return _Row(GAP, block=block, fault=nearest)
 
 

@@ -440,7 +440,7 @@ def integrals(unit: Unit, maps: Mapping[str, Lattice]) -> list[float]:
     corners[..., 2] -= 0.5 * (corners[..., 2].min() + corners[..., 2].max())
     sums: list[list[float]] = [[] for _ in maps]
     lost: dict[int, tuple[float, np.ndarray]] = {}  # area that a map does not cover, a place there
-    for polygons, of_cell in _pieces(corners, cells):
+    for polygons, cells_of_maps in _pieces(corners, cells):
         # fans of triangles from the first corner, then Gauss points in each
         fan = [0, 1, 2] + np.arange(polygons.shape[1] - 2)[:, None] * [0, 1, 1]
         piece, k = np.nonzero(_flat(polygons[:, fan]))
@@ -449,7 +449,7 @@ def integrals(unit: Unit, maps: Mapping[str, Lattice]) -> list[float]:
         places = points @ triangles
         product = places[..., 2] * weights
         for m, property_map in enumerate(cells):
-            value, lacking = property_map.at(of_cell[piece, 2 * m : 2 * m + 2], places)
+            value, lacking = property_map.at(cells_of_maps[piece, 2 * m : 2 * m + 2], places)
             missing = np.where(lacking, size, 0.0).clip(0.0)
             if missing.any():
                 area, at = lost.get(m, (0.0, places[missing.argmax()].mean(axis=0)))
@@ -501,13 +501,13 @@ def _pieces(
     total = np.cumsum(count)
     ends = np.searchsorted(total, np.arange(0, total[-1] if len(total) else 0, AT_ONCE), "right")
     for first, last in zip(ends, [*ends[1:], len(corners)], strict=True):
-        polygons, of_cell = corners[first:last], np.empty((last - first, 0), dtype=np.int64)
+        polygons, cells_of_maps = corners[first:last], np.empty((last - first, 0), dtype=np.int64)
         for grid in cells:
             for axis, lines in enumerate(grid.axes):
                 polygons, row, strip = _split(polygons, grid.along(axis, polygons), lines)
-                of_cell = np.column_stack([of_cell[row], strip - 1])
+                cells_of_maps = np.column_stack([cells_of_maps[row], strip - 1])
         for k in range(0, len(polygons), AT_ONCE):
-            yield polygons[k : k + AT_ONCE], of_cell[k : k + AT_ONCE]
+            yield polygons[k : k + AT_ONCE], cells_of_maps[k : k + AT_ONCE]
 
 
 def _split(

@@ -641,9 +641,9 @@ def _blocks_of(values: np.ndarray, extreme: np.ufunc) -> np.ndarray:
     """Lowest or highest value (n_row_block, n_col_block) of the nodes of each block."""
     for axis in (0, 1):
         starts = np.arange(0, max(values.shape[axis] - 1, 1), _SIDE)
-        of_blocks = extreme.reduceat(values, starts, axis=axis)
+        extremes = extreme.reduceat(values, starts, axis=axis)
 
         # the last nodes of a block are the first ones of the next
         ends = np.take(values, np.minimum(starts + _SIDE, values.shape[axis] - 1), axis=axis)
-        values = extreme(of_blocks, ends)
+        values = extreme(extremes, ends)
     return values

@@ -524,10 +524,10 @@ class Patches(Shown):
 
     def _card(self) -> Card:
         """Return a row for each surface: its patches and their triangles."""
-        of_triangle = np.bincount(self.surface_of_triangle, minlength=len(self.sources))
+        counts = np.bincount(self.surface_of_triangle, minlength=len(self.sources))
         rows = [
             (source.name, source.role, number_text(count))
-            for source, count in zip(self.sources, of_triangle.tolist(), strict=True)
+            for source, count in zip(self.sources, counts.tolist(), strict=True)
         ]
         title = f"Patches: {self.n_patch}, {number_text(self.n_triangle)} triangles"
         return Card(title, rows, ("surface", "role", "triangles"))

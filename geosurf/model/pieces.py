@@ -282,13 +282,13 @@ class Expanded(Noun):
         pieces, (cut, rows) = self.pieces, self._rows
         triangles = np.empty((rows[-1], 3), dtype=np.int64)
         for i, (id_of_node, strips) in enumerate(zip(self._points[0], pieces.strips, strict=True)):
-            of_surface, out = slice(cut[i], cut[i + 1]), triangles[rows[i] : rows[i + 1]]
+            listed_rows, out = slice(cut[i], cut[i + 1]), triangles[rows[i] : rows[i + 1]]
             if strips is None:
-                out[:] = pieces.triangles[of_surface]
+                out[:] = pieces.triangles[listed_rows]
             else:
                 layout = (strips.places, strips.runs, strips.start)
                 write_triangles(
-                    *layout, pieces.key[of_surface], pieces.triangles[of_surface], id_of_node, out
+                    *layout, pieces.key[listed_rows], pieces.triangles[listed_rows], id_of_node, out
                 )
         return frozen(triangles, np.int64)
 
@@ -301,20 +301,15 @@ class Expanded(Noun):
         keys, elements = (np.empty(rows[-1], dtype=np.int64) for _ in range(2))
         for i, strips in enumerate(pieces.strips):
             # `own` is the element of a cut triangle (its row); runs come after all triangles
-            of_surface, out = slice(cut[i], cut[i + 1]), slice(rows[i], rows[i + 1])
+            core_rows, out = slice(cut[i], cut[i + 1]), slice(rows[i], rows[i + 1])
             listed_rows = np.arange(cut[i], cut[i + 1])
             if strips is None:
-                keys[out], elements[out] = pieces.key[of_surface], listed_rows
+                keys[out], elements[out] = pieces.key[core_rows], listed_rows
             else:
                 layout = (strips.places, strips.runs, strips.start)
                 first_run = len(pieces.triangles) + int(pieces.first_run[i])
                 write_labels(
-                    *layout,
-                    pieces.key[of_surface],
-                    listed_rows,
-                    first_run,
-                    keys[out],
-                    elements[out],
+                    *layout, pieces.key[core_rows], listed_rows, first_run, keys[out], elements[out]
                 )
         return keys, elements
 

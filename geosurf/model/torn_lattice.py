@@ -101,11 +101,11 @@ class TornLattice(Lattice):
         """
         if not self.nodes_are_all_there or min(self.shape) < 2:
             return None
-        of_copies = np.zeros(self.n_node + len(self.ghosts), dtype=bool)
-        of_copies[self.copies] = True
-        if not of_copies[super().corners_of_keys(self.gone)].all():
+        in_copies = np.zeros(self.n_node + len(self.ghosts), dtype=bool)
+        in_copies[self.copies] = True
+        if not in_copies[super().corners_of_keys(self.gone)].all():
             return None
-        return np.concatenate([self.corners_of_box(), self.ghosts[of_copies[self.n_node :]]])
+        return np.concatenate([self.corners_of_box(), self.ghosts[in_copies[self.n_node :]]])
 
     @property
     def nodes_are_all_there(self) -> bool:

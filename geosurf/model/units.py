@@ -679,12 +679,16 @@ class Units(Shown, Mapping[str, Unit]):
         least = self.sliver_settings.min_volume
         thin = {remnant.name for remnant in self.report.get("thin", ())}
         # Shares refer to zones as they were: a merged sliver makes its zone larger.
-        of_zone = grouped((unit.zone, unit.volume) for unit in (self.unmerged or self).values())
+        volumes_by_zone = grouped(
+            (unit.zone, unit.volume) for unit in (self.unmerged or self).values()
+        )
 
         # default: a share of the zone, and units that rounding alone may have made
         small = set()
         for unit in self._units.values():
-            limit = SHARE * math.fsum(of_zone.get(unit.zone, ())) if least is None else least
+            limit = (
+                SHARE * math.fsum(volumes_by_zone.get(unit.zone, ())) if least is None else least
+            )
             if unit.volume < limit or (least is None and unit.name in thin):
                 small.add(unit.name)
         return frozenset(small)

@@ -310,11 +310,11 @@ def _twins(
 
     several = np.flatnonzero(listed.sum(axis=1) > 1)
     _, number = np.unique(listed[several], axis=0, return_inverse=True)
-    of_set = np.full(len(first), -1, dtype=np.int64)
-    of_set[several] = n_surface + number.ravel()
+    set_number = np.full(len(first), -1, dtype=np.int64)
+    set_number[several] = n_surface + number.ravel()
 
-    shared = of_set[inverse] >= 0
-    owners[candidates[shared]] = of_set[inverse[shared]]
+    shared = set_number[inverse] >= 0
+    owners[candidates[shared]] = set_number[inverse[shared]]
     return twin, owners
 
 

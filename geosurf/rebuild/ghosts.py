@@ -399,8 +399,8 @@ def drop_patches(patches: Patches, mesh: Listed, keep: np.ndarray) -> Patches:
     )  # fmt: skip
 
     # runs of what is dropped go; what is behind the others' edges gets their new numbers
-    of_run = pieces.patch[len(mesh.triangles) :]
-    run_stays = keep[of_run]
+    patch_of_run = pieces.patch[len(mesh.triangles) :]
+    run_stays = keep[patch_of_run]
     strips = [
         None if one is None else _numbered(one.without(~run_stays[first:last]), number)
         for one, (first, last) in zip(pieces.strips, pairwise(pieces.first_run), strict=True)
@@ -419,7 +419,7 @@ def drop_patches(patches: Patches, mesh: Listed, keep: np.ndarray) -> Patches:
         link=link,
         strips=strips,
         first_run=number_of_run[pieces.first_run],
-        patch=np.concatenate([patch, patch_of[of_run[run_stays]]]),
+        patch=np.concatenate([patch, patch_of[patch_of_run[run_stays]]]),
     )
     areas = _areas(mesh, np.flatnonzero(~stays))
     for i, more in _areas_of_runs(pieces, ~run_stays).items():

@@ -193,13 +193,13 @@ def _mark(contacts: Contacts, faces: np.ndarray, moved: list[np.ndarray]) -> Non
 
     ids = np.zeros(contacts.n_vertex, dtype=bool)
     ids[contacts.t[faces]] = True
-    for k, (surface, (nodes, of_node)) in enumerate(
+    for k, (surface, (nodes, vertex_of_node)) in enumerate(
         zip(contacts.surfaces, contacts.nodes, strict=True)
     ):
         # The model box does not move.
         if surface.role == "wall":
             continue
-        vertices = nodes[ids[of_node]]
+        vertices = nodes[ids[vertex_of_node]]
         if len(vertices) == 0:
             continue
         if surface.lattice is not None:
@@ -416,7 +416,7 @@ def shifted(places: np.ndarray, step: float, draw: int) -> np.ndarray:
 def _has_moved(contacts: Contacts, moved: Sequence[np.ndarray]) -> np.ndarray:
     """Whether faces have a vertex that was moved, bool (n_face,)."""
     ids = np.zeros(contacts.n_vertex, dtype=bool)
-    for surface, (nodes, of_node), rows in zip(
+    for surface, (nodes, vertex_of_node), rows in zip(
         contacts.surfaces, contacts.nodes, moved, strict=True
     ):
         lattice, first = surface.lattice, first_of_equals(surface)
@@ -424,7 +424,7 @@ def _has_moved(contacts: Contacts, moved: Sequence[np.ndarray]) -> np.ndarray:
         known = np.isin(vertices, rows)
         if first is not None:  # of copies, which move together, the first is listed
             known |= np.isin(first[vertices], rows)
-        ids[of_node[known]] = True
+        ids[vertex_of_node[known]] = True
     found: np.ndarray = ids[contacts.t].any(axis=1)
     return found
 

@@ -219,7 +219,7 @@ def _by_word(units: Units, shown: Sequence[Unit], by: str, style: PictureStyle) 
     if by == "region":  # the largest first
         kinds.sort(key=lambda name: [*units.regions, name].index(name))
     index = {unit.zone: unit.zone_index for unit in units.values()} if by == "zone" else {}
-    of_kind = {
+    colour_of_kind = {
         name: style.colour(name, palette.stratum(index.get(name, i)) if name else palette.WALL)
         for i, name in enumerate(kinds)
     }
@@ -229,8 +229,10 @@ def _by_word(units: Units, shown: Sequence[Unit], by: str, style: PictureStyle) 
         if parts:
             total = volume_text(math.fsum(unit.volume for unit in parts))
             words = name or f"no {by}"
-            legend.append(Entry(words, of_kind[name], f"{counted(len(parts), 'unit')}, {total}"))
-    return Colouring({unit.name: of_kind[kind(unit)] for unit in shown}, tuple(legend))
+            legend.append(
+                Entry(words, colour_of_kind[name], f"{counted(len(parts), 'unit')}, {total}")
+            )
+    return Colouring({unit.name: colour_of_kind[kind(unit)] for unit in shown}, tuple(legend))
 
 
 def _by_number(

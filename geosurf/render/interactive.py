@@ -46,14 +46,17 @@ KINDS = {"contact": "Contacts", "near miss": "Near misses", "dangling end": "Dan
 def curve_bodies(curves: Curves) -> list[Body]:
     """Return a body of lines for each pair of surfaces that meet."""
     bodies = []
-    of_curve, of_segment = np.sort(curves.surfaces_of_curve), np.sort(curves.surfaces_of_segment)
-    for a, b in np.unique(of_curve, axis=0).tolist():
-        of_pair = (of_curve == (a, b)).all(axis=1)
+    curve_surfaces, segment_surfaces = (
+        np.sort(curves.surfaces_of_curve),
+        np.sort(curves.surfaces_of_segment),
+    )
+    for a, b in np.unique(curve_surfaces, axis=0).tolist():
+        between = (curve_surfaces == (a, b)).all(axis=1)
         first, second = curves.names[a], curves.names[b]
         name = f"{first} and {second}" if a != b else f"{first} with itself"
-        length = float(curves.length_of_curve[of_pair].sum())
-        facts = (("Curves", str(int(of_pair.sum()))), ("Length", f"{length:.6g} m"))
-        segments = curves.segments[(of_segment == (a, b)).all(axis=1)]
+        length = float(curves.length_of_curve[between].sum())
+        facts = (("Curves", str(int(between.sum()))), ("Length", f"{length:.6g} m"))
+        segments = curves.segments[(segment_surfaces == (a, b)).all(axis=1)]
         bodies.append(_lines(name, "Curves", palette.ACCENT, curves.points, segments, facts))
     return bodies
 
@@ -181,14 +184,14 @@ def clustered(mesh: UnitMesh, max_triangle: int, exaggeration: float = 1.0) -> U
     )
     size = float(np.median(np.hypot(x, y))) * math.sqrt(n / max_triangle) or 1.0
     for _ in range(TRIES):
-        of_point = _clusters(points, meeting, moves, size, exaggeration)
-        corners = of_point.take(triangles)
+        cluster = _clusters(points, meeting, moves, size, exaggeration)
+        corners = cluster.take(triangles)
         kept = _distinct(corners)
         n = int(sides[kept].sum())
         if n <= max_triangle:
             break
         size *= max(STEP, math.sqrt(n / max_triangle))
-    means = _means(points, of_point)
+    means = _means(points, cluster)
     return replace(
         mesh,
         points=means,
@@ -257,11 +260,11 @@ def _distinct(triangles: np.ndarray) -> np.ndarray:
     return made
 
 
-def _means(points: np.ndarray, of_point: np.ndarray) -> np.ndarray:
+def _means(points: np.ndarray, cluster: np.ndarray) -> np.ndarray:
     """Mean (n_cluster, 3) of the points of each cluster."""
-    count = np.bincount(of_point)
+    count = np.bincount(cluster)
     start = points[0]
-    sums = [np.bincount(of_point, (points[:, k] - start[k])) for k in range(3)]
+    sums = [np.bincount(cluster, (points[:, k] - start[k])) for k in range(3)]
     made: np.ndarray = np.column_stack(sums) / count[:, None] + start
     return made
 

@@ -59,13 +59,13 @@ def cut_by_faults(
     cut = np.zeros(len(nodes), dtype=bool)
     rings: dict[str, list[np.ndarray]] = {}
     for found in polygons.values():
-        of_horizon: dict[str, list[np.ndarray]] = {}
+        rings_by_fault: dict[str, list[np.ndarray]] = {}
         for fault, ring in _rings_of(found):
             low, high = ring.min(axis=0) - cell, ring.max(axis=0) + cell
             near = np.flatnonzero(((nodes >= low) & (nodes <= high)).all(axis=1))
             cut[near] |= artists.Path(ring).contains_points(nodes[near])
-            of_horizon.setdefault(fault, []).append(_dense(ring, 0.5 * cell))
-        for fault, parts in of_horizon.items():
+            rings_by_fault.setdefault(fault, []).append(_dense(ring, 0.5 * cell))
+        for fault, parts in rings_by_fault.items():
             rings.setdefault(fault, []).append(np.concatenate(parts))
 
     # a node lies between the polygons at top and base if its distances to both add up to

@@ -488,14 +488,14 @@ def draw_map(
 
     # intersection lines, and what stands beside the map
     measures = MapMeasures() if measures is None else measures
-    of_fluids = draw_fluids(sheet, axes, measures.fluids)
+    fluid_entries = draw_fluids(sheet, axes, measures.fluids)
     legend = []
     if curves is not None:
         legend = draw_curves(sheet, axes, light, curves, within, list(faults), measures.n_wall)
     legend = [*draw_virtual_walls(sheet, axes, virtual_walls, list(faults)), *legend]
     if measures.closures is not None:
         legend = [*draw_closures(sheet, axes, measures.closures, surface.name), *legend]
-    legend = [*of_fluids, *legend]
+    legend = [*fluid_entries, *legend]
     if measures.residuals is not None:
         legend = [*draw_residuals(sheet, axes, measures.residuals), *legend]
     legend += draw_wells_on_map(sheet, axes, wells)

@@ -330,16 +330,16 @@ def draw_wells_on_section(
 
     # no name crosses the line of another well
     unit = sheet.layout.unit
-    heads = {well: np.array([of_well[0].place[0], above]) for well, of_well in wells.items()}
+    heads = {well: np.array([well_tops[0].place[0], above]) for well, well_tops in wells.items()}
     for head in heads.values():
         x, y = axes.transData.transform(head)
         sheet.names.taken.append(np.array([x - 2.0 * unit, y - 60.0 * unit, x + 2.0 * unit, y]))
-    for well, of_well in wells.items():
+    for well, well_tops in wells.items():
         # a white line below parts the well from zones and cut-offs
-        path = np.array([heads[well], *(top.place for top in of_well)])
+        path = np.array([heads[well], *(top.place for top in well_tops)])
         for width, colour in ((3.0, palette.PAPER), (1.3, palette.INK)):
             axes.plot(*path.T, color=colour, linewidth=sheet.points(width))
-        for top in of_well:
+        for top in well_tops:
             _circle(sheet, axes, top.place, colours.get(top.horizon, palette.PAPER))
         name_place(sheet, axes, heads[well], well, hanging=True)
     near_words = f"within {length_text(near)} of the section"

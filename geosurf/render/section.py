@@ -218,7 +218,7 @@ def draw_section(
     lines = [(*part, float(area)) for part, area in zip(parts, section.area.values, strict=True)]
     zones = list(section.attrs["zones"])
     inside = section.attrs["reservoir"]
-    names, of_zone = zone_colours(zones, inside, sheet.style)
+    names, colour_of_zone = zone_colours(zones, inside, sheet.style)
     known: Colours = {}
     for part, _, _ in lines:
         zone, part["zone"] = part["zone"], names.get(part["zone"], part["zone"])
@@ -226,10 +226,10 @@ def draw_section(
             label, colour = (units or {})[part["label"]]
             part["contact"] = label.removeprefix(zone).strip()
             known[zone, part["contact"]] = colour
-    areas = _areas(lines, list(of_zone))
+    areas = _areas(lines, list(colour_of_zone))
     if known:  # contact intervals by region, as the units of the model come
         rank = {label: k for k, (label, _) in enumerate((units or {}).values())}
-        order = list(of_zone)
+        order = list(colour_of_zone)
         areas = dict(
             sorted(
                 areas.items(),
@@ -244,7 +244,7 @@ def draw_section(
     route = np.array(section.attrs["line"], dtype=np.float64).reshape(-1, 2)
     shown = (0.0, float(section.attrs["length"]), *shown[2:])
     axes, exaggeration = diagram_axes(sheet, shown, "Distance along the section [km]", ROOM)
-    colours = _colours(areas, of_zone) | known
+    colours = _colours(areas, colour_of_zone) | known
     _fill(axes, lines, colours)
     faults = {
         name: sheet.style.colour(name, palette.fault(i))
@@ -258,7 +258,7 @@ def draw_section(
         # a zone is called "Top/Base" by its horizons, the lowest "below Base": a top has the colour
         # of the zone that begins at it
         below = {
-            zone.removeprefix("below ").partition("/")[0]: of_zone[name]
+            zone.removeprefix("below ").partition("/")[0]: colour_of_zone[name]
             for zone, name in names.items()
         }
         wells = draw_wells_on_section(sheet, axes, *tops_on_section(tops, route), below)

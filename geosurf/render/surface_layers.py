@@ -298,12 +298,12 @@ class UnitMesh:
         rows, first = by_unit(self.sides, self.n_unit)
         outward = []
         for u, (low, high) in enumerate(pairwise(first.tolist())):
-            of_unit = rows[low:high]
-            t = self.triangles[of_unit]
-            inward = self.sides[of_unit, 0] == u
+            faces = rows[low:high]
+            t = self.triangles[faces]
+            inward = self.sides[faces, 0] == u
             t[inward] = t[inward][:, [0, 2, 1]]
             used, t = renumbered(t)
-            outward.append(Shell(self.points[used], t, self.surface[of_unit]))
+            outward.append(Shell(self.points[used], t, self.surface[faces]))
         return outward
 
 
@@ -401,7 +401,7 @@ def thinned_mesh(pieces: Pieces, sides: np.ndarray, n_unit: int, stride: int) ->
             continue
         assert source.lattice is not None
         first = n_core + int(pieces.first_run[i])
-        nodes, of_runs = _blocks(source.lattice, strips, sides[first:], stride)
+        nodes, block_sides = _blocks(source.lattice, strips, sides[first:], stride)
 
         # nodes that cut triangles have, too, keep their points: normals pass from one to the other
         used, place_of = renumbered(nodes)
@@ -412,7 +412,7 @@ def thinned_mesh(pieces: Pieces, sides: np.ndarray, n_unit: int, stride: int) ->
         points.append(source.places_of_nodes(used[~known]))
         n_point += len(points[-1])
         triangles.append(number[place_of])
-        beside.append(of_runs)
+        beside.append(block_sides)
         surface.append(np.full(len(nodes), i))
     x, t, sides, of = (_joined(part) for part in (points, triangles, beside, surface))
     return UnitMesh(x, t, sides, of, n_unit)
@@ -473,7 +473,7 @@ def _blocks(
     kind = np.append(np.where(counts[kind], kind + 1, 0), 0)  # the last: no run
 
     # bands of rows: labels of all triangles would take more memory than the grid
-    sizes, nodes, of_nodes = _sizes(stride), [], []
+    sizes, nodes, labels = _sizes(stride), [], []
     rows = sizes[0] * max(BAND // (n_col * sizes[0]), 1)
     for top in range(0, n_row, rows):
         left = kind[strips.labels(top, min(top + rows, n_row))]
@@ -497,11 +497,11 @@ def _blocks(
             for at, first in zip(far, np.divmod(np.tile(cell, 2), n_col), strict=True):
                 at += (at - first[:, None]) * (size - 1)
             nodes.append(far[0] * (n_col + 1) + far[1])
-            of_nodes.append(np.tile(low[row, col], 2))
+            labels.append(np.tile(low[row, col], 2))
         row, col, half = np.nonzero(left)
         nodes.append(lattice.corners_of_keys(2 * ((top + row) * n_col + col) + half))
-        of_nodes.append(left[row, col, half])
-    return np.concatenate(nodes), pairs[np.concatenate(of_nodes) - 1]
+        labels.append(left[row, col, half])
+    return np.concatenate(nodes), pairs[np.concatenate(labels) - 1]
 
 
 def _sizes(stride: int) -> list[int]:
@@ -660,12 +660,12 @@ def show_patches(
         colour = style.colour(source.name, colour)
 
         # one layer for each patch of the surface, in shades of its colour
-        of_surface = patches.surface_of_triangle == i
-        rows = np.unique(patches.patch_of_triangle[of_surface])
+        on_surface = patches.surface_of_triangle == i
+        rows = np.unique(patches.patch_of_triangle[on_surface])
         layers = []
         for k, row in enumerate(rows):
             points = patches.vertices
-            triangles = patches.triangles[of_surface & (patches.patch_of_triangle == row)]
+            triangles = patches.triangles[on_surface & (patches.patch_of_triangle == row)]
             if within is not None:
                 points, triangles, _ = within.triangles(points, triangles)
             if len(triangles):

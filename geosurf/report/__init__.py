@@ -172,15 +172,15 @@ def pictures_of_faults(
 ) -> tuple[dict[str, dict[str, Path]], dict[str, Path]]:
     """Return the pictures of each fault, and all other pictures."""
     names = scene.fault_names
-    of_faults: dict[str, dict[str, Path]] = {}
+    by_fault: dict[str, dict[str, Path]] = {}
     others = {}
     for caption, path in pictures.items():
         found = OF_FAULT.fullmatch(path.name)
         if found and int(found[2]) < len(names):
-            of_faults.setdefault(names[int(found[2])], {})[caption] = path
+            by_fault.setdefault(names[int(found[2])], {})[caption] = path
         else:
             others[caption] = path
-    return of_faults, others
+    return by_fault, others
 
 
 def fault_parts(

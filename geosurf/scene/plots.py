@@ -87,11 +87,11 @@ def fluids_on(scene: ReportedModel, name: str) -> list[FluidArea]:
         return []
     faces = faces_of(scene.patches, scene.units, name, "horizon")
     inside, below = scene.units.included(), faces.sides[:, MINUS]
-    of_unit = [unit.contact if unit.name in inside else "" for unit in faces.listed]
-    interval = np.array([*of_unit, ""], dtype=object)[below]  # -1: none
+    contact_of_unit = [unit.contact if unit.name in inside else "" for unit in faces.listed]
+    interval = np.array([*contact_of_unit, ""], dtype=object)[below]  # -1: none
     rule, x = fluids_rule(None), (faces.x + faces.origin)[:, :2]
     areas = []
-    for words in dict.fromkeys(of_unit):
+    for words in dict.fromkeys(contact_of_unit):
         rows = interval == words
         if not words or words.startswith("below ") or not rows.any():
             continue

@@ -167,20 +167,20 @@ def warnings_of_extrapolation(horizon: TriSurface) -> list[GeosurfWarning]:
 
 
 def horizons_in_map(
-    inputs: SceneInputs, of_sheet: Callable[[Sheet], TriSurface], untied: Lookup
+    inputs: SceneInputs, surface_of_sheet: Callable[[Sheet], TriSurface], untied: Lookup
 ) -> list[TriSurface]:
     """Return all horizons for box and area, those that are pinched out with the nodes that lack.
 
     Parameters
     ----------
     inputs : SceneInputs
-    of_sheet : callable
+    surface_of_sheet : callable
         What stands for a torn horizon.
     untied : callable
         Horizon of a name, for all others.
     """
     in_map = {
-        name: of_sheet(value).renamed(name) if isinstance(value, Sheet) else untied(name)
+        name: surface_of_sheet(value).renamed(name) if isinstance(value, Sheet) else untied(name)
         for name, value in inputs.horizons.items()
     }
     return [*with_empty_blocks(in_map, inputs.filling).values()]

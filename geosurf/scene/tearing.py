@@ -424,10 +424,12 @@ def warnings_of(
     """Return how much longer faults became, and the warnings of the sheets for an area."""
     mains = {rule.fault: rule.main for rule in rules}
     warnings: list[GeosurfWarning] = []
-    of_sheets = [
+    sheet_warnings = [
         warning for sheet in sheets.values() for warning in warnings_of_sheet(sheet, outline)
     ]
-    needed = {warning.subject: warning for warning in of_sheets if warning.kind == "fault extended"}
+    needed = {
+        warning.subject: warning for warning in sheet_warnings if warning.kind == "fault extended"
+    }
     for name, fault in faults.items():
         # how far the fault was continued beyond what was given, by the numbers that lengthen it
         if not np.array_equal(fault.vertices, given[name].vertices):
@@ -455,7 +457,7 @@ def warnings_of(
                 )
             )
     # how much longer a fault became counts as a whole, not by the sheets that needed some of it
-    warnings += [warning for warning in of_sheets if warning.kind != "fault extended"]
+    warnings += [warning for warning in sheet_warnings if warning.kind != "fault extended"]
     warnings += _polygons_unused(given, tuple(sheets))
     return list(dict.fromkeys(warnings))
 

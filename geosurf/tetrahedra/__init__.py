@@ -110,13 +110,13 @@ def with_parts(
     # a face that is its own part keeps its corners; others are turned by their normals
     whole = boundary.faces[parents]
     alone = count[parents] == 1
-    normal, of_whole = (_normals(x, t) for t in (parts, whole))
-    turned = np.einsum("ij,ij->i", normal, of_whole) < 0.0
+    normal, whole_normal = (_normals(x, t) for t in (parts, whole))
+    turned = np.einsum("ij,ij->i", normal, whole_normal) < 0.0
     parts = np.where(turned[:, None], parts[:, [0, 2, 1]], parts)
     faces = np.where(alone[:, None], whole, parts)
 
     # parts of one face have its area
-    area, asked = (np.sqrt(np.square(n).sum(axis=1)) for n in (normal, of_whole))
+    area, asked = (np.sqrt(np.square(n).sum(axis=1)) for n in (normal, whole_normal))
     covered = np.bincount(parents, area / asked, len(boundary.faces))
     split = np.flatnonzero(count != 1)
     if (np.abs(covered[split] - 1.0) > 1e-6).any():
@@ -400,7 +400,7 @@ def flat_parts(x: np.ndarray, faces: np.ndarray, kind: np.ndarray, size: float) 
     asked = np.unique(label[longest > size**2])
     order = np.argsort(label, kind="stable")
     end = np.cumsum(count)
-    of_face, centres, axes = np.full(len(faces), -1), [np.zeros(3)], [np.zeros((2, 3))]
+    part_of_face, centres, axes = np.full(len(faces), -1), [np.zeros(3)], [np.zeros((2, 3))]
     allowed = ROUNDING * np.abs(x).max(initial=0.0)
     for part in asked[count[asked] > 1].tolist():
         rows = order[end[part] - count[part] : end[part]]
@@ -408,10 +408,10 @@ def flat_parts(x: np.ndarray, faces: np.ndarray, kind: np.ndarray, size: float) 
         centre = places.mean(axis=0)
         turned = np.linalg.svd(places - centre, full_matrices=False)[2]
         if np.abs((places - centre) @ turned[2]).max() <= allowed:
-            of_face[rows] = len(centres)
+            part_of_face[rows] = len(centres)
             centres.append(centre)
             axes.append(turned[:2])
-    return FlatParts(of_face, np.array(centres), np.array(axes))
+    return FlatParts(part_of_face, np.array(centres), np.array(axes))
 
 
 def pairs_of(

@@ -250,11 +250,11 @@ def _on_loops(at: np.ndarray, ends: np.ndarray) -> np.ndarray:
     inner = ~ends[at]
     line = _components(at[inner.all(axis=1)], len(ends))
     leaving = at[inner.sum(axis=1) == 1]
-    of_end = np.where(ends[leaving[:, 0]], leaving[:, 0], leaving[:, 1])
-    of_line = line[np.where(ends[leaving[:, 0]], leaving[:, 1], leaving[:, 0])]
+    end_point = np.where(ends[leaving[:, 0]], leaving[:, 0], leaving[:, 1])
+    line_of_end = line[np.where(ends[leaving[:, 0]], leaving[:, 1], leaving[:, 0])]
     low, high = np.full(len(ends), len(ends)), np.full(len(ends), -1)
-    np.minimum.at(low, of_line, of_end)
-    np.maximum.at(high, of_line, of_end)
+    np.minimum.at(low, line_of_end, end_point)
+    np.maximum.at(high, line_of_end, end_point)
 
     # no end at all, or one for both
     members = np.flatnonzero(~ends)
@@ -415,10 +415,10 @@ def _regions(parts: Parts, names: Sequence[str]) -> list[str]:
     unit = parts.sides.T.ravel()
     order = np.argsort(unit, kind="stable")
     cut = np.searchsorted(unit[order], np.arange(-1, len(names) + 1))
-    of_region = np.split(signed[order], cut[1:-1])
+    parts_of_region = np.split(signed[order], cut[1:-1])
     return [
         f"REGION {len(number) + 1 + k} {name}\n{_list(mine.tolist(), '+')}"
-        for k, (name, mine) in enumerate(zip(["Universe", *names], of_region, strict=True))
+        for k, (name, mine) in enumerate(zip(["Universe", *names], parts_of_region, strict=True))
     ]
 
 

@@ -243,13 +243,13 @@ class Network:
         """End faults at others, by the numbers of both, however far they go past them."""
         self._end([one for one in self._past() if self._faults(one) in mains])
         for fault, main in sorted(mains):
-            of_fault = [i for i, trace in enumerate(self.traces) if trace.fault == fault]
-            if len(of_fault) < 2:
+            fault_traces = [i for i, trace in enumerate(self.traces) if trace.fault == fault]
+            if len(fault_traces) < 2:
                 continue
             # traces on the other side than the longest one are wholly past the other fault
-            side = {i: _side_of_trace(self.traces[i], meshes[main]) for i in of_fault}
-            longest = max(of_fault, key=lambda i: float(self.traces[i].along[-1]))
-            for i in of_fault:
+            side = {i: _side_of_trace(self.traces[i], meshes[main]) for i in fault_traces}
+            longest = max(fault_traces, key=lambda i: float(self.traces[i].along[-1]))
+            for i in fault_traces:
                 if side[i] * side[longest] < 0:
                     self.traces[i].ends[:] = [f"branch of {self._names[main]}"] * 2
                     self.solve[i] = self.mesh[i] = np.inf, -np.inf

@@ -423,10 +423,10 @@ def _is_between_faults(nodes: np.ndarray, tears: Tears, trim: float) -> np.ndarr
     """Nodes (n,), bool, that are near two faults: what both ignore leaves wedges without data."""
     # faults, not traces: a fault with two traces next to each other leaves no wedge
     count = np.zeros(len(nodes), dtype=np.int64)
-    of_fault: dict[int, list[np.ndarray]] = {}
+    nodes_by_fault: dict[int, list[np.ndarray]] = {}
     for trace, near in zip(tears.network.traces, tears.near, strict=True):
-        of_fault.setdefault(trace.fault, []).append(near.nodes_within(BETWEEN * trim))
-    for found in of_fault.values():
+        nodes_by_fault.setdefault(trace.fault, []).append(near.nodes_within(BETWEEN * trim))
+    for found in nodes_by_fault.values():
         count += is_among(nodes, distinct(*found))
     return count >= 2
 

@@ -115,13 +115,13 @@ def _places(
 
     # the envelope is narrow if unknowns that meet are close in the order: uncut, both walls of a
     # trace are next to each other
-    of_node = places_in_order(uncut.east, uncut.north, np.arange(len(nodes)))
+    place_of_node = places_in_order(uncut.east, uncut.north, np.arange(len(nodes)))
 
     # most (n_row,): last place of a node in each row; last: the largest of a coefficient
     row = np.repeat(np.arange(len(start) - 1), np.diff(start))
     node = column < len(nodes)
     most, last = np.full(len(start) - 1, -1), np.full(n_coefficient, -1)
-    np.maximum.at(most, row[node], of_node[column[node]])
+    np.maximum.at(most, row[node], place_of_node[column[node]])
     np.maximum.at(last, column[~node] - len(nodes), most[row[~node]])
 
     # a coefficient in no row goes with the next one that is in one
@@ -129,7 +129,7 @@ def _places(
     after = np.searchsorted(known, np.arange(n_coefficient))
 
     # stable: coefficients come right after the last node that they meet
-    keys = np.concatenate([of_node, last[known[np.minimum(after, len(known) - 1)]]])
+    keys = np.concatenate([place_of_node, last[known[np.minimum(after, len(known) - 1)]]])
     place = np.empty(len(keys), dtype=np.int64)
     place[np.argsort(keys, kind="stable")] = np.arange(len(keys))
     return place

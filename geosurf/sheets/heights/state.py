@@ -407,13 +407,13 @@ def two_nearest(
     Distances are those of the nearest and of the next fault, from their `trims` if given.
     """
     fault, side, far = np.full(n, -1), np.zeros(n), np.full((2, n), np.inf)
-    for number, of_fault in enumerate(near):
-        rows = of_fault.rows
-        away = of_fault.far - (trims[number] if trims is not None else 0.0)
+    for number, near_fault in enumerate(near):
+        rows = near_fault.rows
+        away = near_fault.far - (trims[number] if trims is not None else 0.0)
         closer = away < far[0, rows]
         far[1, rows] = np.where(closer, far[0, rows], np.minimum(away, far[1, rows]))
         rows = rows[closer]
-        fault[rows], side[rows], far[0, rows] = number, of_fault.side[closer], away[closer]
+        fault[rows], side[rows], far[0, rows] = number, near_fault.side[closer], away[closer]
     return fault, side, far
 
 

@@ -112,10 +112,10 @@ def _wrong(
         return none
 
     # closer to the other wall; and throw over the whole fault: where it dies mistakes do no harm
-    of_fault = np.abs(all_off[sample] - other[0][len(odd) :])
+    good_off = np.abs(all_off[sample] - other[0][len(odd) :])
     off, beyond = off[odd], other[0][: len(odd)]
     wrong = (np.abs(off) > np.abs(beyond)) & (np.abs(off - beyond) > least[odd])
-    wrong &= np.abs(off) > OF_MOST * np.nanquantile(of_fault, 0.9)
+    wrong &= np.abs(off) > OF_MOST * np.nanquantile(good_off, 0.9)
     return rows[odd[wrong]], off[wrong].tolist()
 
 

@@ -106,10 +106,10 @@ def audit_throw(
     for fault, cut in enumerate(cuts.values()):
         traces = [trace for trace in state.network.traces if trace.fault == fault]
         rows = near[fault].rows
-        of_others = np.where(nearest[rows] == fault, beyond[1, rows], beyond[0, rows])
+        other_distance = np.where(nearest[rows] == fault, beyond[1, rows], beyond[0, rows])
         parts = []
         for trace in traces:
-            data = _shown(_strip(closed, trace, near[fault], trims[fault], of_others < CLEAR))
+            data = _shown(_strip(closed, trace, near[fault], trims[fault], other_distance < CLEAR))
             first, last = trace.inside
             if "tip" in trace.ends and last - first < 2.0 * (trims[fault] + LONGEST):
                 data[:] = np.nan  # displacement dies within half a length: trends reach past it
@@ -122,7 +122,7 @@ def audit_throw(
 
 
 def _strip(
-    closed: Closed, trace: Trace, near: NearPicks, trim: float, of_other: np.ndarray
+    closed: Closed, trace: Trace, near: NearPicks, trim: float, near_other: np.ndarray
 ) -> Strip:
     """Data beside one trace; picks that another fault is near to end the rows that they are in."""
     picks = closed.picks
@@ -144,7 +144,7 @@ def _strip(
     key = np.ravel_multi_index((wall, station, cell[in_strip].astype(np.int64)), shape)
 
     count = np.bincount(key, minlength=2 * n * LONGEST).reshape(shape)
-    blocked = np.bincount(key, of_other[in_strip], minlength=count.size).reshape(shape) > 0
+    blocked = np.bincount(key, near_other[in_strip], minlength=count.size).reshape(shape) > 0
     count = np.where(np.logical_or.accumulate(blocked, axis=2), 0, count)
     with np.errstate(invalid="ignore", divide="ignore"):
         means = [

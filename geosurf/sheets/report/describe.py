@@ -398,15 +398,15 @@ def holdout_misfit(picks: Picks, near: Sequence[NearPicks], built: Built) -> np.
         cut = is_among(vertex[:, 0], cells)
         plain &= ~cut
         for number in np.unique(trace[cut]).tolist():
-            of_trace = cut & (trace == number)
-            vertex[of_trace & is_among(vertex[:, 0], cells[trace_of_cell != number])] = -1
+            at_trace = cut & (trace == number)
+            vertex[at_trace & is_among(vertex[:, 0], cells[trace_of_cell != number])] = -1
 
     # data past the trace: their wall is there as ghosts, which take the place of nodes
     aside = ~plain & (vertex[:, 0] >= 0)
     vertex[aside & (trace < 0)] = -1
     for number, wall in np.unique(np.stack([trace, side])[:, aside & (trace >= 0)], axis=1).T:
-        of_trace = aside & (trace == number) & (side == wall)
-        vertex[of_trace] = on_sheet(vertex[of_trace], state.near[number], int(wall), built.torn)
+        at_trace = aside & (trace == number) & (side == wall)
+        vertex[at_trace] = on_sheet(vertex[at_trace], state.near[number], int(wall), built.torn)
 
     # vertices are nodes first, then ghosts
     there = (vertex >= 0).all(axis=1)

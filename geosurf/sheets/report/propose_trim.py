@@ -218,12 +218,12 @@ class Seen:
     def smear_of_each(self, n_fault: int) -> list[float | None]:
         """Smear next to each fault: that of all, but for faults that clearly show another one."""
         # one gridder smears all faults alike; it goes farther where walls overlap
-        of_all = self.smear_of_all()
+        common = self.smear_of_all()
         smears = []
         for fault in range(n_fault):
             own, is_sure = self.of(fault).smear()
-            differs = is_sure and (of_all is None or own > of_all or own <= of_all - NARROWER)
-            smears.append(own if differs else of_all)
+            differs = is_sure and (common is None or own > common or own <= common - NARROWER)
+            smears.append(own if differs else common)
         return smears
 
 

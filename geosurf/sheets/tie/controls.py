@@ -76,10 +76,10 @@ def cut_horizon(horizon: TriSurface | Sheet, faults: Sequence[TriSurface]) -> Cu
     patches = trim_sheets(rebuild_surfaces([surface, *faults]))
 
     # surface 0 is the horizon, all others are its faults
-    of_horizon = patches.surface_of_triangle == 0
-    rows = np.flatnonzero(of_horizon)
+    on_horizon = patches.surface_of_triangle == 0
+    rows = np.flatnonzero(on_horizon)
     faces = patches.triangles[rows]
-    walls = patches.triangles[~of_horizon]
+    walls = patches.triangles[~on_horizon]
 
     # on_fault (3 n,): edges of the horizon that faults have as well; exact, as both share points
     on_fault = np.isin(edge_keys(faces, len(patches.local)), edge_keys(walls, len(patches.local)))
@@ -174,15 +174,15 @@ def controls_of(cut: CutHorizon, tops: Tops, rows: np.ndarray) -> Controls:
         z, surface = columns.elevation[at], columns.surface[at]
         picked = float(tops.points[row, 2])
         faults, on_horizon = np.flatnonzero(surface != 0), np.flatnonzero(surface == 0)
-        of_fault = [names[i] for i in surface[faults].tolist()]
+        fault_names = [names[i] for i in surface[faults].tolist()]
         if not len(on_horizon):
             unused[row] = "lies outside the data of the horizon"
-            if of_fault:
-                nearest = of_fault[int(np.abs(z[faults] - picked).argmin())]
+            if fault_names:
+                nearest = fault_names[int(np.abs(z[faults] - picked).argmin())]
                 unused[row] = f"lies in the gap of fault {nearest!r}"
             continue
         best = int(on_horizon[nearest_first(z[on_horizon], picked)[0]])
-        between = fault_between(z[faults], of_fault, picked, float(z[best]))
+        between = fault_between(z[faults], fault_names, picked, float(z[best]))
         if between:
             unused[row] = f"lies on the other side of fault {between!r} than the horizon there"
             continue

@@ -132,14 +132,14 @@ def tie_horizon(
         controls = controls_of(cut, tops, rows)
         rounds += 1
     report = _report(name, settings, tops, first, controls, total, rounds)
-    of_tie = _warnings_of_tie(report, tops, controls)
-    for warning in (*warnings, *of_tie):
+    tie_warnings = _warnings_of_tie(report, tops, controls)
+    for warning in (*warnings, *tie_warnings):
         warn(warning)
 
     # the sheet's own report says that it was tied, and what was left out
     if isinstance(made, Sheet) and isinstance(made.report, SheetReport):
         notes = [*made.report.notes, f"tied to well tops: {report}"]
-        in_report = (*made.report.warnings, *of_tie)
+        in_report = (*made.report.warnings, *tie_warnings)
         made = replace(made, report=replace(made.report, notes=notes, warnings=in_report))
     return Tied(corrected_data(data, total) if rounds else data, made, report)
 
