@@ -214,7 +214,8 @@ def test_a_region_below_another_keeps_its_name():
 
 def test_names_of_users(tmp_path):
     scene = halves(450.0)
-    left = [[-9, -9], [-9, 1009], [400, 1009], [400, -9]]
+    # all of the western region, and less than half of the eastern one
+    left = [[-9, -9], [-9, 1009], [600, 1009], [600, -9]]
     lines = [f"{x} {y} 0.0\n" for x, y in (*left, left[0])]
     (tmp_path / "left.pol").write_text("".join(lines) + "999.0 999.0 999.0\n")
     for name in ((100.0, 50.0), ("F-",), left, np.array(left), tmp_path / "left.pol"):
