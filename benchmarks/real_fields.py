@@ -49,9 +49,9 @@ part of this repository. The export is that of [your field in 20 lines](../guide
 """
 
 ANSWERED = """\
-What `geosurf new` asks as a comment, uncommented: one question in each run, with `--cache-dir` as
-`geosurf new` advises. So torn horizons and pictures that an answer leaves as they were come from
-the run before."""
+What `geosurf new` asks as a comment, uncommented: one question in each run, that about "these
+faults" with the one before it. With `--cache-dir`, what an answer leaves as it was comes from the
+run before."""
 
 # name, folder, what `geosurf new` gets
 FIELDS = (
@@ -141,6 +141,8 @@ def field_of(name: str, at: str, files: str, folder: Path, answers: bool) -> Row
 def answered(text: str, which: int) -> str:
     r"""The scenario with the lines below one question as keys.
 
+    A question about "these faults" counts on the one before it, which has them.
+
     Examples
     --------
     >>> print(answered("# QUESTION: depth?\n# positive = 1\n\n# a note", 0))
@@ -149,13 +151,15 @@ def answered(text: str, which: int) -> str:
     <BLANKLINE>
     # a note
     """
-    found, number, inside = [], -1, False
+    questions = re.findall(r"# QUESTION: (.*)", text)
+    wanted = {which, which - questions[which].startswith("do these faults")}
+    lines, number, inside = [], -1, False
     for line in text.split("\n"):
         asks = line.startswith("# QUESTION: ")
         number += asks
         inside = asks or (inside and line.startswith("# "))
-        found.append(line[2:] if inside and not asks and number == which else line)
-    return "\n".join(found)
+        lines.append(line[2:] if inside and not asks and number in wanted else line)
+    return "\n".join(lines)
 
 
 def coverage_apart(path: Path) -> float:
