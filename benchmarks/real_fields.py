@@ -50,7 +50,7 @@ part of this repository. The export is that of [your field in 20 lines](../guide
 
 ANSWERED = """\
 What `geosurf new` asks as a comment, uncommented: one question in each run, that about "these
-faults" with the one before it. With `--cache-dir`, what an answer leaves as it was comes from the
+faults" with the one before it. With `--cache-dir`, what stays comes from the
 run before."""
 
 # name, folder, what `geosurf new` gets
