@@ -444,6 +444,11 @@ def _targets(name: str, value: Any, faults: Sequence[str]) -> dict[str, str]:
 
 def _known(name: Any, faults: Sequence[str], what: str) -> None:
     """Refuse a name that is not a fault's."""
+    if not faults:
+        raise InputError(
+            f"{what} {name!r}, and the scene has no faults. Give them, or leave compartments out; "
+            "in a scenario, uncomment [[faults]], or comment [compartments] out."
+        )
     refusal = f"{what} {name!r}, which is not a fault. The faults are"
     check_name(name, faults, refusal, f" {HOW}.")
 

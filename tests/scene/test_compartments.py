@@ -147,6 +147,8 @@ def test_what_cannot_be_divided_is_an_error(compartments, error, words) -> None:
     }
     with pytest.raises(error, match=words):
         _ = scene(faults, compartments).units
+    with pytest.raises(InputError, match="the scene has no faults"):
+        scene({}, ["F9"])
 
 
 def random_faults(seed: int) -> dict:
