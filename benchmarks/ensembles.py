@@ -19,7 +19,7 @@ from functools import partial
 from typing import Any
 
 import geosurf as gs
-from geosurf.ensemble import ContactLevel, DepthError, Normal, Throw, Uniform
+from geosurf.ensemble import ContactLevel, DepthError, Normal, Throw, Uniform, VelocityFactor
 from geosurf.kernels.compile.jit import RUNNER
 
 Case = tuple[gs.Scene, list[Any]]
@@ -48,7 +48,17 @@ def field(apply: bool = False) -> Case:
     return scene, [*errors, ContactLevel("OWC", elevation=Uniform(-1690.0, -1670.0))]
 
 
-CASES = {"throw": throw, "field": field, "network": partial(field, apply=True)}
+def velocity() -> Case:
+    """Drogon from its points and sticks, in time; velocities of its zones vary."""
+    scene, _ = field()
+    laws = {"elsewhere": {"v0": 1900.0, "k": 0.6}}
+    scene = scene.replace(contacts=None, velocity=laws).in_time("two-way").replace(velocity=laws)
+    return scene, [VelocityFactor("elsewhere", Normal(1.0, 0.03))]
+
+
+CASES = {
+    "throw": throw, "field": field, "network": partial(field, apply=True), "velocity": velocity,
+}  # fmt: skip
 
 
 def main() -> None:

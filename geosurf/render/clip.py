@@ -175,7 +175,8 @@ class Prism:
 
         # triangles inside all sides stay as they are; of the others, those are cut that no side
         # has outside
-        whole, triangles = self._settled_by_cells(points, triangles)
+        whole, near_cells = self._settled_by_cells(points, triangles)
+        whole, triangles = triangles[whole], triangles[near_cells]
         kept, near, pieces, flags = [whole], [], [], []
         used, number = np.unique(triangles, return_inverse=True)
         mesh = points[used], number.reshape(-1, 3)
@@ -225,37 +226,58 @@ class Prism:
     def _settled_by_cells(
         self, points: np.ndarray, elements: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Elements that are certainly inside, and those that may be cut; others are outside.
+        """Rows of elements that are certainly inside, and that may be cut; others are outside.
 
         Each part of an area that is not convex takes a pass over all triangles: 16 parts of a real
         field took 5 s of 25 for all pictures.
         """
         if len(self.parts) == 1:
-            return elements[:0], elements
+            every = np.arange(len(elements))
+            return every[:0], every
         bottom, top = self.box[4:]
         level = ((points[:, 2] >= bottom).astype(np.int8) + (points[:, 2] > top))[elements]
         code = self._cells.sort(points, elements)
         low, high = level.min(axis=1), level.max(axis=1)
         inside = (code == INSIDE) & (low == 1) & (high == 1)
         outside = (code == OUTSIDE) | (high == 0) | (low == 2)
-        return elements[inside], elements[~inside & ~outside]
+        return np.flatnonzero(inside), np.flatnonzero(~inside & ~outside)
 
-    def segments(self, points: np.ndarray, segments: np.ndarray) -> np.ndarray:
-        """Return the ends (n, 2, 3) of the parts of segments (n, 2) inside the prism."""
-        # lines are clipped part by part; a line that passes two parts is drawn in two pieces
+    def segments(self, points: np.ndarray, segments: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the parts (m, 2, 3) of segments (n, 2) inside the prism, and rows of these (m,).
+
+        A segment that passes two convex parts is drawn in two pieces.
+        """
         ends: np.ndarray = points[segments]
         if self.holds(points):
-            return ends
-        whole, segments = self._settled_by_cells(points, segments)
-        ends = points[segments]
-        low, high = ends.min(axis=1), ends.max(axis=1)
-        inside = [points[whole]]
+            return ends, np.arange(len(segments))
+        whole, near = self._settled_by_cells(points, segments)
+        pieces, rows = [ends[whole]], [whole]
+        low, high = ends[near].min(axis=1), ends[near].max(axis=1)
         for sides, _ in self.parts:
-            piece = ends[_may_meet(low, high, sides)]
+            row = near[_may_meet(low, high, sides)]
+            piece = ends[row]
             for side in sides:
-                piece = _cut_segments(piece, side)
-            inside.append(piece)
-        return np.concatenate(inside)
+                piece, stays = _cut_segments(piece, side)
+                row = row[stays]
+            pieces.append(piece)
+            rows.append(row)
+        row = np.concatenate(rows)
+        order = np.argsort(row, kind="stable")
+        return np.concatenate(pieces)[order], row[order]
+
+
+def clipped_lines(
+    points: np.ndarray, lines: Sequence[np.ndarray], within: Prism | None
+) -> list[np.ndarray]:
+    """Return the segments (n, 2, 3) of each line, given by rows of points, inside a prism."""
+    none = np.empty((0, 2), dtype=np.int64)
+    # all at once: one by one, a thousand lines of a real field took half of a picture
+    segments = np.concatenate([none, *(np.stack([of[:-1], of[1:]], axis=1) for of in lines)])
+    stops = np.cumsum([len(line) - 1 for line in lines])
+    if within is None:
+        return np.split(points[segments], stops[:-1])
+    ends, rows = within.segments(points, segments)
+    return np.split(ends, np.searchsorted(rows, stops[:-1]))
 
 
 def convex_parts(ring: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -388,16 +410,17 @@ def _between(
     return made
 
 
-def _cut_segments(ends: np.ndarray, side: np.ndarray) -> np.ndarray:
-    """Segments (n, 2, 3) inside a half-space."""
+def _cut_segments(ends: np.ndarray, side: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Segments (n, 2, 3) inside a half-space, and which of all (m,) have a part there."""
     d = ends @ side[:3] + side[3]
     inside = d >= 0
-    out: np.ndarray = ends[inside.any(axis=1)].copy()
-    d, inside = d[inside.any(axis=1)], inside[inside.any(axis=1)]
+    stays = inside.any(axis=1)
+    out: np.ndarray = ends[stays].copy()
+    d, inside = d[stays], inside[stays]
     for k in (0, 1):
         # one end outside: it moves to the side, reckoned from the end inside
         rows = np.flatnonzero(~inside[:, k])
         p, q = out[rows, 1 - k], out[rows, k]
         part = d[rows, 1 - k] / (d[rows, 1 - k] - d[rows, k])
         out[rows, k] = p + (q - p) * part[:, None]
-    return out
+    return out, stays

@@ -19,7 +19,7 @@ from geosurf.model import Curves, TriSurface
 from geosurf.model.column import fault_of
 from geosurf.render import artists
 from geosurf.render.artists import LineStyle
-from geosurf.render.clip import Prism
+from geosurf.render.clip import Prism, clipped_lines
 from geosurf.render.diagram import outline_of
 from geosurf.render.furniture import (
     colours_of,
@@ -84,17 +84,13 @@ def draw_curves(
     lines: dict[int, list[np.ndarray]] = {}
     longest: dict[int, tuple[float, np.ndarray]] = {}
     width = sheet.points(2.6)
-    for i, pair in enumerate(curves.surfaces_of_curve.tolist()):
-        if row not in pair:
-            continue
-
-        # segments (n, 2, 3), clipped to the area that is shown
-        line = curves.points[curves.curves[i]]
-        ends = np.stack([line[:-1], line[1:]], axis=1)
-        if within is not None:
-            ends = within.segments(line, np.arange(len(line) - 1)[:, None] + np.arange(2))
+    pairs = curves.surfaces_of_curve.tolist()
+    rows = [i for i, pair in enumerate(pairs) if row in pair]
+    shown_ends = clipped_lines(curves.points, [curves.curves[i] for i in rows], within)
+    for i, ends in zip(rows, shown_ends, strict=True):
         if not len(ends):
             continue
+        pair = pairs[i]
         other = pair[0] if pair[1] == row else pair[1]
         length = float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum())
         others[other] = others.get(other, 0.0) + length

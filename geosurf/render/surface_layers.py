@@ -19,7 +19,7 @@ from geosurf.lazy import xarray
 from geosurf.model import Curves, Lattice, Patches, TriSurface, Units
 from geosurf.model.pieces import Pieces, Strips, by_unit
 from geosurf.model.protocols import ReportedModel
-from geosurf.render.clip import Prism
+from geosurf.render.clip import Prism, clipped_lines
 from geosurf.render.colouring import (
     Selection,
     colour_units,
@@ -601,7 +601,7 @@ def _surface_layers(
     edges = rim_edges(triangles) if len(triangles) <= MAX_RIMMED else walls
     ends = points[edges]
     if within is not None and len(triangles):
-        ends = within.segments(points, edges)
+        ends, _ = within.segments(points, edges)
         points, triangles, walls = within.triangles(points, triangles)
     if not len(triangles):
         return []
@@ -677,9 +677,9 @@ def show_patches(
     # edges along curves, over all surfaces
     edges = patches.curve_edges
     if len(edges):
-        ends = (
-            patches.vertices[edges] if within is None else within.segments(patches.vertices, edges)
-        )
+        ends = patches.vertices[edges]
+        if within is not None:
+            ends, _ = within.segments(patches.vertices, edges)
         content += Content((segment_layer(ends, colour=palette.CURVE, width=2.0),))
     return content
 
@@ -717,12 +717,11 @@ def _curve_layer(
         return Layer(curves.points, lines=lines, **look), curves.length_of_curve[rows]
 
     # clipped curves fall into segments: lengths are those that are shown
-    parts, lengths = [np.empty((0, 2, 3))], []
-    for i in rows:
-        line = curves.curves[i]
-        ends = within.segments(curves.points, np.stack([line[:-1], line[1:]], axis=1))
-        if len(ends):
-            parts.append(ends)
-            steps = ends[:, 1] - ends[:, 0]
-            lengths.append(float(np.linalg.norm(steps, axis=1).sum()))
-    return segment_layer(np.concatenate(parts), **look), np.array(lengths)
+    shown = [
+        ends
+        for ends in clipped_lines(curves.points, [curves.curves[i] for i in rows], within)
+        if len(ends)
+    ]
+    lengths = [float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum()) for ends in shown]
+    parts = np.concatenate([np.empty((0, 2, 3)), *shown])
+    return segment_layer(parts, **look), np.array(lengths)

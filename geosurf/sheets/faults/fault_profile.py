@@ -352,18 +352,16 @@ def _nearest(
     plane: np.ndarray, r: np.ndarray, rim: np.ndarray, points: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Nearest place (n, 2) on the rim of a mesh to each point, and the value there."""
-    a, b = plane[rim[:, 0]], plane[rim[:, 1]]
+    (ax, ay), (bx, by), (x, y) = plane[rim[:, 0]].T, plane[rim[:, 1]].T, points.T[..., None]
+    tx, ty = bx - ax, by - ay
 
     # place on each rim edge that is nearest to each point (n_point, n_edge), then the best
-    t = b - a
-    along = ((points[:, None] - a[None]) * t).sum(axis=2)
-    f = np.clip(along / np.maximum((t * t).sum(axis=1), 1e-300), 0.0, 1.0)
-    at = a[None] + f[..., None] * t
-    k = ((points[:, None] - at) ** 2).sum(axis=2).argmin(axis=1)
-    i = np.arange(len(points))
-    f = f[i, k]
+    along = (x - ax) * tx + (y - ay) * ty
+    f = np.clip(along / np.maximum(tx * tx + ty * ty, 1e-300), 0.0, 1.0)
+    k = ((x - (ax + f * tx)) ** 2 + (y - (ay + f * ty)) ** 2).argmin(axis=1)
+    f = f[np.arange(len(points)), k]
     start, end = r[rim[k]].T
-    return at[i, k], start * (1.0 - f) + end * f
+    return np.stack([ax[k] + f * tx[k], ay[k] + f * ty[k]], axis=1), start * (1.0 - f) + end * f
 
 
 # ---- dip lines ----------------------------------------
