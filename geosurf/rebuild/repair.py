@@ -107,9 +107,12 @@ def cut_soundly(
     tries: list[tuple[Callable[..., np.ndarray], float]] = [(rounded, step) for step in STEPS]
     tries += [(partial(shifted, draw=draw), SHIFT) for draw in range(DRAWS)]
     for move, step in tries:
-        for _ in range(3):
+        for n_round in range(3):
             # New contacts may need more vertices: up to three rounds for each step.
+            n_moved = sum(map(len, moved))
             _mark(contacts, bad, moved)
+            if n_round and sum(map(len, moved)) == n_moved:
+                break  # the same vertices would move to the same places
             both = zip(given, moved, strict=True)
             surfaces = [moved_surface(s, m, move, step, held) for s, m in both]
             try:
