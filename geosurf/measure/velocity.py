@@ -330,17 +330,17 @@ def _law(value: Any, name: str, base: str | None, open_map: Any) -> Law:
     """One velocity, checked."""
     what = f"velocity of {name!r}"
     value, factor = unscaled(value)
-    k: Any = 0.0
+    k = 0.0
     if isinstance(value, Mapping) and not hasattr(value, "dims"):
         for key in value:
             check_word(key, ("v0", "k"), f"{what} has no {key!r}.", f" {HOW}.")
-        if base is not None or not {"v0", "k"} <= set(value):
+        if base is not None or not {"v0", "k"} <= set(value) or not is_number(value["k"]):
             raise InputError(
-                f"{what} is {dict(value)!r}. A zone takes v0 [m/s] and k [1/s], both; a horizon "
-                "takes its average velocity, a number or a map."
+                f"{what} is {dict(value)!r}. A zone takes v0 [m/s] and k [1/s], both, and k a "
+                "number; a horizon takes its average velocity, a number or a map."
             )
         value, k = value["v0"], value["k"]
-    if value is None or isinstance(value, bool | list | tuple) or not is_number(k):
+    if not is_number(value) and isinstance(value, bool | list | tuple | float | None):
         raise InputError(f"{what} cannot be {value!r}. {HOW}.")
     field = Field(float(value) if is_number(value) else open_map(value, what), factor)
     if not field.smallest >= SLOWEST:
