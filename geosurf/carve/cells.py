@@ -19,12 +19,12 @@ import numpy as np
 from geosurf.arrangement.threads import in_ranges, map_threads
 from geosurf.carve import measures
 from geosurf.carve.outside import NO_HIT, Rays, box_of, outside_of_walls, rise_of, walls_among
-from geosurf.conventions import place
-from geosurf.errors import InvariantError
+from geosurf.conventions import counted, place
+from geosurf.errors import InvariantError, SurfaceError
 from geosurf.kernels.exact.predicates import frame_of
 from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.lattices.strips import RIM, lowest_keys
-from geosurf.kernels.meshes.mesh import join_pairs, number_keys
+from geosurf.kernels.meshes.mesh import join_pairs, number_keys, weld
 from geosurf.kernels.meshes.parts import mark_around, open_edges, parts_of
 from geosurf.kernels.meshes.seams import DONE, NEEDS_EXACT, join_seams, sort_seams
 from geosurf.model import Patches, TriSurface
@@ -86,6 +86,8 @@ def sorted_seams(
 
     Raises
     ------
+    SurfaceError
+        If a surface has triangles twice.
     InvariantError
         If two different triangles lie in one half-plane of an edge.
     """
@@ -120,6 +122,14 @@ def sorted_seams(
             name = patches.names[pieces.surface[done // 3]]
             corner = pieces.triangles[done // 3, done % 3]
             where = place(pieces.x[corner] + patches.origin)
+            source = patches.sources[pieces.surface[done // 3]]
+            t = np.sort(weld(source.vertices)[0][source.triangles], axis=1)
+            if (n_again := len(t) - len(np.unique(t, axis=0))) > 0:
+                raise SurfaceError(
+                    f"surface {name!r} has {counted(n_again, 'triangle')} twice, one of them near "
+                    f"{where}. Leave one of each two out.",
+                    surfaces=[name],
+                )
             raise InvariantError(
                 f"two triangles of surface {name!r} and another lie in one half-plane at {where}; "
                 "please report this with the surfaces."
@@ -264,6 +274,8 @@ def joined_sides(patches: Patches, pieces: Pieces, parts: Parts) -> tuple[np.nda
 
     Raises
     ------
+    SurfaceError
+        If a surface has triangles twice.
     InvariantError
         If two different triangles lie in one half-plane of an edge.
     """
@@ -461,6 +473,8 @@ def find_cells(patches: Patches) -> Cells:
         If there are no walls.
     OpenUnitError
         If the walls leave the box open.
+    SurfaceError
+        If a surface has triangles twice.
     InvariantError
         If two different triangles lie in one half-plane of an edge.
     """

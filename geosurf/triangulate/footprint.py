@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from geosurf.errors import InputError
+from geosurf.kernels.meshes.mesh import weld
 from geosurf.model import Lattice, TriSurface
 
 _SAMPLE = 4000  # nodes that a lattice is fitted to
@@ -127,7 +128,10 @@ def _lines_of(lattice: Lattice) -> tuple[np.ndarray, np.ndarray] | None:
 
 def _rim_of_mesh(horizon: TriSurface) -> np.ndarray:
     """Edges of triangles, each turned to run around it, less those that cancel each other."""
-    xy, t = horizon.vertices[:, :2], horizon.triangles
+    # meshes in parts, and triangles with corners of their own, repeat vertices: one per place
+    spot, n_place = weld(horizon.vertices)
+    xy, t = np.empty((n_place, 2)), spot[horizon.triangles]
+    xy[spot] = horizon.vertices[:, :2]
     a, b, c = (xy[t[:, k]] for k in range(3))
     (u, v), (p, q) = (b - a).T, (c - a).T
 

@@ -71,6 +71,11 @@ def test_the_default_area_of_a_mesh_is_inside_its_rim():
     assert scene.check().ok
     assert 5 <= len(scene.aoi) <= 20
     assert scene.units.footprint == pytest.approx(36.5, rel=0.01)
+    soup = np.array(corners)[mesh.triangles].reshape(9, 3), np.arange(9).reshape(3, 3)
+    assert Scene({"Top": soup}).units.footprint == scene.units.footprint
+    again = corners, [*mesh.triangles, mesh.triangles[1]]
+    twice = Scene({"Top": again}, box=(5, 7, 2, 5, 0, 6))
+    refused(SurfaceError, "'Top' has 1 triangle twice, one of them near", lambda: twice.units)
     with pytest.raises(InputError, match="'Top' is a mesh, and aoi='rectangle' is for grids only"):
         _ = Scene({"Top": mesh}, aoi="rectangle").box
     with pytest.raises(InputError, match="proposes a box, and box= is given as well"):
