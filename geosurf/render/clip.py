@@ -270,9 +270,10 @@ def clipped_lines(
     points: np.ndarray, lines: Sequence[np.ndarray], within: Prism | None
 ) -> list[np.ndarray]:
     """Return the segments (n, 2, 3) of each line, given by rows of points, inside a prism."""
-    none = np.empty((0, 2), dtype=np.int64)
+    if not lines:
+        return []
     # all at once: one by one, a thousand lines of a real field took half of a picture
-    segments = np.concatenate([none, *(np.stack([of[:-1], of[1:]], axis=1) for of in lines)])
+    segments = np.concatenate([np.stack([of[:-1], of[1:]], axis=1) for of in lines])
     stops = np.cumsum([len(line) - 1 for line in lines])
     if within is None:
         return np.split(points[segments], stops[:-1])
