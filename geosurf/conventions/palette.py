@@ -70,13 +70,10 @@ SHADES = tuple(
         "#55505f #6a6573 #403c4a #636280 #302c32 #7a7992 #7a797d #908c9e",
     )
 )
-FAULTS = tuple(
-    rgb(f"#{code:06x}")
-    for code in (
-        0x8C2F2B, 0x4A3F63, 0xD9843B, 0xA9A3D0, 0xC8A27A, 0x3F7D6E, 0x4040BF, 0xC6A9AE, 0x7979D2,
-        0x592D86,
-    )
-)  # fmt: skip
+FAULTS = tuple(map(rgb, [
+    "#8c2f2b", "#4a3f63", "#d9843b", "#a9a3d0", "#c8a27a", "#3f7d6e", "#4040bf", "#c6a9ae",
+    "#7979d2", "#592d86",
+]))  # fmt: skip
 
 
 def stratum(index: int) -> RGB:

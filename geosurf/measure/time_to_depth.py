@@ -32,7 +32,7 @@ from geosurf.model.patches import corner_keys
 THINNEST = 1.0  # ms or m: thinner zones say nothing of their interval velocity
 MOST_TRIANGLES = 400_000  # of all long ones, after they are divided
 MOST_LEVELS = 10_000
-FASTEST = 20_000.0  # m/s: no rock is
+FASTEST = 20_000.0  # m/s, of v0 + k z: no rock is; thin zones between averages may seem so
 
 
 @dataclass(frozen=True, eq=False)
@@ -517,14 +517,15 @@ def convert_mesh(
         else:
             seconds[rows] = s + later(v0[rows], k[rows], d, depth[rows])
         speeds = v0[rows] + k[rows] * np.stack([d, depth[rows]])
-        wrong = ~((speeds > 0.0) & (speeds < FASTEST)) | ~np.isfinite(other[rows])
+        is_rock = (speeds > 0.0) & ((speeds < FASTEST) | (k[rows] == 0.0))
+        wrong = ~is_rock | ~np.isfinite(other[rows])
         if wrong.any():
             end, at = np.unravel_index(int(np.argmax(wrong)), wrong.shape)
             worst = rows[at]
             raise InputError(
                 f"the velocity of {velocity.zones[starts.zone[worst]]!r} is {speeds[end, at]:.4g} "
                 f"m/s near (E {places[worst, 0]:.0f}, N {places[worst, 1]:.0f}). Velocities are "
-                f"above 0 and below {FASTEST:g} m/s in the whole zone, with v0 + k z and also "
-                "between averages: give other ones there."
+                f"above 0, and v0 + k z below {FASTEST:g}, in the whole zone, also between "
+                "averages: give other ones there."
             )
     return TimeDepth(mesh, velocity, in_time, second, seconds[:n], depth[:n])
