@@ -213,19 +213,27 @@ def frame_around(clouds: Sequence[np.ndarray]) -> tuple[float, float, float, flo
     return float(low[0]), float(low[1]), float(width), float(height)
 
 
+def likeness(one: np.ndarray, other: np.ndarray) -> float:
+    """Correlation of two horizons, of both: `cell_means`; 0 where these tell nothing."""
+    both = np.isfinite(one) & np.isfinite(other)
+    # Too few shared cells, or a flat horizon, tell nothing about relief.
+    if both.sum() < FEWEST_CELLS or not np.ptp(one[both]) or not np.ptp(other[both]):
+        return 0.0
+    return float(np.corrcoef(one[both], other[both])[0, 1])
+
+
 def relief_in_feet(means: np.ndarray, others: Iterable[np.ndarray]) -> float:
     """How many times larger the relief of a horizon is than that of another one of the same shape,
     0 if not as feet are. Of both: `cell_means`.
     """
     for other in others:
-        both = np.isfinite(means) & np.isfinite(other)
-        # Too few shared cells, or a flat horizon, tell nothing about relief.
-        if both.sum() < FEWEST_CELLS or not np.ptp(means[both]) or not np.ptp(other[both]):
-            continue
-        ratio = np.std(means[both]) / np.std(other[both])
+        both = np.isfinite(means + other)
         low, high = RELIEF_IN_FEET
-        if low < ratio < high and abs(np.corrcoef(means[both], other[both])[0, 1]) > ALIKE:
-            return float(ratio)
+        # In depth or in elevation: whether a horizon is upside down is another question.
+        if abs(likeness(means, other)) > ALIKE:
+            ratio = np.std(means[both]) / np.std(other[both])
+            if low < ratio < high:
+                return float(ratio)
     return 0.0
 
 

@@ -193,6 +193,8 @@ class Crossings(Noun):
         The zone below the boundary.
     up : ndarray of float64, shape (n,)
         Where, as the mesh was given.
+    horizon : ndarray of int64, shape (n,)
+        As of the mesh.
     """
 
     foot: np.ndarray
@@ -200,10 +202,11 @@ class Crossings(Noun):
     weights: np.ndarray
     below: np.ndarray
     up: np.ndarray
+    horizon: np.ndarray
 
     def some(self, rows: np.ndarray) -> Crossings:
         """Some of them."""
-        arrays = (self.foot, self.corners, self.weights, self.below, self.up)
+        arrays = (self.foot, self.corners, self.weights, self.below, self.up, self.horizon)
         return Crossings(*(array[rows] for array in arrays))
 
 
@@ -231,7 +234,9 @@ def crossings_of(mesh: Mesh, groups: tuple[int, ...], feet: np.ndarray) -> Cross
     order = np.lexsort((crossings.triangle, -crossings.elevation, crossings.foot))
     foot, triangle = crossings.foot[order], crossings.triangle[order]
     weights = shares_at(mesh.local[t[triangle]], feet[foot])
-    return Crossings(foot, t[triangle], weights, below[rows[triangle]], crossings.elevation[order])
+    rows = rows[triangle]
+    up = crossings.elevation[order]
+    return Crossings(foot, t[triangle], weights, below[rows], up, mesh.horizon[rows])
 
 
 def starts_of(mesh: Mesh, groups: tuple[int, ...], averages: tuple[int, ...]) -> Starts:
@@ -254,7 +259,12 @@ def starts_of(mesh: Mesh, groups: tuple[int, ...], averages: tuple[int, ...]) ->
     made = Starts(corners, weights, zone, pinned, anchor)
     for k in averages[::-1]:  # where horizons meet, the upper one counts
         pinned[mesh.triangles[mesh.horizon == k]] = k
+    # where a reverse fault repeats a horizon, the average is that of the upper part
+    repeated = (above.horizon >= 0) & (above.horizon == pinned[above.foot])
+    pinned[above.foot[repeated]] = -1
     thick = mesh.local[:, 2] + THINNEST < made.of(mesh.local[:, 2], np.arange(n))
+    # below a fault lines run through rock of its other side: no interval velocity of this one
+    thick[above.foot[above.horizon < 0]] = False
     for k in averages:
         from scipy.spatial import cKDTree  # loaded by those who give averages
 
@@ -503,7 +513,7 @@ def convert_mesh(
     for number, law in enumerate(velocity.laws):
         mine = ruling == number
         v0[mine] = law.v0.at(places[mine])
-    k = np.array([law.k for law in velocity.laws])[starts.zone]
+    k = np.array([law.k for law in velocity.laws])[ruling]
     for rows in levels:
         d, s = starts.of(depth, rows), starts.of(seconds, rows)
         anchored = np.flatnonzero(starts.anchor[rows] >= 0)

@@ -296,7 +296,10 @@ def velocity_of(
         raise InputError(f"velocity: datum is {datum!r}; give the elevation at time zero [m].")
     laws: dict[str, Law] = {}
     for name, value in entries.items():
-        refusal = f"velocity names {name!r}, which is neither a zone nor a horizon. Names are"
+        refusal = (
+            f"velocity names {name!r}, which is neither a horizon nor a zone between horizons (a "
+            "zone from thickness has the velocity of that which it divides). Names are"
+        )
         check_name(name, known, refusal)
         if name in (DATUM, WELLS):
             continue

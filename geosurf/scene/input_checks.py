@@ -10,7 +10,14 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import counted, grouped, known_names, number_text
-from geosurf.conventions.axes import cell_means, frame_around, relief_in_feet, vertical_words
+from geosurf.conventions.axes import (
+    ALIKE,
+    cell_means,
+    frame_around,
+    likeness,
+    relief_in_feet,
+    vertical_words,
+)
 from geosurf.conventions.checks import crs_of_foreign
 from geosurf.conventions.crs import crs_of, refuse_other_crs, warn_of_unclear_crs
 from geosurf.conventions.text import volume_text
@@ -169,7 +176,8 @@ def warn_of_inputs(
     rules = (*inputs.rules, *inputs.horizon_rules)
     memory.warn(*warnings_of_repeats(map(read.fault, inputs.faults), rules))
 
-    # heights that are probably feet
+    # heights that are probably feet, or depths
+    memory.warn(*warnings_of_signs(horizons))
     if inputs.time is None:
         memory.warn(*warnings_of_feet(horizons))
 
@@ -261,17 +269,14 @@ def warnings_of_repeats(
 
 def warnings_of_feet(horizons: Sequence[TriSurface]) -> list[GeosurfWarning]:
     """Warn of horizons that have three times the depth and relief of another of the same shape."""
-    level = [sum(horizon.bounds[4:]) / 2 for horizon in horizons]
+    level = [_middle(horizon) for horizon in horizons]
     # depths are known without a look at the nodes, and tell nearly all horizons apart
     pairs = [
         (deep, k)
         for deep, k in permutations(range(len(level)), 2)
         if DEEPER[0] * abs(level[k]) < level[deep] * np.sign(level[k]) < DEEPER[1] * abs(level[k])
     ]
-    rows = sorted({row for pair in pairs for row in pair})
-    points = {row: horizons[row].vertices for row in rows}
-    frame = frame_around(list(points.values())) if rows else (0, 0, 1, 1)
-    means = {row: cell_means(points[row], frame) for row in rows}
+    means = _means(horizons, pairs)
     warning_of = {}
     for deep, k in pairs:
         ratio = relief_in_feet(means[deep], [means[k]])
@@ -280,8 +285,48 @@ def warnings_of_feet(horizons: Sequence[TriSurface]) -> list[GeosurfWarning]:
     return [*warning_of.values()]
 
 
+def warnings_of_signs(horizons: Sequence[TriSurface]) -> list[GeosurfWarning]:
+    """Warn of horizons above 0 whose shape is that of one below 0, upside down."""
+    above = [k for k, horizon in enumerate(horizons) if horizon.bounds[4] > 0.0]
+    below = [k for k, horizon in enumerate(horizons) if horizon.bounds[5] < 0.0]
+    pairs = [(high, low) for high in above for low in below]
+    means = _means(horizons, pairs)
+    # of a horizon, the first one that mirrors it
+    mirrored = {
+        high: low for high, low in reversed(pairs) if likeness(means[high], means[low]) < -ALIKE
+    }
+    unit = vertical_words()[1]
+    return [
+        GeosurfWarning(
+            "sign",
+            horizons[high].name,
+            f"Horizon {horizons[high].name!r} looks like depths taken for elevations: it lies at "
+            f"{_middle(horizons[high]):.0f} {unit}, {horizons[low].name!r} at "
+            f"{_middle(horizons[low]):.0f} {unit}, with the same shape upside down.",
+            "If so, state positive='down' for it: gs.read_horizon(file, positive='down'), or in "
+            "[[horizons]] of a scenario.",
+        )
+        for high, low in sorted(mirrored.items())
+    ]
+
+
+def _middle(horizon: TriSurface) -> float:
+    return sum(horizon.bounds[4:]) / 2
+
+
+def _means(
+    horizons: Sequence[TriSurface], pairs: Iterable[tuple[int, int]]
+) -> dict[int, np.ndarray]:
+    """Mean z in the cells of one frame of all horizons of the pairs, by row."""
+    points = {
+        row: horizons[row].vertices for row in sorted({row for pair in pairs for row in pair})
+    }
+    frame = frame_around(list(points.values())) if points else (0, 0, 1, 1)
+    return {row: cell_means(one, frame) for row, one in points.items()}
+
+
 def _looks_like_feet(deep: TriSurface, other: TriSurface, ratio: float) -> GeosurfWarning:
-    middle, level = (sum(horizon.bounds[4:]) / 2 for horizon in (deep, other))
+    middle, level = _middle(deep), _middle(other)
     return GeosurfWarning(
         "feet",
         deep.name,

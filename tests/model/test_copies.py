@@ -78,10 +78,6 @@ def inputs_of_kinds():
         "contact object": {"box": box, "contacts": {"OWC": gs.FluidContact(flat, "Top/Middle")}},
         "table of tops": {"box": box, "tops": pd.DataFrame(table), "tie": {"range": 2000}},
         "polygon": {"aoi": Area(area)},
-        "lists of a mesh": {
-            "box": box,
-            "faults": {"F1": (fault.vertices.tolist(), fault.triangles.tolist())},
-        },
         "pyvista": {"box": box, "faults": {"F1": fault.to_pyvista()}},
         "compartments": {"box": box, "compartments": True},
         "function": {"box": box, "on_start": print_nothing},
@@ -232,16 +228,6 @@ def test_curves_of_a_torn_scene_list_no_triangles():
         assert source.role != "horizon" or not {"vertices", "triangles"} & set(source.__dict__)
     found = scene.patches.curve_edges_by_surface
     assert [rows.tolist() for rows in found] == by_triangles(scene.patches)
-
-
-@pytest.mark.parametrize("kind", ["reverse", "acute Y"])
-def test_bounds_of_a_torn_horizon_list_no_triangles(kind):
-    world = gs.synthetic.torn(kind, n=41)
-    scene = gs.Scene(world.horizons, world.faults, world.box, tear=True)
-    found = scene.whole_surface(scene.horizon_names[0])
-    bounds = found.bounds
-    assert not {"vertices", "triangles"} & set(found.__dict__)
-    assert bounds == TriSurface("Top", "horizon", found.vertices, found.triangles).bounds
 
 
 # ---- What a notebook shows at the end of a cell: every noun in words, none as a heap of arrays.

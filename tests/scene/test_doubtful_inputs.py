@@ -188,24 +188,29 @@ def test_a_fault_a_little_beside_is_another():
     assert not [one for one in scene.warnings if one.kind == "same fault"]
 
 
-# ---- Feet taken for metres are warned of; deep horizons, or those with much relief, are not.
+# ---- Feet taken for metres, and depths for elevations, are warned of; deep horizons, or those
+# with much relief, are not.
 def dome_at(level, height, unit=1.0, shape=np.cos):
     x = np.linspace(-1.5, 1.5, 41)
     return horizon((level + height * shape(x) * shape(1.2 * x[:, None])) / unit)
 
 
 @pytest.mark.parametrize(
-    ("base", "warned"),
+    ("top", "base", "warned"),
     [
-        (dome_at(-1600.0, 70.0, 0.3048), ["B"]),
-        (dome_at(-1600.0, 70.0), []),
-        (dome_at(-5000.0, 60.0), []),  # deep, with the relief of the other
-        (dome_at(-5000.0, 200.0, shape=np.sin), []),  # deep, with another shape
-        (dome_at(-1600.0, 200.0), []),  # much relief alone: growth over a dome
+        (dome_at(-1500.0, 60.0), dome_at(-1600.0, 70.0, 0.3048), [("feet", "B")]),
+        (dome_at(-1500.0, 60.0), dome_at(-1600.0, 70.0), []),
+        (dome_at(-1500.0, 60.0), dome_at(-5000.0, 60.0), []),  # deep, with the relief of the other
+        (dome_at(-1500.0, 60.0), dome_at(-5000.0, 200.0, shape=np.sin), []),  # with another shape
+        (dome_at(-1500.0, 60.0), dome_at(-1600.0, 200.0), []),  # much relief: growth over a dome
+        (dome_at(1500.0, -60.0), dome_at(-1600.0, 70.0), [("sign", "A")]),
+        (dome_at(1500.0, 60.0), dome_at(-1600.0, 70.0), []),  # on both sides of the sea level
+        (dome_at(-1500.0, -60.0), dome_at(-1600.0, 70.0), []),  # a basin above a dome
     ],
 )
-def test_feet_taken_for_metres_are_warned_of(base, warned):
-    scene = gs.Scene({"A": dome_at(-1500.0, 60.0), "B": base}, {})
+def test_feet_taken_for_metres_and_depths_for_elevations_are_warned_of(top, base, warned):
+    scene = gs.Scene({"A": top, "B": base}, {})
     with silenced():
         len(scene.units)
-    assert [one.subject for one in scene.warnings if one.kind == "feet"] == warned
+    found = [(one.kind, one.subject) for one in scene.warnings if one.kind in ("feet", "sign")]
+    assert found == warned

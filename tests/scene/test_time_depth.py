@@ -226,7 +226,11 @@ TOP = {"Top": grid(plane(-2000.0), units="ms", positive="up")}
         (TOP, {"time": "twt"}, 'Write time="two-way"'),
         ({"Top": grid(plane(-2000.0), units="m")}, {"time": "two-way"}, "the scene is in time"),
         (TOP, {"time": "two-way", "velocity": {"Top": 2000.0}}, "has nothing for"),
-        (TOP, {"time": "two-way", "velocity": {"Topp": 1.0}}, "neither a zone nor a horizon"),
+        (
+            TOP,
+            {"time": "two-way", "velocity": {"Topp": 1.0}},
+            "neither a horizon nor a zone between",
+        ),
         (TOP, {"time": "two-way", "velocity": {"elsewhere": -5.0}}, "above 0"),
         (TOP, {"time": "two-way", "velocity": {"elsewhere": 2.5}}, "Multiply km/s by 1000"),
         (TOP, {"time": "two-way", "velocity": {"v0": 1800.0}}, "v0 .* and k"),
@@ -261,6 +265,16 @@ def test_average_velocities_to_horizons_are_met_and_zones_follow() -> None:
     assert sorted(scene.units) == sorted(time.units)
     with pytest.raises(InputError, match="also between averages"):
         _ = scene.replace(velocity=velocity | {"Base": 1000.0}).units
+
+
+def test_a_constant_average_is_the_interval_velocity(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(f"{__name__}.DROP", -DROP)  # a reverse fault, which repeats Top
+    average, interval = (
+        in_time(2000.0, {"Top": -2000.0}, velocity={name: 2100.0, "elsewhere": LINEAR}, box=None)
+        for name in ("Top", "above Top")
+    )
+    found = average.in_time().patches.vertices
+    np.testing.assert_allclose(average.to_depth(found), interval.to_depth(found), atol=1e-6)
 
 
 def test_velocities_vary_in_an_ensemble_and_stay_in_its_box() -> None:
