@@ -3,8 +3,9 @@
 Layers are laid down oldest first. Each horizon, when its turn comes, first stops at the
 base below it (onlap), unless it erodes; then all older horizons end on it. So for each
 pair that crosses one rule counts: the younger one wins where it is ``erosional`` or
-``discontinuous``; else the older one where it is a ``base`` or ``discontinuous``; else, of
-two conformable ones, the younger (what is between them has no thickness there). After
+``discontinuous``; else the older one where it is a ``base`` or ``discontinuous``, or where
+only the younger one is ``yielding``; else the younger (what is between them has no thickness
+there). After
 each turn the horizons are in order, so the zone of a cell is the first horizon that it is above.
 
 What is unknown may stay so where no rule asks: in three-valued logic (Kleene 1952), "and" is
@@ -28,7 +29,7 @@ from geosurf.kernels.lattices.sets import pairs_of_equal
 from geosurf.kernels.meshes.mesh import edge_keys, join_pairs
 from geosurf.model import Patches, TriSurface, check_column
 from geosurf.model.column import BASE as LAPPED
-from geosurf.model.column import CONFORMABLE, ERODES, EROSIONAL, IS_LAPPED
+from geosurf.model.column import CONFORMABLE, ERODES, EROSIONAL, IS_LAPPED, YIELDING
 from geosurf.model.expected import listed
 
 # ---- horizon sides ----------------------------------------
@@ -440,7 +441,12 @@ def apply_column(signature: np.ndarray, rules: Sequence[str]) -> tuple[np.ndarra
         # an eroding horizon cuts through the base below it instead of ending on it
         if rules[k] not in ERODES:
             # horizons are in order by now, so that the youngest base is the highest
-            base = next((j for j in older if rules[j] in IS_LAPPED), None)
+            # what yields ends on the next one that does not
+            yields = rules[k] == YIELDING
+            base = next(
+                (j for j in older if rules[j] in IS_LAPPED or (yields and rules[j] != YIELDING)),
+                None,
+            )
             if base is not None:
                 # "above both": a cell counts as above k only if it is above the base, so k ends on
                 # it

@@ -264,8 +264,8 @@ def carve_units(
         shells that enclose the model.
     column : mapping of str to str, optional
         Rule of each horizon: ``"conformable"``, ``"erosional"`` (removes older layers below it),
-        ``"base"`` (younger layers lap onto it and are removed below it) or ``"discontinuous"``
-        (both). Default: all horizons are conformable.
+        ``"base"`` (younger layers lap onto it and are removed below it), ``"discontinuous"``
+        (both) or ``"yielding"`` (it ends on all others). Default: all horizons are conformable.
     contacts : sequence of FluidContact, optional
         Fluid contacts with their zones and blocks, from the top down; see `build_contacts`.
     slivers : float, "merge" or mapping, optional

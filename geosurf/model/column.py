@@ -23,14 +23,15 @@ from geosurf.model.base import Noun
 from geosurf.model.expected import name_of
 
 CONFORMABLE, EROSIONAL, BASE, DISCONTINUOUS = "conformable", "erosional", "base", "discontinuous"
-RULES = (CONFORMABLE, EROSIONAL, BASE, DISCONTINUOUS)
+YIELDING = "yielding"
+RULES = (CONFORMABLE, EROSIONAL, BASE, DISCONTINUOUS, YIELDING)
 # what the field calls them, or what they are rules of
 FIELD_WORDS = {
     **dict.fromkeys(("unconformity", "erosion", "eroded", "eroding", "truncation"), EROSIONAL),
     **dict.fromkeys(("onlap", "downlap", "baselap", "lap"), BASE),
 }
 # Horizons below end on these, horizons above end on those of `IS_LAPPED`; a discontinuity does
-# both.
+# both. What yields ends on all others.
 ERODES = (EROSIONAL, DISCONTINUOUS)
 IS_LAPPED = (BASE, DISCONTINUOUS)
 ELSEWHERE = "elsewhere"  # the block of a fluid contact that stands for all that no other names
@@ -77,7 +78,7 @@ def check_column(horizons: Sequence[str], column: Mapping[str, Any] | None) -> t
 
     Returns
     -------
-    tuple of {"conformable", "erosional", "base", "discontinuous"}
+    tuple of {"conformable", "erosional", "base", "discontinuous", "yielding"}
 
     Raises
     ------

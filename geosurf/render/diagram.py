@@ -97,7 +97,7 @@ def draw_column(
 def _draw_horizon(axes: Axes, level: float, name: str, rule: str, points: float) -> None:
     """The line of a horizon, wavy if it cuts others, with its name and rule on the right."""
     x = np.linspace(0.0, 1.0, 40 * WAVES + 1)
-    wave = 0.0 if rule == "conformable" else 0.006 * abs(axes.dataLim.height)
+    wave = 0.0 if rule in ("conformable", "yielding") else 0.006 * abs(axes.dataLim.height)
     y = level + wave * np.sin(2.0 * np.pi * WAVES * x)
     axes.plot(x, y, color=palette.INK, linewidth=points / 8.0, clip_on=False)
     label = name if rule == "conformable" else f"{name} ({rule})"

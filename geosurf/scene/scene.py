@@ -92,8 +92,9 @@ class Scene:
         margin above and below; it moves with them, so give a box to compare scenes.
     column : mapping of str to str, optional
         Which of two crossing horizons ends at the other: ``"erosional"`` removes what lies below,
-        ``"base"`` what lies above, ``"discontinuous"`` both. The others are ``"conformable"``: of
-        two that cross, the older one ends on the younger. ``units.report["clipped"]`` lists all.
+        ``"base"`` what lies above, ``"discontinuous"`` both; a ``"yielding"`` one ends at all
+        others. The default is ``"conformable"``: of two that cross, the older one ends on the
+        younger. ``units.report["clipped"]`` lists all.
     contacts : mapping of str to contact, optional
         Fluid contacts from the top down, which split the reservoir: ``{"OWC": -1705.0}``, also by
         block and zone; see `build_contacts` and `FluidContact`. A path is a gridded horizon.

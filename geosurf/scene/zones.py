@@ -19,7 +19,7 @@ from geosurf.errors import GeosurfWarning, InputError
 from geosurf.lazy import xarray
 from geosurf.measure.velocity import Field
 from geosurf.model import Lattice, Sheet, TriSurface
-from geosurf.model.column import MadeHorizon, data_of_made
+from geosurf.model.column import YIELDING, MadeHorizon, data_of_made
 from geosurf.scene.depth import data_of, moved_horizon, places_in, plain_in_depth
 from geosurf.scene.graph import Graph
 from geosurf.scene.inputs import SceneInputs, opened_map
@@ -291,9 +291,14 @@ def plain_graph(plain: Graph, in_time: Callable[[], Graph], inputs: SceneInputs)
         return plain
     made = [one for one in inputs.made if one.horizon in inputs.horizons]
     horizons, rows = made_horizons(plain, made)
-    graph = Graph(inputs.replaced(horizons=horizons, zones=None), plain.memory)
+    with_data = [name for name in inputs.horizons if not _is_made(plain, name)]
+    made_of, order = data_of_made(made, with_data), list(inputs.horizons)
+    # data that lie below count more: what is made of them, or fits them, ends there
+    column = {name: YIELDING for name, of in made_of.items()
+              if max(map(order.index, of)) > order.index(name)}  # fmt: skip
+    inputs = inputs.replaced(horizons=horizons, zones=None, column=column | dict(inputs.column))
+    graph = Graph(inputs, plain.memory)
     graph.known_regions, graph.converted_from = plain.known_regions, plain.converted_from
     graph.zone_rows = rows
-    with_data = [name for name in inputs.horizons if not _is_made(plain, name)]
-    graph.made_of = data_of_made(made, with_data)
+    graph.made_of = made_of
     return graph

@@ -246,7 +246,8 @@ def clipped_heights(z, rules):
         erodes = rules[k] in ("erosional", "discontinuous")
         if not erodes:
             for j in range(k + 1, len(z)):
-                if rules[j] in ("base", "discontinuous"):
+                yields = rules[k] == "yielding" != rules[j]
+                if yields or rules[j] in ("base", "discontinuous"):
                     z[k] = max(z[k], z[j])
         for j in range(k + 1, len(z)):
             z[j] = min(z[j], z[k])

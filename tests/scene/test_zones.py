@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
+from benchmarks.random_networks import random_network
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.scenario import build_scene, read_scenario
 from tests.grids import gridded
@@ -87,6 +88,22 @@ def test_random_networks_fill_what_is_between_two_horizons_and_are_never_negativ
             np.testing.assert_allclose(part, share * np.maximum(room, 0.0), atol=1e-9)
         found = scene.zone_corrections
         assert found.model.sum() == pytest.approx(np.maximum(room, 0.0).mean(), abs=1e-9)
+
+
+@pytest.mark.parametrize(("family", "seed"), [("X", 0), ("tips", 9)])
+@pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
+def test_zones_at_faults_are_closed_and_never_change_their_sum(family, seed):
+    network = random_network(family, np.random.default_rng(seed), 0)
+    top, faults, n = network.horizon, network.faults, np.arange(len(network.horizon))
+    waves = np.add.outer(0.9 * np.cos(n / 7.0), 0.8 * np.sin(n / 5.0))
+    zones = {"A": {"below": "Top", "thickness": top.copy(data=25.0 * np.maximum(1.0 + waves, 0.0))}}
+    zones["B"] = {"below": "A", "thickness": 20.0, "base": "Base"}
+    horizons = {"Top": top, "Base": (top - 60.0).assign_attrs(top.attrs)}
+    scene = gs.Scene(horizons, faults, tear=True, zones=zones)
+    assert scene.check().ok
+    sheets = {name: scene.sheets[name] for name in horizons}
+    plain = gs.Scene(sheets, {name: scene.surface(name) for name in faults}, scene.box)
+    assert float(scene.volumes.sum()) == pytest.approx(float(plain.volumes.sum()), rel=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -562,13 +562,15 @@ def leaks_of(
     """Outer edges with a ghost end, cut by a fault, of which a part is in `keep`."""
     rows = np.flatnonzero(patches.surface_of_triangle == 0)
     t, mine = patches.triangles[rows], corner[rows]
-    found = open_edges(t, mine, rim, keep, len(patches.local), torn, triangles)
+    parent = patches.parent_of_triangle[rows]
+    found = open_edges(t, parent, mine, rim, keep, len(patches.local), torn, triangles)
     met = _faults_at(patches, {point for points in found.values() for point in points})
     return [(*e, frozenset().union(*(met[p] for p in points))) for e, points in found.items()]
 
 
 def open_edges(
     t: np.ndarray,
+    parent: np.ndarray,
     corner: np.ndarray,
     rim: Rim,
     keep: np.ndarray,
@@ -582,6 +584,8 @@ def open_edges(
     ----------
     t : ndarray (n, 3)
         Triangles of the cut sheet, as points 0 .. n_point - 1.
+    parent : ndarray of int64 (n,)
+        The triangle that each was cut from.
     corner : ndarray (n, 3)
         Vertices of `torn` at their corners, -1 for points that the cut made.
     rim : tuple
@@ -600,22 +604,24 @@ def open_edges(
     made[starts] = True
     tail, head, row = _with_marked(rim, made)
 
-    # neighbours of each point along free edges, and whether their triangle stays
-    onward: dict[int, list[tuple[int, bool]]] = {}
-    for a, b, kept in zip(tail.tolist(), head.tolist(), keep[row].tolist(), strict=True):
-        onward.setdefault(a, []).append((b, kept))
-        onward.setdefault(b, []).append((a, kept))
+    # neighbours of each point along free edges, the triangle that these are of before the cut, and
+    # whether that part of it stays
+    onward: dict[int, list[tuple[int, int, bool]]] = {}
+    for a, b, of, kept in np.stack([tail, head, parent[row], keep[row]], axis=1).tolist():
+        onward.setdefault(a, []).append((b, of, bool(kept)))
+        onward.setdefault(b, []).append((a, of, bool(kept)))
 
     # walk from each old vertex over new points to the next old one: one outer edge, in pieces
     points_by_edge: dict[Pair, set[int]] = {}
     for a in starts.tolist():
-        for step, kept in onward[a]:
+        for step, of, kept in onward[a]:
             before, here, any_kept = a, step, kept
             passed = []
 
-            # a point where the rim branches ends the walk: no single outer edge goes on there
+            # two outer edges may cross in a point: each goes on in its own triangle. A point where
+            # that has several ways ends the walk
             while name[here] < 0:
-                ahead = [(v, k) for v, k in onward[here] if v != before]
+                ahead = [(v, k) for v, source, k in onward[here] if v != before and source == of]
                 if len(ahead) != 1:
                     break
                 passed.append(here)
