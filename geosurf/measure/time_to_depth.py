@@ -4,8 +4,9 @@ Each vertex starts from the first boundary of velocity straight above it, where 
 are known from the corners of the triangle there, and goes down by the velocity of the rock between.
 Where no boundary is above, it starts at the datum. The boundary may be a horizon or a fault: below
 a fault the line first runs through the rock above it, so both walls have one depth at the fault.
-Time and depth of a boundary are linear on its triangles, in both directions: what becomes depth
-comes back to the last digits.
+Outside of all horizons, boundaries are as in the nearest place inside: what goes on there keeps its
+shape. Time and depth of a boundary are linear on its triangles, in both directions: what becomes
+depth comes back to the last digits.
 """
 
 from __future__ import annotations
@@ -32,6 +33,8 @@ from geosurf.model.patches import corner_keys
 THINNEST = 1.0  # ms or m: thinner zones say nothing of their interval velocity
 MOST_TRIANGLES = 400_000  # of all long ones, after they are divided
 MOST_LEVELS = 10_000
+UPRIGHT = 1e-6  # part of the normal that points up, from rounding alone
+BESIDE = 1e-3  # of the longest edge, or of the way into a triangle
 FASTEST = 20_000.0  # m/s, of v0 + k z: no rock is; thin zones between averages may seem so
 
 
@@ -63,6 +66,20 @@ class Mesh(Noun):
     def facing(self) -> np.ndarray:
         """1 where the front of a triangle is above it, -1 where its back is, 0 if upright."""
         return signs_of_turns(self.local[:, :2], self.triangles)
+
+    def nearest_inside(self, feet: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return feet, those outside of all horizons in the nearest triangle of one; and which."""
+        t = self.triangles[self.horizon >= 0]
+        outside = np.ones(len(feet), dtype=bool)
+        outside[cross_columns(self.local, t, feet).foot] = False
+        if not outside.any() or not len(t):
+            return feet, outside
+        from scipy.spatial import cKDTree  # loaded by those who have some
+
+        middles = self.local[t, :2].mean(axis=1)
+        feet = feet.copy()
+        feet[outside] = middles[cKDTree(middles).query(feet[outside])[1]]
+        return feet, outside
 
 
 def mesh_of(split: Patches, patches: Patches, units: Units, zones: tuple[str, ...]) -> Mesh:
@@ -100,6 +117,9 @@ def _zones_beside(
     surface = np.concatenate([split.surface_of_triangle, patches.surface_of_triangle])
     keys = number_keys(keys)[1] * len(patches.sources) + surface
     here, there = pairs_of_equal(keys, np.arange(len(keys)))
+    # a surface that lies on itself has others with the same vertices
+    of_both = (here < n) & (there >= n)
+    here, there = here[of_both], there[of_both]
     zone = np.array([*(zones.index(unit.zone) for unit in units.values()), -1])
     sides = zone[units.sides[there - n]]
     beside = np.full((n, 2), -1)
@@ -146,6 +166,21 @@ def divided(
             return x, t, parent
         x, t, source = halved(x, t, square > longest**2)
         parent = parent[source]
+
+
+def beside_upright(x: np.ndarray, t: np.ndarray, longest: float) -> np.ndarray:
+    """Return vertices, those of upright triangles a little beside them, all on one side.
+
+    Their vertical lines run in the surface: rounding would choose a wall for each.
+    """
+    a, b, c = x[t].swapaxes(0, 1)
+    normal = np.zeros_like(x)
+    np.add.at(normal, t, np.cross(b - a, c - a)[:, None])
+    length = np.linalg.norm(normal, axis=1)
+    upright = np.flatnonzero(np.abs(normal[:, 2]) < UPRIGHT * length)
+    beside = x.copy()
+    beside[upright, :2] += BESIDE * longest * normal[upright, :2] / length[upright, None]
+    return beside
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,6 +249,8 @@ def crossings_of(mesh: Mesh, groups: tuple[int, ...], feet: np.ndarray) -> Cross
     """
     Return where vertical lines cross boundaries of velocity.
 
+    Outside of the horizons, boundaries are as at the nearest place inside, but for faults.
+
     Parameters
     ----------
     mesh : Mesh
@@ -229,9 +266,11 @@ def crossings_of(mesh: Mesh, groups: tuple[int, ...], feet: np.ndarray) -> Cross
     is_boundary = (group[above] != group[below]) & (above >= 0) & (below >= 0)
     rows = np.flatnonzero(is_boundary & (mesh.facing != 0))
     t = mesh.triangles[rows]
-    feet = np.ascontiguousarray(feet)
+    feet, outside = mesh.nearest_inside(np.ascontiguousarray(feet))
     crossings = cross_columns(mesh.local, t, feet)
+    counts = ~outside[crossings.foot] | (mesh.horizon[rows[crossings.triangle]] >= 0)
     order = np.lexsort((crossings.triangle, -crossings.elevation, crossings.foot))
+    order = order[counts[order]]
     foot, triangle = crossings.foot[order], crossings.triangle[order]
     weights = shares_at(mesh.local[t[triangle]], feet[foot])
     rows = rows[triangle]
@@ -244,8 +283,15 @@ def starts_of(mesh: Mesh, groups: tuple[int, ...], averages: tuple[int, ...]) ->
 
     `averages` are zones that have the average velocity to the horizon below them.
     """
-    n = len(mesh.local)
-    above = crossings_of(mesh, groups, mesh.local[:, :2])
+    n, x = len(mesh.local), mesh.local
+    # at an upright fault, horizons start in the column of their own side
+    beside = beside_upright(x, mesh.triangles[mesh.horizon < 0], mesh.longest)
+    inside = np.full_like(x, np.nan)
+    t = mesh.triangles[mesh.horizon >= 0]
+    inside[t] = x[t].mean(axis=1)[:, None]
+    at_upright = (beside != x).any(axis=1) & np.isfinite(inside[:, 0])
+    beside[at_upright] = x[at_upright] + BESIDE * (inside - x)[at_upright]
+    above = crossings_of(mesh, groups, beside[:, :2])
     # triangles of the vertex itself are not above it
     counts = (above.up > mesh.local[above.foot, 2]) & (above.corners != above.foot[:, None]).all(
         axis=1

@@ -337,6 +337,11 @@ def _refuse_cut_short(path: Path, data: bytes) -> None:
     if path.suffix.lower() == ".msh":
         # Gmsh: every section that begins has to end, and none ends that did not begin
         names = set(re.findall(rb"^\$(\w+)", data, re.M))
+        if not names and data.lstrip().startswith(b"("):  # meshio writes this by default
+            raise FormatError(
+                f"{path} is a mesh of ANSYS. Write one of Gmsh: meshio.write(path, mesh, "
+                "file_format='gmsh')."
+            )
         # Each section `$Name` needs its `$EndName`.
         ends = {b"End" + name for name in names if not name.startswith(b"End")}
         if not names or ends ^ {name for name in names if name.startswith(b"End")}:

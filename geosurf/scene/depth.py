@@ -23,13 +23,13 @@ from geosurf.conventions.checks import are_points
 from geosurf.conventions.crs import crs_of
 from geosurf.conventions.text import length_text, place
 from geosurf.errors import GeosurfWarning, InputError, warn_of
-from geosurf.kernels.search.columns import cross_columns
 from geosurf.measure.places import points_of_array
 from geosurf.measure.throw import FOUND, STATUSES, UNKNOWN, well_misfit
 from geosurf.measure.time_to_depth import (
     Mesh,
     Starts,
     TimeDepth,
+    beside_upright,
     convert_mesh,
     crossings_of,
     divided,
@@ -271,7 +271,9 @@ def converted_inputs(
         fault = given.read.fault(name)
         x, triangles, _ = divided(fault.vertices, fault.triangles, mesh.longest)
         whole = given.inputs.halves.whole_of(name)
-        places = carried(x, ("fault", memory.key_of(fault)))
+        beside = beside_upright(x, triangles, mesh.longest)
+        height = carried(beside, ("fault", memory.key_of(fault)))[:, 2]
+        places = np.column_stack([x[:, :2], height])
         marks = cutoffs_kept(fault, x)  # its polygons are converted with it
         made = TriSurface(whole, "fault", places, triangles, vertex_data=marks)
         faults[whole] = in_crs_of(made, [fault])
@@ -463,15 +465,14 @@ def convert_points(
     shown = inputs.time if to_depth else "elevation"
     x, feet = pair.mesh.local[:, :2], places[:, :2] - pair.mesh.origin[:2]
     inner = feet + SLACK * (0.5 * (x.min(axis=0) + x.max(axis=0)) - feet)
-    known = cross_columns(pair.mesh.local, pair.mesh.triangles, inner).foot
-    outside = np.flatnonzero(~np.isin(np.arange(len(places)), known))
+    outside = np.flatnonzero(pair.mesh.nearest_inside(inner)[1])
     if len(outside):
         with vertical_axis(shown):
             warn_of(
                 "velocity", "places",
                 f"Outside of the horizons: {counted(len(outside), 'place')} of {len(places)}, "
-                f"the first at {place(places[outside[0]])}. The velocity of "
-                f"{pair.velocity.zones[0]!r} counts there from the datum down.",
+                f"the first at {place(places[outside[0]])}. Horizons and velocities count there "
+                "as in the nearest place inside.",
                 "Leave them out, or continue the horizons: "
                 "gs.extend_horizon(horizon, distance=...).",
                 tuple(places[outside[0]].tolist()),

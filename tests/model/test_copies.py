@@ -80,12 +80,7 @@ def inputs_of_kinds():
         "polygon": {"aoi": Area(area)},
         "pyvista": {"box": box, "faults": {"F1": fault.to_pyvista()}},
         "compartments": {"box": box, "compartments": True},
-        "function": {"box": box, "on_start": print_nothing},
     }
-
-
-def print_nothing(*_):
-    """Called before each step."""
 
 
 @pytest.mark.parametrize("kind", inputs_of_kinds())

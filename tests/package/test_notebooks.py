@@ -26,15 +26,6 @@ def source_of(path: Path) -> str:
     return "\n".join(cell.source for cell in cells if cell.cell_type == "code")
 
 
-def test_there_are_notebooks_and_readers_are_led_to_them() -> None:
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    index = (ROOT / "docs" / "notebooks" / "index.md").read_text(encoding="utf-8")
-    assert len(NOTEBOOKS) >= 4
-    for path in NOTEBOOKS:
-        assert f"(notebooks/{path.name})" in readme, path.name
-        assert f"\n{path.stem}\n" in index, path.name
-
-
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_nothing_is_stored_that_a_run_makes(path: Path) -> None:
     for cell in nbformat.read(path, as_version=4).cells:

@@ -15,6 +15,7 @@ from geosurf.errors import InputError
 from tests import strategies
 from tests.grids import gridded
 from tests.messages import refused
+from tests.sheets import junctions
 
 X = np.linspace(0.0, 4000.0, 81)
 Y = np.linspace(0.0, 2000.0, 41)
@@ -121,6 +122,16 @@ def test_each_wall_of_a_vertical_fault_has_the_velocities_of_its_own_side() -> N
             z = np.concatenate(scene.cutoffs(name, "F1", side))[:, 2]
             np.testing.assert_allclose(z, top - below, rtol=0, atol=1e-6)
     assert scene.throw("Base", "F1").throw.values == pytest.approx(DROP)
+
+
+def test_upright_faults_that_leave_the_horizons_come_back_from_time() -> None:
+    top, faults, *_ = junctions.junction("bent main fault", np.random.default_rng(2))
+    velocity = {"above Top": 2000.0, "elsewhere": 2600.0}
+    scene = gs.Scene({"Top": top}, faults, tear=True, velocity=velocity)
+    again = scene.in_time("two-way").replace(velocity=velocity)
+    assert again.check().ok
+    for name in ("Top", *faults):
+        assert again.surface(name).bounds == pytest.approx(scene.surface(name).bounds, abs=1e-6)
 
 
 @pytest.mark.parametrize("base", [-2120.0, -2300.0, -2500.0])
@@ -273,7 +284,7 @@ def test_a_constant_average_is_the_interval_velocity(monkeypatch: pytest.MonkeyP
         in_time(2000.0, {"Top": -2000.0}, velocity={name: 2100.0, "elsewhere": LINEAR}, box=None)
         for name in ("Top", "above Top")
     )
-    found = average.in_time().patches.vertices
+    found = average.in_time().sheets["Top"].surface.vertices
     np.testing.assert_allclose(average.to_depth(found), interval.to_depth(found), atol=1e-6)
 
 
