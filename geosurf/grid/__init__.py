@@ -254,8 +254,6 @@ def fault_multipliers(
     ------
     InputError
         For an unknown zone, or numbers that are not above 0.
-    GeometryError
-        If a cut-off turns back along the strike of a fault.
 
     Notes
     -----

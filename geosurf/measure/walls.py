@@ -20,8 +20,6 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import place
-from geosurf.errors import GeometryError
 from geosurf.kernels.lattices.sets import is_among, pairs_of_equal
 from geosurf.kernels.meshes.mesh import edge_keys
 from geosurf.measure.faces import MINUS, PLUS, POINTS, Faces
@@ -117,20 +115,23 @@ class Walls:
         return owning
 
     def _line(self, ends: np.ndarray, s: np.ndarray, chosen: np.ndarray) -> Line | None:
-        """The line between what lies above a horizon and below it; None where there is none."""
+        """The line between what lies above a horizon and below it; None where there is none.
+
+        NaN from where it turns back along strike to where it is over that: several layers face
+        each other there.
+        """
         if not chosen.any():
             return None
         ends, s = ends[chosen], s[chosen]
+        along, first, at = np.unique(s, return_index=True, return_inverse=True)
+        z = self.faces.x[ends.ravel()[first], 2]
         if np.abs(np.diff(s, axis=1)).sum() > np.ptp(s) + SAME:
-            where = self.faces.x[ends[0, 0]] + self.faces.origin
-            raise GeometryError(
-                f"a cut-off on fault {self.faces.name!r} turns back along its strike near "
-                f"{place(where)}, so that walls cannot be compared there. Split the fault into "
-                "parts that bend less, or ask for other faults.",
-                place=where, surfaces=(self.faces.name,),
-            )  # fmt: skip
-        along, first = np.unique(s, return_index=True)
-        return along, self.faces.x[ends.ravel()[first], 2]
+            at = np.sort(at.reshape(s.shape), axis=1)
+            times = np.cumsum(np.bincount(at[:, 0], minlength=len(z))
+                              - np.bincount(at[:, 1], minlength=len(z)))  # fmt: skip
+            several = np.flatnonzero(times > 1)
+            z[[several, several + 1]] = np.nan
+        return along, z
 
     @cached_property
     def slopes(self) -> list[float]:
@@ -138,7 +139,8 @@ class Walls:
         by_horizon = []
         for level in range(self.n_horizon):
             lines = [of[level] for wall in self.lines for of in wall.values()]
-            parts = [[of - of.mean() for of in line] for line in lines if line is not None]
+            known = [np.array(of)[:, np.isfinite(of[1])] for of in lines if of is not None]
+            parts = [line - line.mean(axis=1)[:, None] for line in known if line.size]
             below = sum(float(s @ s) for s, _ in parts)
             by_horizon.append(sum(float(s @ z) for s, z in parts) / below if below > 0.0 else 0.0)
         return by_horizon

@@ -16,6 +16,7 @@ from geosurf.faults import split_fault
 from geosurf.kernels.search.columns import cross_columns
 from geosurf.measure.places import sample_units
 from geosurf.model import FluidContact, TriSurface, Units
+from geosurf.model.column import CONFORMABLE
 from geosurf.model.network import fault_words, proposal_words
 from geosurf.model.tears import TearSettings
 from geosurf.read import otherwise, read_fault, read_horizon, read_points, read_polygons, read_tops
@@ -284,7 +285,7 @@ def build_scene(
     scene = Scene(
         horizons, faults,
         box=None if scenario.box is None else scenario.box.sides,
-        column={entry.name: entry.rule for entry in scenario.horizons},
+        column={one.name: one.rule for one in scenario.horizons if one.rule != CONFORMABLE},
         extend={entry.name: entry.extend for entry in scenario.faults if entry.extend},
         truncations=truncations_of(scenario),
         lengthen={entry.name: entry.lengthen_m for entry in scenario.faults if entry.lengthen_m},

@@ -1305,8 +1305,6 @@ class Scene:
         ------
         InputError
             For an unknown fault or zone, a zone at the fault without Vshale, or another number.
-        GeometryError
-            If a cut-off turns back along the strike of the fault.
 
         Notes
         -----
