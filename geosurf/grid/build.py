@@ -114,11 +114,14 @@ def model_of(scene: ReportedModel, lattice: ArealLattice, zones: list[str]) -> M
     walls = [name for name in map(virtual_name, scene.fault_names) if name in known]
     for name in (*scene.fault_names, *walls):
         surface = scene.surface(name)
+        if not surface.n_triangle:  # a wall of which nothing is left
+            continue
         faults[name] = (to_lattice(surface.vertices, np.zeros(3)), surface.triangles)
+    names = tuple(name for name in scene.fault_names if name in faults)
     outline = lattice.to_lattice(ring - lattice.corner)
     regions = {(unit.zone, unit.block): unit.region for unit in in_zones}
     return Model(
-        lattice, shells, faults, scene.fault_names, outline, units, np.array(exact),
+        lattice, shells, faults, names, outline, units, np.array(exact),
         [regions[key] for key in units], list(range(len(zones))),
     )  # fmt: skip
 
