@@ -131,7 +131,9 @@ def signatures(patches: Patches, cells: Cells, level: Sequence[int]) -> np.ndarr
     signature = np.zeros((len(level), cells.n_cell + 1), dtype=np.int64)
     between = faces_between(cells)
     flat = np.zeros(len(cells.surface_of), dtype=bool)
-    for surface in level:
+    # horizons go on through virtual walls, which have no throw
+    virtual = [k for k, source in enumerate(patches.sources) if source.role == "virtual"]
+    for surface in (*level, *virtual):
         flat[own_sides(cells, surface)[0]] = True
     level_faces = between[flat[between]]
     for k, surface in enumerate(level):
@@ -151,7 +153,7 @@ def signatures(patches: Patches, cells: Cells, level: Sequence[int]) -> np.ndarr
         side[torn] = UNKNOWN
 
         # the others take it from neighbours: first across other horizons and contacts, which lie
-        # parallel to it, then across faults where all blocks around agree
+        # parallel to it, and virtual walls; then across faults where all blocks around agree
         links = _links(cells, level_faces, surface, torn)
         _spread(side, links)
         across = _links(cells, between, surface, torn)

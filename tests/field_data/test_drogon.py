@@ -129,3 +129,4 @@ def test_torn_horizons_and_virtual_walls_make_one_model(data, drogon_faults, for
     assert len(scene.regions) == n_region
     assert sum(len(region.remnants) for region in scene.regions.values()) < 5
     assert scene.replace(compartments={"F6": "nearest"}).check().ok  # its wall is left out whole
+    assert scene.replace(aoi=data / "drogon_xtgeo" / "outline.pol").check().ok  # beside faults
