@@ -68,14 +68,21 @@ class Mesh(Noun):
         return signs_of_turns(self.local[:, :2], self.triangles)
 
     def nearest_inside(self, feet: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return feet, those outside of all horizons in the nearest triangle of one; and which."""
-        t = self.triangles[self.horizon >= 0]
-        outside = np.ones(len(feet), dtype=bool)
-        outside[cross_columns(self.local, t, feet).foot] = False
-        if not outside.any() or not len(t):
-            return feet, outside
-        from scipy.spatial import cKDTree  # loaded by those who have some
+        """Return feet, those outside of all horizons in the nearest triangle of one; and which.
 
+        Gaps that faults leave are inside: a fault lies above or below them.
+        """
+        t, outside = self.triangles[self.horizon >= 0], np.ones(len(feet), dtype=bool)
+        outside[cross_columns(self.local, t, feet).foot] = False
+        rows = np.flatnonzero(outside)
+        if not len(rows) or not len(t):
+            return feet, outside
+        from scipy.spatial import ConvexHull, cKDTree  # loaded by those who have some
+
+        at_fault = cross_columns(self.local, self.triangles, feet[rows]).foot
+        sides = ConvexHull(self.local[np.unique(t), :2]).equations
+        is_beyond = (feet[rows[at_fault]] @ sides[:, :2].T + sides[:, 2] > 0.0).any(axis=1)
+        outside[rows[at_fault[~is_beyond]]] = False
         middles = self.local[t, :2].mean(axis=1)
         feet = feet.copy()
         feet[outside] = middles[cKDTree(middles).query(feet[outside])[1]]

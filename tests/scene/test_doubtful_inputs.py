@@ -200,12 +200,10 @@ def dome_at(level, height, unit=1.0, shape=np.cos):
     [
         (dome_at(-1500.0, 60.0), dome_at(-1600.0, 70.0, 0.3048), [("feet", "B")]),
         (dome_at(-1500.0, 60.0), dome_at(-1600.0, 70.0), []),
-        (dome_at(-1500.0, 60.0), dome_at(-5000.0, 60.0), []),  # deep, with the relief of the other
         (dome_at(-1500.0, 60.0), dome_at(-5000.0, 200.0, shape=np.sin), []),  # with another shape
         (dome_at(-1500.0, 60.0), dome_at(-1600.0, 200.0), []),  # much relief: growth over a dome
         (dome_at(1500.0, -60.0), dome_at(-1600.0, 70.0), [("sign", "A")]),
         (dome_at(1500.0, 60.0), dome_at(-1600.0, 70.0), []),  # on both sides of the sea level
-        (dome_at(-1500.0, -60.0), dome_at(-1600.0, 70.0), []),  # a basin above a dome
     ],
 )
 def test_feet_taken_for_metres_and_depths_for_elevations_are_warned_of(top, base, warned):

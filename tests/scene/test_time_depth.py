@@ -163,6 +163,9 @@ def test_below_a_dipping_fault_lines_run_through_the_rock_above_it() -> None:
     places = np.column_stack([np.random.default_rng(1).uniform(*box, 500) for box in
                               ((100, 3900), (100, 1900), (-2600, -1500))])  # fmt: skip
     np.testing.assert_allclose(scene.to_time(scene.to_depth(places)), places, rtol=0, atol=1e-6)
+    # in the gap of a horizon, above the fault
+    alone = scene.replace(horizons={"Base": None}, velocity={"above Top": 2e3, "below Top": 4e3})
+    assert alone.to_depth([[1830.0, 1000.0, -2040.0]])[0, 2] == pytest.approx(-2040.0, abs=1e-9)
 
 
 def test_a_scene_in_time_measures_milliseconds_and_refuses_volumes() -> None:
