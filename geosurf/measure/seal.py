@@ -295,17 +295,15 @@ def _of_pairs(
     return columns
 
 
-WITHOUT = "a horizon does not reach the fault there, or its cut-off turns back along strike"
-
-
 def warnings_of_seal(seal: xarray.Dataset) -> Iterator[GeosurfWarning]:
     """Yield what was assumed, if it counts."""
     fault, beside = str(seal.attrs["fault"]), seal.juxtaposition.values != JUXTAPOSED[0]
     whole = float(seal.area.values[beside].sum())
     for key, effect in (
         ("assumed_area", "rests on cut-offs continued beyond their ends with their mean slope"),
-        ("unknown_area", f"has no shale gouge ratio: {WITHOUT}"),
-    ):
+        ("unknown_area", ("has no shale gouge ratio: a horizon does not reach the fault there, or "
+                          "its cut-off turns back along strike")),
+    ):  # fmt: skip
         area = float(seal[key].values[beside].sum())
         if area > MANY * whole:
             yield GeosurfWarning(

@@ -273,9 +273,17 @@ def crossings_of(mesh: Mesh, groups: tuple[int, ...], feet: np.ndarray) -> Cross
     is_boundary = (group[above] != group[below]) & (above >= 0) & (below >= 0)
     rows = np.flatnonzero(is_boundary & (mesh.facing != 0))
     t = mesh.triangles[rows]
-    feet, outside = mesh.nearest_inside(np.ascontiguousarray(feet))
+    feet, outside = np.ascontiguousarray(feet), np.zeros(len(feet), dtype=bool)
     crossings = cross_columns(mesh.local, t, feet)
-    counts = ~outside[crossings.foot] | (mesh.horizon[rows[crossings.triangle]] >= 0)
+    is_horizon = mesh.horizon[rows] >= 0
+    if len(t):  # what crosses a horizon is inside: few are left to look at
+        rest = np.setdiff1d(np.arange(len(feet)), crossings.foot[is_horizon[crossings.triangle]])
+        near, is_out = mesh.nearest_inside(feet[rest])
+        if is_out.any():
+            feet, outside[rest[is_out]] = feet.copy(), True
+            feet[rest] = near
+            crossings = cross_columns(mesh.local, t, feet)
+    counts = ~outside[crossings.foot] | is_horizon[crossings.triangle]
     order = np.lexsort((crossings.triangle, -crossings.elevation, crossings.foot))
     order = order[counts[order]]
     foot, triangle = crossings.foot[order], crossings.triangle[order]
