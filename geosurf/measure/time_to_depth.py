@@ -4,7 +4,7 @@ Each vertex starts from the first boundary of velocity straight above it, where 
 are known from the corners of the triangle there, and goes down by the velocity of the rock between.
 Where no boundary is above, it starts at the datum. The boundary may be a horizon or a fault: below
 a fault the line first runs through the rock above it, so both walls have one depth at the fault.
-Outside of all horizons, boundaries are as in the nearest place inside: what goes on there keeps its
+Around all horizons, boundaries are as in the nearest place inside: what goes on there keeps its
 shape. Time and depth of a boundary are linear on its triangles, in both directions: what becomes
 depth comes back to the last digits.
 """
@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -67,26 +68,31 @@ class Mesh(Noun):
         """1 where the front of a triangle is above it, -1 where its back is, 0 if upright."""
         return signs_of_turns(self.local[:, :2], self.triangles)
 
-    def nearest_inside(self, feet: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return feet, those outside of all horizons in the nearest triangle of one; and which.
+    @property
+    def _lies(self) -> np.ndarray:
+        """Which triangles are of horizons, and not upright."""
+        return (self.horizon >= 0) & (self.facing != 0)
 
-        Gaps that faults leave are inside: a fault lies above or below them.
-        """
-        t, outside = self.triangles[self.horizon >= 0], np.ones(len(feet), dtype=bool)
-        outside[cross_columns(self.local, t, feet).foot] = False
-        rows = np.flatnonzero(outside)
-        if not len(rows) or not len(t):
-            return feet, outside
-        from scipy.spatial import ConvexHull, cKDTree  # loaded by those who have some
+    @cached_property
+    def _outline(self) -> tuple[np.ndarray, np.ndarray, Any]:
+        """Convex hull of the horizons; middles of their triangles, and a tree of these."""
+        from scipy.spatial import ConvexHull, cKDTree  # loaded by those who convert
 
-        at_fault = cross_columns(self.local, self.triangles, feet[rows]).foot
-        sides = ConvexHull(self.local[np.unique(t), :2]).equations
-        is_beyond = (feet[rows[at_fault]] @ sides[:, :2].T + sides[:, 2] > 0.0).any(axis=1)
-        outside[rows[at_fault[~is_beyond]]] = False
+        t = self.triangles[self._lies]
         middles = self.local[t, :2].mean(axis=1)
+        hull = ConvexHull(self.local[np.unique(t), :2]).equations
+        return hull, middles, cKDTree(middles)
+
+    def nearest_inside(self, feet: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return feet, those around all horizons in the nearest triangle of one; and which."""
+        if not self._lies.any():
+            return feet, np.zeros(len(feet), dtype=bool)
+        hull, middles, tree = self._outline
+        away = (feet @ hull[:, :2].T + hull[:, 2]).max(axis=1)
+        around = away > BESIDE * self.longest  # farther than the rim may be by rounding
         feet = feet.copy()
-        feet[outside] = middles[cKDTree(middles).query(feet[outside])[1]]
-        return feet, outside
+        feet[around] = middles[tree.query(feet[around])[1]]
+        return feet, around
 
 
 def mesh_of(split: Patches, patches: Patches, units: Units, zones: tuple[str, ...]) -> Mesh:
@@ -256,7 +262,7 @@ def crossings_of(mesh: Mesh, groups: tuple[int, ...], feet: np.ndarray) -> Cross
     """
     Return where vertical lines cross boundaries of velocity.
 
-    Outside of the horizons, boundaries are as at the nearest place inside, but for faults.
+    Around all horizons, boundaries are as at the nearest place inside, but for faults.
 
     Parameters
     ----------
@@ -273,16 +279,9 @@ def crossings_of(mesh: Mesh, groups: tuple[int, ...], feet: np.ndarray) -> Cross
     is_boundary = (group[above] != group[below]) & (above >= 0) & (below >= 0)
     rows = np.flatnonzero(is_boundary & (mesh.facing != 0))
     t = mesh.triangles[rows]
-    feet, outside = np.ascontiguousarray(feet), np.zeros(len(feet), dtype=bool)
+    feet, outside = mesh.nearest_inside(np.ascontiguousarray(feet))
     crossings = cross_columns(mesh.local, t, feet)
     is_horizon = mesh.horizon[rows] >= 0
-    if len(t):  # what crosses a horizon is inside: few are left to look at
-        rest = np.setdiff1d(np.arange(len(feet)), crossings.foot[is_horizon[crossings.triangle]])
-        near, is_out = mesh.nearest_inside(feet[rest])
-        if is_out.any():
-            feet, outside[rest[is_out]] = feet.copy(), True
-            feet[rest] = near
-            crossings = cross_columns(mesh.local, t, feet)
     counts = ~outside[crossings.foot] | is_horizon[crossings.triangle]
     order = np.lexsort((crossings.triangle, -crossings.elevation, crossings.foot))
     order = order[counts[order]]

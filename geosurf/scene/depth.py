@@ -23,6 +23,7 @@ from geosurf.conventions.checks import are_points
 from geosurf.conventions.crs import crs_of
 from geosurf.conventions.text import length_text, place
 from geosurf.errors import GeosurfWarning, InputError, warn_of
+from geosurf.kernels.search.columns import cross_columns
 from geosurf.measure.places import points_of_array
 from geosurf.measure.throw import FOUND, STATUSES, UNKNOWN, well_misfit
 from geosurf.measure.time_to_depth import (
@@ -465,14 +466,16 @@ def convert_points(
     shown = inputs.time if to_depth else "elevation"
     x, feet = pair.mesh.local[:, :2], places[:, :2] - pair.mesh.origin[:2]
     inner = feet + SLACK * (0.5 * (x.min(axis=0) + x.max(axis=0)) - feet)
-    outside = np.flatnonzero(pair.mesh.nearest_inside(inner)[1])
+    outside = np.ones(len(places), dtype=bool)
+    outside[cross_columns(pair.mesh.local, pair.mesh.triangles, inner).foot] = False
+    outside = np.flatnonzero(outside | pair.mesh.nearest_inside(inner)[1])
     if len(outside):
         with vertical_axis(shown):
             warn_of(
                 "velocity", "places",
                 f"Outside of the horizons: {counted(len(outside), 'place')} of {len(places)}, "
-                f"the first at {place(places[outside[0]])}. Horizons and velocities count there "
-                "as in the nearest place inside.",
+                f"the first at {place(places[outside[0]])}. Velocities are those of the nearest "
+                f"place inside, and of {pair.velocity.zones[0]!r} where the outline turns inward.",
                 "Leave them out, or continue the horizons: "
                 "gs.extend_horizon(horizon, distance=...).",
                 tuple(places[outside[0]].tolist()),
